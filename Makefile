@@ -1,0 +1,76 @@
+# make run     the main job, on a fresh machine with python3
+# make test    its own set-up, then lint, types, import layers and tests
+# make lint    the checks alone
+# make bench   every benchmark (BENCH_FLAGS=--quick for the short ones)
+# make clean   remove everything that make made
+
+PYTHON ?= python3
+BENCH_FLAGS ?=
+VENV := .venv
+BIN := $(VENV)/bin
+PACKAGES := circuits chips netlists system
+PICTURE := approach.png
+
+# Stamps: an install is repeated only when pyproject.toml changed. Both are editable, so sources need none.
+RUN_READY := $(VENV)/.run-ready
+TEST_READY := $(VENV)/.test-ready
+
+# Empty for root, sudo where it asks nothing, else a command that fails.
+AS_ROOT = $(shell if [ "$$(id -u)" = 0 ]; then :; elif sudo -n true 2>/dev/null; then echo sudo -n; else echo false; fi)
+APT = $(AS_ROOT) env DEBIAN_FRONTEND=noninteractive apt-get -q
+HAS_APT = command -v apt-get >/dev/null
+
+LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
+	ctypes.CDLL(os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice") or "libngspice.so.0")' \
+	2>/dev/null
+
+.PHONY: run test lint ngspice bench clean
+.DELETE_ON_ERROR:
+
+run: $(RUN_READY)
+	$(BIN)/noctule run approach --plot $(PICTURE)
+	@echo "The picture is $(CURDIR)/$(PICTURE)"
+
+test: ngspice lint
+	MPLBACKEND=Agg $(BIN)/pytest -n 2
+
+lint: $(TEST_READY)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy --strict $(PACKAGES)
+	$(BIN)/lint-imports
+
+# A path that the user set is the user's: apt would not mend it.
+ngspice: $(TEST_READY)
+	@$(LOAD_NGSPICE) || { [ -z "$$NGSPICE_LIBRARY_PATH" ] && $(HAS_APT) \
+		&& $(APT) update && $(APT) install -y --no-install-recommends libngspice0; } || true
+	@$(LOAD_NGSPICE) || { \
+		echo "ngspice's shared library was not found: install Debian's libngspice0," \
+			"or set NGSPICE_LIBRARY_PATH to the full path of libngspice.so" >&2; \
+		if [ "$$CI" = true ]; then echo "in CI this is a failure" >&2; exit 1; fi; \
+		echo "going on: what needs ngspice is skipped" >&2; }
+
+bench: $(TEST_READY)
+	@for script in $(sort $(filter-out benchmarks/_%,$(wildcard benchmarks/*.py))); do \
+		echo "== $$script"; $(BIN)/python $$script $(BENCH_FLAGS) || exit 1; done
+
+clean:
+	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache $(PICTURE)
+	find $(wildcard $(PACKAGES) tests benchmarks examples) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(RUN_READY): pyproject.toml | $(BIN)/pip
+	$(BIN)/pip install -q --disable-pip-version-check -e .
+	@touch $@
+
+$(TEST_READY): pyproject.toml | $(BIN)/pip
+	$(BIN)/pip install -q --disable-pip-version-check -e '.[test]'
+	@touch $@ $(RUN_READY)
+
+# Debian keeps venv's ensurepip in a package of its own; a failed attempt leaves half a folder, hence --clear.
+$(BIN)/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+		echo "Python 3.11 or newer is needed; try make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { echo "venv is missing, trying apt" >&2; $(HAS_APT) \
+		&& $(APT) update && $(APT) install -y --no-install-recommends python3-venv \
+		&& $(PYTHON) -m venv --clear $(VENV); } || { \
+		rm -rf $(VENV); echo "install your system's python3-venv, then try again" >&2; exit 1; }

@@ -1,0 +1,1 @@
+"""Blocks on a die, as behavioural models with a measured error."""

@@ -1,0 +1,1 @@
+"""Physics and circuits: devices, blocks, their lowerings and solvers."""

@@ -1,0 +1,72 @@
+"""Gate voltages of biases: `I = I_S F(u_f)` solved for v_g.
+
+`u_f = 2 ln(e^sqrt(I / I_S) - 1)`, `v_p = U_T u_f` with the source at the bulk, `v_g` from v_p by the
+pinch-off law; a pFET's is mirrored at the supply. The drain is taken in saturation (I_r = 0).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.circuit import Bias, BiasKind, Circuit
+from circuits.devices.softplus import inverse_softplus
+from circuits.devices.transistor import Transistor
+from circuits.errors import ParameterError, TopologyError
+from circuits.process import Silicon, TransistorAtTemperature, at_temperature, kelvin
+
+
+def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:
+    """Gate voltage above the bulk (magnitude, V) at which `device` saturates at `current` A, source at bulk."""
+    if not (math.isfinite(current) and current > 0.0):
+        raise ParameterError(f"{device.name}: bias current {current:g} A, must be > 0; give a positive current")
+    specific = law.square_current * device.multiplicity * device.width / device.length
+    v_p = 2.0 * law.u_t * inverse_softplus(math.sqrt(current / specific))
+    if law.gamma == 0.0:
+        return law.v_t0 + v_p / law.kappa
+    # the pinch-off law inverted: with r = sqrt(v_x + gamma^2/4), v_p + phi = r^2 - gamma r + gamma^2/4
+    half = 0.5 * law.gamma
+    v_x = (half + math.sqrt(max(v_p + law.surface_potential, 0.0))) ** 2 - half**2
+    return v_x + law.v_t0 - law.surface_potential - law.gamma * math.sqrt(law.surface_potential)
+
+
+def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.float64]:
+    """Voltages of a bias port's elements at the silicon's temperature, V, float64 of the port's shape."""
+    values = np.asarray(bias.value, dtype=np.float64)
+    shape = circuit.port(bias.port).shape
+    if values.shape not in ((), shape):
+        raise TopologyError(f"{circuit.name}.{bias.port}: {values.shape} values for a port of shape {shape}")
+    if bias.kind == "voltage":
+        return np.broadcast_to(values, shape).copy()
+    device = circuit.device(bias.device or "")
+    if not isinstance(device, Transistor):
+        raise TopologyError(f"{circuit.name}.{bias.port}: {device.name} is no transistor; a current bias needs one")
+    process, reference = silicon.process, bias.reference_temperature_c
+    hot = bias.kind == "generator"
+    law = at_temperature(process.model(device.polarity), process, silicon.temperature_c if hot else reference)
+    scale = kelvin(silicon.temperature_c) / kelvin(reference) if hot else 1.0
+    gates = np.array([gate_voltage(law, device, float(i) * scale) for i in values.ravel()]).reshape(values.shape)
+    if device.polarity == "p":
+        gates = process.v_dd - gates
+    return np.broadcast_to(gates, shape).copy()
+
+
+def rebias(
+    circuit: Circuit,
+    values: Mapping[str, float | tuple[float, ...]] | None = None,
+    kind: BiasKind | None = None,
+) -> Circuit:
+    """Return `circuit` with some biases set to other values (by name; A or V), currents of another `kind`.
+
+    Raises `UnknownNameError` for a name that is no bias of the circuit.
+    """
+    biases = {b.name: b for b in circuit.biases}
+    for name, value in (values or {}).items():
+        biases[name] = replace(circuit.bias(name), value=value)
+    if kind is not None:
+        biases = {n: b if b.kind == "voltage" else replace(b, kind=kind) for n, b in biases.items()}
+    return replace(circuit, biases=tuple(biases.values()))

@@ -1,0 +1,1 @@
+"""Circuits with a name, one a file: parameters, biases, testbenches and metrics."""

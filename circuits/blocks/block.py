@@ -1,0 +1,44 @@
+"""What every block offers to the command line and to the registry-wide tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from circuits.circuit import Circuit
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+
+Values = Mapping[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """One knob of a block's testbench. `unit` is SI; a stimulus that can be `off` takes None for it."""
+
+    name: str
+    unit: str
+    default: float | None
+    summary: str
+    can_be_off: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A circuit with its parameters, testbench and metrics.
+
+    `params`: frozen dataclass of SI floats. `build(params)` returns the circuit. `testbench(circuit,
+    stimuli, v_dd)` takes a value for each of `stimuli` (None is off) and the supply (V). `measures(result)`
+    returns SI numbers by name, None where a quantity is not defined in this run; `outcome(result)` one word.
+    """
+
+    name: str
+    summary: str
+    params: type
+    build: Callable[[Any], Circuit]
+    stimuli: tuple[Stimulus, ...]
+    testbench: Callable[[Circuit, Values, float], Testbench]
+    measures: Callable[[Result], dict[str, float | None]]
+    outcome: Callable[[Result], str]
+    plotted: tuple[str, ...] = ()  # nodes drawn by default, from top to bottom

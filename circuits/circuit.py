@@ -1,0 +1,220 @@
+"""Circuit, Node, Instance, InstanceArray: the central type, plain frozen data.
+
+A circuit has ports, devices, instances of other circuits, and biases. Nodes are named by text:
+`"vmem"` is a scalar node, `"spike[3]"` an element of a node array, `"0"` is ground everywhere. A node
+array is declared once as a `Node` or a `Port` with a shape; scalar nodes need no declaration.
+Stimuli never live in a circuit: see `circuits.testbench`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from circuits.devices.device import Device
+from circuits.errors import ParameterError, TopologyError, unknown_name
+
+GROUND = "0"
+
+PortKind = Literal["event", "analog", "bias", "supply"]
+Direction = Literal["in", "out"]
+BiasKind = Literal["gate", "generator", "voltage"]
+Shape = tuple[int, ...]
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_REFERENCE = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:,[0-9]+)*)\])?")
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """An array of nodes of one circuit; scalar nodes need no declaration."""
+
+    name: str
+    shape: Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """A node that the outside can reach.
+
+    `kind` says what crosses it: events (full-supply pulses), analog voltages, a bias or a supply.
+    `direction` is seen from the circuit: the outside drives `in`, the circuit drives `out`.
+    """
+
+    name: str
+    kind: PortKind
+    direction: Direction = "in"
+    shape: Shape = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Bias:
+    """What a bias port is set to, and how; `name` is the quantity that a designer sets (`i_inh_tau`).
+
+    `gate`: the ideal gate voltage that gives `value` (A) in the nominal `device` in saturation at the
+    reference temperature, and stays there. `generator`: an ideal current of `value` (A) at the
+    reference temperature, proportional to absolute temperature, into a diode-connected copy of
+    `device`. `voltage`: `value` in volt. `value` is a number, or one number an element of the port.
+    """
+
+    name: str
+    port: str
+    kind: BiasKind
+    value: float | tuple[float, ...]
+    device: str | None = None
+    reference_temperature_c: float = 27.0
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """A circuit inside a circuit: `connections` maps each of its ports to a node of the parent."""
+
+    name: str
+    circuit: Circuit
+    connections: Mapping[str, str]
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def shape(self) -> Shape:
+        """An instance is an array of shape ()."""
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceArray:
+    """An array of instances that is never expanded into objects.
+
+    Each port takes one shared node or a node array that broadcasts to `shape` (+ the port's own
+    shape). `parameters` maps `"device.attribute"` (dotted through inner instances) to one number or
+    to an array, nested tuples or numpy, that broadcasts to `shape`.
+    """
+
+    name: str
+    circuit: Circuit
+    shape: Shape
+    connections: Mapping[str, str]
+    parameters: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Circuit:
+    """Ports, devices, instances and biases under one name.
+
+    Raises `TopologyError` for duplicate or malformed names, unknown or missing connections;
+    `ParameterError` for a device value that breaks its rule.
+    """
+
+    name: str
+    ports: tuple[Port, ...] = ()
+    devices: tuple[Device, ...] = ()
+    instances: tuple[Instance | InstanceArray, ...] = ()
+    nodes: tuple[Node, ...] = ()
+    biases: tuple[Bias, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_names(self)
+        _check_references(self)
+        _check_biases(self)
+
+    def port(self, name: str) -> Port:
+        """Return the port called `name`."""
+        for port in self.ports:
+            if port.name == name:
+                return port
+        raise unknown_name(f"{self.name} port", name, [p.name for p in self.ports])
+
+    def device(self, name: str) -> Device:
+        """Return the device called `name`; a dotted name reaches into instances."""
+        head, _, rest = name.partition(".")
+        for instance in self.instances if rest else ():
+            if instance.name == head:
+                return instance.circuit.device(rest)
+        for device in self.devices:
+            if device.name == name:
+                return device
+        raise unknown_name(f"{self.name} device", name, [d.name for d in self.devices])
+
+    def bias(self, name: str) -> Bias:
+        """Return the bias called `name`."""
+        for bias in self.biases:
+            if bias.name == name:
+                return bias
+        raise unknown_name(f"{self.name} bias", name, [b.name for b in self.biases])
+
+    def shapes(self) -> dict[str, Shape]:
+        """Shape of every declared node: ports and node arrays."""
+        return {n.name: n.shape for n in (*self.ports, *self.nodes)}
+
+
+def split_reference(reference: str) -> tuple[str, Shape]:
+    """Split `"spike[3]"` into `("spike", (3,))`; a plain name gives `()`."""
+    match = _REFERENCE.fullmatch(reference)
+    if match is None:
+        raise TopologyError(f"{reference!r}: not a node name; write letters, digits, _ and an index as in v[2]")
+    index = match.group(2)
+    return match.group(1), tuple(int(i) for i in index.split(",")) if index else ()
+
+
+def references(circuit: Circuit) -> Iterator[tuple[str, str]]:
+    """Yield (owner, node reference) over all device terminals and instance connections."""
+    for device in circuit.devices:
+        for terminal in device.terminals():
+            yield device.name, terminal
+    for instance in circuit.instances:
+        for reference in instance.connections.values():
+            yield instance.name, reference
+
+
+def _check_names(circuit: Circuit) -> None:
+    for kind, members in (
+        ("device or instance", (*circuit.devices, *circuit.instances)),
+        ("node", (*circuit.ports, *circuit.nodes)),
+        ("bias", circuit.biases),
+    ):
+        seen: set[str] = set()
+        for member in members:
+            if not _NAME.fullmatch(member.name):
+                raise TopologyError(f"{circuit.name}.{member.name}: not a name; use letters, digits and _")
+            if member.name.lower() in seen:
+                raise TopologyError(f"{circuit.name}.{member.name}: duplicate {kind} name (case does not count); rename one")
+            seen.add(member.name.lower())
+
+
+def _check_references(circuit: Circuit) -> None:
+    shapes = circuit.shapes()
+    for owner, reference in references(circuit):
+        if reference == GROUND:
+            continue
+        name, index = split_reference(reference)
+        shape = shapes.get(name, ())
+        if index and (len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True))):
+            raise TopologyError(f"{circuit.name}.{owner}: {reference}: index outside the shape {shape} of {name}")
+    for device in circuit.devices:
+        try:
+            device.check()
+        except ParameterError as error:
+            raise ParameterError(f"{circuit.name}.{error}") from None
+        for reference in device.terminals():
+            if reference != GROUND and not split_reference(reference)[1] and shapes.get(reference, ()):
+                raise TopologyError(f"{circuit.name}.{device.name}: {reference} is an array of nodes; name one element")
+    for instance in circuit.instances:
+        known = {p.name for p in instance.circuit.ports}
+        for port in instance.connections:
+            if port not in known:
+                raise unknown_name(f"{circuit.name}.{instance.name} port", port, known)
+        missing = sorted(known - set(instance.connections))
+        if missing:
+            raise TopologyError(f"{circuit.name}.{instance.name}.{missing[0]}: unconnected port; connect it to a node")
+
+
+def _check_biases(circuit: Circuit) -> None:
+    for bias in circuit.biases:
+        port = circuit.port(bias.port)
+        if port.kind != "bias":
+            raise TopologyError(f"{circuit.name}.{bias.port}: a bias on a port of kind {port.kind}; declare it as bias")
+        if bias.kind != "voltage":
+            if bias.device is None:
+                raise TopologyError(f"{circuit.name}.{bias.port}: a {bias.kind} bias must name the device it biases")
+            circuit.device(bias.device)

@@ -1,0 +1,24 @@
+"""Device types, one a file."""
+
+from circuits.devices.capacitor import Capacitor
+from circuits.devices.controlled_source import ControlledSource
+from circuits.devices.device import Device
+from circuits.devices.operational_amplifier import OperationalAmplifier
+from circuits.devices.resistor import Resistor
+from circuits.devices.source import Source
+from circuits.devices.transistor import Transistor
+
+DEVICE_TYPES: tuple[type[Device], ...] = (
+    Transistor, Capacitor, Resistor, ControlledSource, OperationalAmplifier, Source,
+)  # fmt: skip
+
+__all__ = [
+    "DEVICE_TYPES",
+    "Capacitor",
+    "ControlledSource",
+    "Device",
+    "OperationalAmplifier",
+    "Resistor",
+    "Source",
+    "Transistor",
+]

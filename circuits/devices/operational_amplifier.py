@@ -1,0 +1,104 @@
+"""Operational amplifier with finite gain, rails and output resistance.
+
+`v_t = v_mid + h tanh(A (v_p - v_n + v_os) / h)`, `v_mid = (v_dd + v_ss)/2`, `h = (v_dd - v_ss)/2`;
+the output delivers `(v_t - v_out) / R_o`. The tanh keeps the derivative continuous at the rails (ours).
+Speed comes from what loads the output. The supply carries the output current: a sourced current
+is drawn from v_dd, a sunk one enters v_ss, each by the smooth share `(1 +- tanh)/2` (ours).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.device import Device, require_finite, require_positive
+
+F64 = NDArray[np.float64]
+TERMINALS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class OperationalAmplifier(Device):
+    """An operational amplifier between its supplies `vdd` and `vss`.
+
+    `gain` is the open-loop gain (V/V), `output_resistance` in ohm, `offset` the input offset in V.
+    """
+
+    name: str
+    positive: str
+    negative: str
+    output: str
+    vdd: str
+    vss: str = "0"
+    gain: float = 1e5
+    output_resistance: float = 100.0
+    offset: float = 0.0
+
+    def terminals(self) -> tuple[str, ...]:
+        """Return (positive, negative, output, vdd, vss)."""
+        return self.positive, self.negative, self.output, self.vdd, self.vss
+
+    def parameters(self) -> Mapping[str, float]:
+        """Return gain, output resistance (ohm) and offset (V)."""
+        return {"gain": self.gain, "output_resistance": self.output_resistance, "offset": self.offset}
+
+    def check(self) -> None:
+        """Require a positive gain and output resistance and a finite offset."""
+        require_positive(self.name, "gain", self.gain, "V/V")
+        require_positive(self.name, "output_resistance", self.output_resistance, "ohm")
+        require_finite(self.name, "offset", self.offset, "V")
+
+    def conducting(self) -> tuple[tuple[int, int], ...]:
+        """Current flows between the output and both supplies."""
+        return ((2, 3), (2, 4))
+
+
+@nb.njit(cache=True, nogil=True)
+def amplifier_currents(terminal: NDArray[np.int32], value: F64, v: F64, current: F64, slope: F64) -> None:
+    """Currents into the terminals and their derivatives.
+
+    terminal: int32[5, n] positions in `v`; value: float64[3, n] gain, output resistance, offset;
+    v: float64[nodes], V; current: float64[5, n], A into the device at each terminal;
+    slope: float64[5, 5, n], `slope[i, j] = d current[i] / d v[terminal[j]]`, S.
+    """
+    for k in range(terminal.shape[1]):
+        gain, conductance = value[0, k], 1.0 / value[1, k]
+        v_out, v_dd, v_ss = v[terminal[2, k]], v[terminal[3, k]], v[terminal[4, k]]
+        half = 0.5 * (v_dd - v_ss)
+        drive = gain * (v[terminal[0, k]] - v[terminal[1, k]] + value[2, k])
+        u = drive / half
+        th = math.tanh(u)
+        se = 1.0 - th * th
+        d_in = gain * se
+        # d(h tanh(drive / h))/dh, with dh/dv_dd = -dh/dv_ss = 1/2
+        d_half = th - u * se
+        i_out = conductance * (v_out - 0.5 * (v_dd + v_ss) - half * th)
+        up = 0.5 * (1.0 + th)
+        d_up = 0.5 * se / half
+        g0, g3, g4 = -conductance * d_in, -conductance * 0.5 * (1.0 + d_half), -conductance * 0.5 * (1.0 - d_half)
+        u0, u3 = d_up * gain, -d_up * u * 0.5
+        current[0, k] = 0.0
+        current[1, k] = 0.0
+        current[2, k] = i_out
+        current[3, k] = -up * i_out
+        current[4, k] = -(1.0 - up) * i_out
+        for j in range(TERMINALS):
+            slope[0, j, k] = 0.0
+            slope[1, j, k] = 0.0
+        slope[2, 0, k] = g0
+        slope[2, 1, k] = -g0
+        slope[2, 2, k] = conductance
+        slope[2, 3, k] = g3
+        slope[2, 4, k] = g4
+        slope[3, 0, k] = -up * g0 - i_out * u0
+        slope[3, 1, k] = up * g0 + i_out * u0
+        slope[3, 2, k] = -up * conductance
+        slope[3, 3, k] = -up * g3 - i_out * u3
+        slope[3, 4, k] = -up * g4 + i_out * u3
+        for j in range(TERMINALS):
+            slope[4, j, k] = -slope[2, j, k] - slope[3, j, k]

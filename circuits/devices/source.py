@@ -1,0 +1,132 @@
+"""Ideal sources and their waveforms. They belong to a testbench, never to a circuit.
+
+Every waveform is a polyline of (time, value) vertices, constant before the first and after the last;
+the solver restarts at each vertex. A sampled waveform is followed at its sample rate instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.device import Device
+from circuits.errors import ParameterError
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A direct voltage (V) or current (A)."""
+
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """Trapezoids from `low` to `high`: `rise` s up, `width` s flat, `fall` s down, at each of `starts` (s)."""
+
+    low: float
+    high: float
+    starts: tuple[float, ...]
+    width: float
+    rise: float
+    fall: float
+
+
+@dataclass(frozen=True, slots=True)
+class PiecewiseLinear:
+    """Vertices at rising `time` (s) with `value` (V or A)."""
+
+    time: tuple[float, ...]
+    value: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sampled:
+    """Samples `value` (V or A, float64[T]) from `start` s at `rate` Hz, joined by straight lines."""
+
+    start: float
+    rate: float
+    value: F64
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """Set from outside while a run goes on; `initial` (V or A) until then."""
+
+    initial: float
+
+
+Waveform = Constant | Pulse | PiecewiseLinear | Sampled | Driven
+Polyline = tuple[F64, F64]
+
+
+@dataclass(frozen=True, slots=True)
+class Source(Device):
+    """An ideal source of `quantity` between ground and `node`; a current flows into the node."""
+
+    name: str
+    node: str
+    waveform: Waveform
+    quantity: Literal["voltage", "current"] = "voltage"
+
+    def terminals(self) -> tuple[str, ...]:
+        """Return (node,)."""
+        return (self.node,)
+
+    def parameters(self) -> Mapping[str, float]:
+        """Waveforms are not parameters."""
+        return {}
+
+    def check(self) -> None:
+        """Require vertices that rise in time and finite values."""
+        polyline(self.name, self.waveform)
+
+    def conducting(self) -> tuple[tuple[int, int], ...]:
+        """A voltage source ties its node to ground."""
+        return ((0, -1),) if self.quantity == "voltage" else ()
+
+
+def polyline(name: str, waveform: Waveform) -> Polyline:
+    """Vertices (time s, value) of a waveform, float64[T] each, T >= 1."""
+    if isinstance(waveform, Constant):
+        return np.zeros(1), np.array([waveform.value])
+    if isinstance(waveform, Driven):
+        return np.zeros(1), np.array([waveform.initial])
+    if isinstance(waveform, Sampled):
+        return waveform.start + np.arange(waveform.value.size) / waveform.rate, waveform.value
+    if isinstance(waveform, Pulse):
+        return vertices(name, *_trapezoids(name, waveform))
+    return vertices(name, waveform.time, waveform.value)
+
+
+def vertices(name: str, time: Sequence[float] | F64, value: Sequence[float] | F64) -> Polyline:
+    """Check and return vertices as arrays."""
+    t, v = np.asarray(time, dtype=np.float64), np.asarray(value, dtype=np.float64)
+    if t.size == 0 or t.shape != v.shape:
+        raise ParameterError(f"{name}: {t.size} times and {v.size} values, must be equally many and at least one")
+    if not (np.isfinite(t).all() and np.isfinite(v).all()):
+        raise ParameterError(f"{name}: a time or value is not finite")
+    if (np.diff(t) <= 0.0).any():
+        k = int(np.argmax(np.diff(t) <= 0.0)) + 1
+        raise ParameterError(f"{name}: time {t[k]:g} s after {t[k - 1]:g} s, times must rise; sort and merge the vertices")
+    return t, v
+
+
+def _trapezoids(name: str, pulse: Pulse) -> tuple[list[float], list[float]]:
+    if min(pulse.width, pulse.rise, pulse.fall) <= 0.0:
+        raise ParameterError(f"{name}: width {pulse.width:g} s, rise {pulse.rise:g} s, fall {pulse.fall:g} s, must be > 0")
+    time, value = [0.0], [pulse.low]
+    for start in sorted(pulse.starts):
+        if start <= time[-1] and len(time) > 1:
+            raise ParameterError(f"{name}: pulse at {start:g} s begins before the one before has ended ({time[-1]:g} s)")
+        corners = (start, start + pulse.rise, start + pulse.rise + pulse.width)
+        first = 1 if start == time[-1] else 0
+        time += [*corners[first:], corners[2] + pulse.fall]
+        value += [pulse.low, pulse.high, pulse.high][first:] + [pulse.low]
+    return time, value

@@ -1,0 +1,242 @@
+"""MOS transistor: the EKV law, continuous from weak to strong inversion.
+
+`I = I_S [F(u_f) - F(u_r)] (1 + lambda |v_d - v_s|)`, `F(u) = ln^2(1 + e^(u/2))`,
+`u_f = (v_p - v_s) / U_T`, `u_r = (v_p - v_d) / U_T`, all voltages to the bulk and mirrored for a pFET,
+`I_S = 2 mu Cox U_T^2 / kappa * m W / L`.
+Pinch-off voltage: `v_p = kappa (v_g - V_T0)`, or with body effect (`ekv-gamma`)
+`v_p = v_x - phi - gamma (sqrt(v_x + gamma^2/4) - gamma/2)`, `v_x = v_g - V_T0 + phi + gamma sqrt(phi)`.
+In weak inversion this is equation (1) of Cheely & Horiuchi (2003) with `I_0 = I_S e^(-kappa V_T0 / U_T)`:
+the current left at v_g = v_s is the off current of the channel; each junction adds
+`J W (1 - e^(-v/U_T))` from drain or source to bulk.
+Charges: constant capacitances gate-bulk, gate-drain, gate-source, drain-bulk, source-bulk, so that
+charge is conserved whatever the voltages do.
+Source: Enz, Krummenacher, Vittoz, "An analytical MOS transistor model" (1995), equations of I_S, v_p, F.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.device import Device, require_positive
+from circuits.devices.softplus import LIMIT, exp_negative, softplus
+from circuits.process import Polarity, TransistorAtTemperature, TransistorModel
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Transistor(Device):
+    """A MOS transistor of `multiplicity` parallel devices, each `width` by `length` (m)."""
+
+    name: str
+    polarity: Polarity
+    drain: str
+    gate: str
+    source: str
+    bulk: str
+    width: float
+    length: float
+    multiplicity: float = 1.0
+
+    def terminals(self) -> tuple[str, ...]:
+        """Return (drain, gate, source, bulk)."""
+        return self.drain, self.gate, self.source, self.bulk
+
+    def parameters(self) -> Mapping[str, float]:
+        """Return width (m), length (m) and multiplicity."""
+        return {"width": self.width, "length": self.length, "multiplicity": self.multiplicity}
+
+    def check(self) -> None:
+        """Require positive sizes."""
+        require_positive(self.name, "width", self.width, "m")
+        require_positive(self.name, "length", self.length, "m")
+        require_positive(self.name, "multiplicity", self.multiplicity, "devices")
+
+    def conducting(self) -> tuple[tuple[int, int], ...]:
+        """Current flows from drain to source; the junctions tie neither to the bulk."""
+        return ((0, 2),)
+
+
+class TransistorArrays(NamedTuple):
+    """Coefficients of n transistors for the law's kernel, float64[n] each unless said."""
+
+    terminal: NDArray[np.int32]  # int32[4, n]: positions of drain, gate, source, bulk in the voltage vector
+    sign: F64  # +1 nFET, -1 pFET
+    specific_current: F64  # I_S, A
+    inverse_2ut: F64  # 1 / (2 U_T), 1/V
+    v_t0: F64  # V, deviations included
+    kappa: F64
+    gamma: F64  # V^0.5; used when body_effect
+    surface_potential: F64  # V
+    early: F64  # 1/V
+    leakage: F64  # A, each of both junctions
+    body_effect: bool
+    leaks: bool
+
+
+class TransistorWork(NamedTuple):
+    """Scratch and results of the law's kernel."""
+
+    argument: F64  # [2n] u/2, forward then reverse
+    value: F64  # [2n] ln(1 + e^(u/2))
+    slope: F64  # [2n]
+    kappa: F64  # [n] dv_p/dv_g
+    current: F64  # [n] A, into the drain and out of the source
+    conductance: F64  # [3, n] derivatives of `current` by drain, gate, source voltage, S
+    junction: F64  # [2, n] leakage current into drain and source, out of the bulk, A
+    junction_conductance: F64  # [2, n] its derivative by the drain or source voltage, S
+
+
+def transistor_arrays(
+    terminal: NDArray[np.int32],
+    polarity: Polarity,
+    law: TransistorAtTemperature,
+    width: F64,
+    length: F64,
+    multiplicity: F64,
+    delta_v_t: F64 | float = 0.0,
+    relative_beta: F64 | float = 0.0,
+) -> TransistorArrays:
+    """Coefficients of a group of devices of one polarity.
+
+    terminal: int32[4, n]; width, length: float64[n], m; delta_v_t: V, added to the magnitude of
+    V_T0; relative_beta: added to 1.
+    """
+    n = width.size
+    full = np.ones(n)
+    square = law.square_current * multiplicity * width / length
+    return TransistorArrays(
+        terminal=np.ascontiguousarray(terminal, dtype=np.int32),
+        sign=full if polarity == "n" else -full,
+        specific_current=square * (1.0 + relative_beta),
+        inverse_2ut=full / (2.0 * law.u_t),
+        v_t0=law.v_t0 + delta_v_t * full,
+        kappa=law.kappa * full,
+        gamma=law.gamma * full,
+        surface_potential=law.surface_potential * full,
+        early=law.early * full,
+        leakage=law.junction_leakage * width * multiplicity,
+        body_effect=law.gamma > 0.0,
+        leaks=law.junction_leakage > 0.0,
+    )
+
+
+def join_arrays(groups: list[TransistorArrays]) -> TransistorArrays:
+    """Concatenate groups of transistors; one body effect or leakage switches the law for all."""
+    columns = [np.concatenate(c, axis=-1) for c in zip(*(g[:10] for g in groups), strict=True)]
+    return TransistorArrays(*columns, any(g.body_effect for g in groups), any(g.leaks for g in groups))
+
+
+def transistor_work(n: int) -> TransistorWork:
+    """Allocate the scratch of n transistors."""
+    return TransistorWork(
+        np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n), np.zeros((3, n)),
+        np.zeros((2, n)), np.zeros((2, n)),
+    )  # fmt: skip
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, _nrt=False)
+def drain_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
+    """Currents of all transistors and their exact derivatives, into `w`.
+
+    v: float64[nodes], V.
+    """
+    n = a.sign.size
+    drain, gate, source, bulk = a.terminal[0], a.terminal[1], a.terminal[2], a.terminal[3]
+    x, kappa, g = w.argument, w.kappa, w.conductance
+    for i in range(n):
+        s = a.sign[i]
+        vb = v[bulk[i]]
+        vg = s * (v[gate[i]] - vb)
+        k = a.kappa[i]
+        vp = k * (vg - a.v_t0[i])
+        kappa[i] = k
+        x[i] = (vp - s * (v[source[i]] - vb)) * a.inverse_2ut[i]
+        x[n + i] = (vp - s * (v[drain[i]] - vb)) * a.inverse_2ut[i]
+    if a.body_effect:
+        for i in range(n):
+            gm = a.gamma[i]
+            if gm > 0.0:
+                s = a.sign[i]
+                vb = v[bulk[i]]
+                phi = a.surface_potential[i]
+                vx = s * (v[gate[i]] - vb) - a.v_t0[i] + phi + gm * np.sqrt(phi)
+                # below flat band the square root has no meaning; the law goes on with its tangent there
+                vc = max(vx, 0.0)
+                root = np.sqrt(vc + 0.25 * gm * gm)
+                kappa[i] = 1.0 - 0.5 * gm / root
+                vp = vc - phi - gm * (root - 0.5 * gm) + kappa[i] * (vx - vc)
+                x[i] = (vp - s * (v[source[i]] - vb)) * a.inverse_2ut[i]
+                x[n + i] = (vp - s * (v[drain[i]] - vb)) * a.inverse_2ut[i]
+    softplus(x, w.value, w.slope)
+    for i in range(n):
+        s = a.sign[i]
+        ff, fr = w.value[i], w.value[n + i]
+        scale = a.specific_current[i]
+        vds = s * (v[drain[i]] - v[source[i]])
+        early = 1.0 + a.early[i] * abs(vds)
+        channel = scale * (ff - fr) * (ff + fr)
+        slope = 2.0 * scale * a.inverse_2ut[i] * early
+        forward, reverse = slope * ff * w.slope[i], slope * fr * w.slope[n + i]
+        tilt = channel * (a.early[i] if vds >= 0.0 else -a.early[i])
+        w.current[i] = s * channel * early
+        g[0, i] = reverse + tilt
+        g[1, i] = kappa[i] * (forward - reverse)
+        g[2, i] = -forward - tilt
+    if a.leaks:
+        _junction_currents(a, v, w)
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def _junction_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
+    for side in range(2):
+        terminal = a.terminal[2 * side]
+        for i in range(a.sign.size):
+            s = a.sign[i]
+            u = 2.0 * a.inverse_2ut[i] * s * (v[terminal[i]] - v[a.terminal[3][i]])
+            # forward bias beyond 20 U_T continues along the tangent: no circuit here drives a junction so far
+            e = exp_negative(min(u, LIMIT)) if u >= 0.0 else 1.0 / exp_negative(min(-u, 20.0))
+            extra = e * max(-u - 20.0, 0.0)
+            w.junction[side, i] = s * a.leakage[i] * (1.0 - e - extra)
+            w.junction_conductance[side, i] = a.leakage[i] * 2.0 * a.inverse_2ut[i] * e
+
+
+def capacitances(model: TransistorModel, width: F64, length: F64, multiplicity: F64) -> dict[tuple[int, int], F64]:
+    """Capacitances of n devices between pairs of terminal positions (drain, gate, source, bulk), F."""
+    w = width * multiplicity
+    gate_bulk = model.gate_bulk_fraction * model.oxide_capacitance * w * length
+    overlap, junction = model.overlap_capacitance * w, model.junction_capacitance * w
+    return {(1, 3): gate_bulk, (1, 0): overlap, (1, 2): overlap, (0, 3): junction, (2, 3): junction}
+
+
+def drain_current(
+    law: TransistorAtTemperature,
+    polarity: Polarity,
+    width: float,
+    length: float,
+    v_d: F64 | float,
+    v_g: F64 | float,
+    v_s: F64 | float,
+    v_b: F64 | float = 0.0,
+) -> F64:
+    """Current into the drain, A, of one device at broadcast terminal voltages (V)."""
+    vd, vg, vs, vb = (np.atleast_1d(x) for x in np.broadcast_arrays(v_d, v_g, v_s, v_b))
+    n = vd.size
+    v = np.concatenate([vd.ravel(), vg.ravel(), vs.ravel(), vb.ravel()]).astype(np.float64)
+    arrays = transistor_arrays(
+        np.arange(4 * n, dtype=np.int32).reshape(4, n),
+        polarity,
+        law,
+        np.full(n, width),
+        np.full(n, length),
+        np.ones(n),
+    )
+    work = transistor_work(n)
+    drain_currents(arrays, v, work)
+    return (work.current + work.junction[0]).reshape(vd.shape)

@@ -1,0 +1,43 @@
+"""The error tree.
+
+Every error that a user can cause or meet is a `CircuitError` and also the builtin that fits it.
+Its text is one line: `instance.path.attribute: value unit, rule; what to try`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class CircuitError(Exception):
+    """Root of every error raised on purpose."""
+
+
+class ParameterError(CircuitError, ValueError):
+    """A value breaks a rule: a negative size, a unit that does not fit, a temperature outside the laws."""
+
+
+class TopologyError(CircuitError, ValueError):
+    """A circuit is wired wrongly: a floating gate, a duplicate name, a loop of supplies."""
+
+
+class UnknownNameError(CircuitError, LookupError):
+    """A name that nothing in the registry or the circuit carries."""
+
+
+class DataError(CircuitError, ValueError):
+    """A file's contents cannot be used; the text names file and row."""
+
+
+class SolverError(CircuitError, ArithmeticError):
+    """A solve ended without an answer; the text names the outcome and its remedy."""
+
+
+class SimulatorError(CircuitError, RuntimeError):
+    """An outside simulator is missing or failed."""
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
+    """Build the error for `name`, listing what is known in sorted order."""
+    names = ", ".join(sorted(known))
+    return UnknownNameError(f"{kind} {name}: unknown; known are {names}")

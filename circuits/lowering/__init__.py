@@ -1,0 +1,1 @@
+"""From a circuit to a kernel, a graph or a closed form."""

@@ -1,0 +1,80 @@
+"""Checks that name the offender: floating gates, nodes without a path for direct current, supply loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from circuits.circuit import Circuit
+from circuits.devices import Transistor
+from circuits.devices.source import Source
+from circuits.errors import TopologyError
+from circuits.lowering.flatten import FlatCircuit, flatten
+
+
+def check_circuit(circuit: Circuit) -> None:
+    """Check a circuit by itself, its input ports taken as driven.
+
+    Raises `TopologyError` naming the instance path of the first offender.
+    """
+    flat = flatten(circuit)
+    driven = [int(n) for p in circuit.ports if p.direction == "in" for n in flat.ports[p.name].ravel()]
+    check_flat(flat, driven)
+
+
+def check_flat(flat: FlatCircuit, driven: Sequence[int]) -> None:
+    """Require a path for direct current from every node to ground or to a driven node."""
+    a, b = _conducting_pairs(flat)
+    n = flat.count
+    roots = np.unique(np.concatenate([[0], np.asarray(driven, dtype=np.int64)]))
+    a, b = np.concatenate([a, roots]), np.concatenate([b, np.zeros(roots.size, dtype=np.int64)])
+    _, label = connected_components(coo_array((np.ones(a.size), (a, b)), shape=(n, n)), directed=False)
+    used = np.zeros(n, dtype=np.bool_)
+    for group in flat.groups:
+        used[group.nodes] = True
+    for port, nodes in flat.ports.items():
+        loose = nodes.ravel()[~used[nodes.ravel()]]
+        if loose.size:
+            raise TopologyError(f"{flat.circuit.name}.{port}: unconnected port; nothing inside uses it")
+    islands = np.flatnonzero((label != label[0]) & used)
+    if islands.size == 0:
+        return
+    for group in flat.groups:
+        if isinstance(group.device, Transistor):
+            floating = np.flatnonzero(np.isin(group.nodes[1], islands))
+            if floating.size:
+                k = int(floating[0])
+                node = flat.node_name(int(group.nodes[1, k]))
+                raise TopologyError(
+                    f"{group.label(k)}.gate: floating gate, node {node} has no path for direct current; drive it or bias it"
+                )
+    node = flat.node_name(int(islands[0]))
+    raise TopologyError(f"{node}: no path for direct current to ground or a supply; connect a conducting device")
+
+
+def check_supplies(flat: FlatCircuit, sources: Sequence[Source]) -> list[tuple[int, int]]:
+    """Return (node, source) for every voltage source; two on one node are a loop of supplies."""
+    fixed: dict[int, int] = {0: -1}
+    for k, source in enumerate(sources):
+        source.check()
+        if source.quantity == "current":
+            continue
+        for node in flat.port_nodes(source.node):
+            if int(node) in fixed:
+                other = "ground" if node == 0 else sources[fixed[int(node)]].name
+                raise TopologyError(f"{source.name}: supply loop with {other} at node {flat.node_name(int(node))}; remove one")
+            fixed[int(node)] = k
+    return [(node, k) for node, k in fixed.items() if k >= 0]
+
+
+def _conducting_pairs(flat: FlatCircuit) -> tuple[np.ndarray, np.ndarray]:
+    a: list[np.ndarray] = [np.zeros(0, dtype=np.int64)]
+    b: list[np.ndarray] = [np.zeros(0, dtype=np.int64)]
+    for group in flat.groups:
+        for i, j in group.device.conducting():
+            a.append(group.nodes[i])
+            b.append(group.nodes[j] if j >= 0 else np.zeros_like(group.nodes[i]))
+    return np.concatenate(a), np.concatenate(b)

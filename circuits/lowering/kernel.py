@@ -1,0 +1,331 @@
+"""Testbench -> arrays for the solver.
+
+Unknown: the voltage of every node that no source fixes. The voltage vector of the solver is
+`[unknown nodes in elimination order | source values | 0 (ground)]`; a current source's value is a column
+that adds itself to its node's current. Kirchhoff's current law at the unknown nodes is
+`d/dt (C v) + G v + i(v) = 0`, positive current leaving the node. One function a device type adds its part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import singledispatch
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.bias import bias_voltages
+from circuits.circuit import Shape
+from circuits.lowering.check import check_flat, check_supplies
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices.device import Device
+from circuits.devices.source import Constant, Polyline, Sampled, polyline
+from circuits.devices.transistor import TransistorArrays, capacitances, join_arrays, transistor_arrays
+from circuits.lowering.factor import Factor, elimination_order, factor_program
+from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
+from circuits.process import Silicon, at_temperature
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+Triplets = tuple[I64, I64, F64]
+
+
+class Rows(NamedTuple):
+    """A sparse matrix by rows of the unknown nodes, over all columns of the voltage vector."""
+
+    start: I32
+    column: I32
+    value: F64
+    entry: I32  # position in the Jacobian, -1 for a column that is no unknown
+
+
+class Stamps(NamedTuple):
+    """What the nonlinear devices add: `f[row] += sign i[source]`, `J[entry] += sign g[source]`."""
+
+    row: I32
+    current: I32
+    current_sign: F64
+    entry: I32
+    slope: I32
+    slope_sign: F64
+
+
+class Kernel(NamedTuple):
+    """A circuit as arrays. `unknowns` nodes are solved for; `columns` is the voltage vector's length."""
+
+    unknowns: int
+    columns: int
+    transistors: TransistorArrays
+    amplifier_terminal: I32  # [5, n]
+    amplifier_value: F64  # [3, n]
+    charge: Rows  # C, F
+    conductance: Rows  # G, S
+    stamps: Stamps
+    factor: Factor
+    dynamic: NDArray[np.bool_]  # [unknowns] whether the node has capacitance
+    curvature: float  # V: scale over which the law bends, 2 U_T, or an amplifier's linear range
+
+
+class Sources(NamedTuple):
+    """Polylines of all sources, concatenated."""
+
+    start: I64  # [sources + 1]
+    time: F64
+    value: F64
+    interval: F64  # [sources] largest step, s; inf where vertices are breakpoints instead
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A lowered testbench: the kernel, its sources and the way back to names."""
+
+    testbench: Testbench
+    silicon: Silicon
+    flat: FlatCircuit
+    kernel: Kernel
+    polylines: tuple[Polyline, ...]
+    intervals: tuple[float, ...]
+    source_names: tuple[str, ...]
+    source_quantities: tuple[str, ...]
+    source_charge: Triplets  # C and G at the sources' own nodes: rows and columns of the voltage vector
+    source_conductance: Triplets
+    column: I64  # [nodes] position of each node in the voltage vector
+    names: tuple[str, ...] = field(repr=False)
+
+    def column_of(self, node: str) -> int:
+        """Position of the node at path `node` in the voltage vector."""
+        return int(self.column[self.flat.node(node)])
+
+    def sources(self) -> Sources:
+        """The polylines in the solver's form."""
+        return pack_sources(self.polylines, self.intervals)
+
+
+@dataclass(slots=True)
+class _Parts:
+    """What the device types add while the circuit is lowered; rows and columns are node columns."""
+
+    silicon: Silicon
+    column: I64
+    transistors: list[TransistorArrays] = field(default_factory=list)
+    amplifier_terminal: list[I64] = field(default_factory=list)
+    amplifier_value: list[F64] = field(default_factory=list)
+    charge: list[Triplets] = field(default_factory=list)
+    conductance: list[Triplets] = field(default_factory=list)
+
+
+def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
+    """Lower `testbench` on `silicon` (the nominal process at 27 degC unless given).
+
+    Raises `TopologyError` for a circuit that cannot be solved: floating gates, nodes without a path
+    for direct current, two sources on one node.
+    """
+    silicon = silicon or Silicon()
+    flat = flatten(testbench.circuit)
+    sources = complete_sources(testbench, flat, silicon)
+    fixed = check_supplies(flat, sources)
+    check_flat(flat, [n for n, _ in fixed])
+    free = np.setdiff1d(np.arange(1, flat.count), [n for n, _ in fixed])
+    order = _order(flat, free)
+    column = np.full(flat.count, -1, dtype=np.int64)
+    column[order] = np.arange(order.size)
+    unknowns, columns = order.size, order.size + len(sources) + 1
+    column[0] = columns - 1
+    for node, source in fixed:
+        column[node] = unknowns + source
+    parts = _Parts(silicon, column)
+    for group in flat.groups:
+        add_device(group.device, group, parts)
+    for k, source in enumerate(sources):
+        if source.quantity == "current":
+            node = column[flat.port_nodes(source.node)]
+            parts.conductance.append((node, np.array([unknowns + k]), np.array([-1.0])))
+    lines = tuple(polyline(f"{testbench.title}.{s.name}", s.waveform) for s in sources)
+    intervals = tuple(1.0 / s.waveform.rate if isinstance(s.waveform, Sampled) else np.inf for s in sources)
+    return Machine(
+        testbench, silicon, flat, _assemble(parts, unknowns, columns), lines, intervals,
+        tuple(s.name for s in sources), tuple(s.quantity for s in sources),
+        _merge(parts.charge, unknowns, columns), _merge(parts.conductance, unknowns, columns), column,
+        tuple(flat.node_names()),
+    )  # fmt: skip
+
+
+def complete_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> list[Source]:
+    """The testbench's sources and one more for each element of a bias port that it leaves open."""
+    sources = list(testbench.sources)
+    driven = {int(n) for s in sources for n in flat.port_nodes(s.node)}
+    for bias in testbench.circuit.biases:
+        voltages = bias_voltages(testbench.circuit, bias, silicon)
+        shape: Shape = voltages.shape
+        for index in np.ndindex(shape):
+            element = bias.port + (f"[{','.join(map(str, index))}]" if shape else "")
+            if int(flat.port_nodes(element)[0]) not in driven:
+                sources.append(Source(element, element, Constant(float(voltages[index]))))
+    return sources
+
+
+def pack_sources(lines: tuple[Polyline, ...], intervals: tuple[float, ...]) -> Sources:
+    """Concatenate polylines."""
+    start = np.concatenate([[0], np.cumsum([t.size for t, _ in lines])]).astype(np.int64)
+    time = np.concatenate([t for t, _ in lines]) if lines else np.zeros(0)
+    value = np.concatenate([v for _, v in lines]) if lines else np.zeros(0)
+    return Sources(start, time, value, np.array(intervals, dtype=np.float64))
+
+
+@singledispatch
+def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
+    """Add one group of devices to the kernel's parts."""
+    raise TypeError(f"{type(device).__name__}: no lowering to the kernel")
+
+
+
+
+@add_device.register
+def _(device: Transistor, group: DeviceGroup, parts: _Parts) -> None:
+    process = parts.silicon.process
+    model = process.model(device.polarity)
+    law = at_temperature(model, process, parts.silicon.temperature_c)
+    size = [group.parameters[k] for k in ("width", "length", "multiplicity")]
+    terminal = parts.column[group.nodes]
+    parts.transistors.append(transistor_arrays(terminal.astype(np.int32), device.polarity, law, *size))
+    for (i, j), value in capacitances(model, *size).items():
+        _two_terminal(parts.charge, terminal[i], terminal[j], value)
+
+
+@add_device.register
+def _(device: Capacitor, group: DeviceGroup, parts: _Parts) -> None:
+    _two_terminal(parts.charge, *parts.column[group.nodes], group.parameters["capacitance"])
+
+
+@add_device.register
+def _(device: Resistor, group: DeviceGroup, parts: _Parts) -> None:
+    _two_terminal(parts.conductance, *parts.column[group.nodes], 1.0 / group.parameters["resistance"])
+
+
+@add_device.register
+def _(device: ControlledSource, group: DeviceGroup, parts: _Parts) -> None:
+    positive, negative, high, low = parts.column[group.nodes]
+    g = group.parameters["transconductance"]
+    for row, sign in ((positive, 1.0), (negative, -1.0)):
+        parts.conductance.append((row, high, sign * g))
+        parts.conductance.append((row, low, -sign * g))
+
+
+@add_device.register
+def _(device: OperationalAmplifier, group: DeviceGroup, parts: _Parts) -> None:
+    parts.amplifier_terminal.append(parts.column[group.nodes])
+    parts.amplifier_value.append(np.array([group.parameters[k] for k in ("gain", "output_resistance", "offset")]))
+
+
+@add_device.register
+def _(device: Source, group: DeviceGroup, parts: _Parts) -> None:
+    raise TypeError(f"{device.name}: a source stands in a circuit; put it in the testbench")
+
+
+def _two_terminal(into: list[Triplets], a: I64, b: I64, value: F64) -> None:
+    into += [(a, a, value), (b, b, value), (a, b, -value), (b, a, -value)]
+
+
+def _order(flat: FlatCircuit, free: I64) -> I64:
+    """Free nodes in elimination order."""
+    local = np.full(flat.count, -1, dtype=np.int64)
+    local[free] = np.arange(free.size)
+    rows, columns = [], []
+    for group in flat.groups:
+        nodes = local[group.nodes]
+        for a in nodes:
+            for b in nodes:
+                keep = (a >= 0) & (b >= 0)
+                rows.append(a[keep])
+                columns.append(b[keep])
+    if free.size < 2 or not rows:
+        return free
+    return free[elimination_order(free.size, np.concatenate(rows), np.concatenate(columns))]
+
+
+def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
+    empty = np.zeros(0)
+    law = at_temperature(parts.silicon.process.n, parts.silicon.process, parts.silicon.temperature_c)
+    transistors = (
+        join_arrays(parts.transistors)
+        if parts.transistors
+        else transistor_arrays(np.zeros((4, 0), dtype=np.int32), "n", law, empty, empty, empty)
+    )
+    terminal = np.concatenate([np.zeros((5, 0), np.int64), *parts.amplifier_terminal], axis=1).astype(np.int32)
+    value = np.concatenate([np.zeros((3, 0)), *parts.amplifier_value], axis=1)
+    stamped = _stamps(transistors, terminal, unknowns)
+    charge, conductance = (_merge(m, 0, unknowns) for m in (parts.charge, parts.conductance))
+    pattern = {(int(r), int(c)) for r, c in zip(stamped[3], stamped[4], strict=True)}
+    for rows, cols, _ in (charge, conductance):
+        pattern |= {(int(r), int(c)) for r, c in zip(rows, cols, strict=True) if c < unknowns}
+    factor, position = factor_program(unknowns, pattern)
+    entry = np.array([position[int(r), int(c)] for r, c in zip(stamped[3], stamped[4], strict=True)], dtype=np.int32)
+    dynamic = np.zeros(unknowns, dtype=np.bool_)
+    dynamic[charge[0][(charge[2] > 0.0) & (charge[0] == charge[1])]] = True
+    curvature = 2.0 * law.u_t
+    if value.shape[1]:
+        curvature = min(curvature, float(parts.silicon.process.v_dd / value[0].max()))
+    return Kernel(
+        unknowns, columns, transistors, terminal, value, _rows(charge, unknowns, position),
+        _rows(conductance, unknowns, position),
+        Stamps(stamped[0], stamped[1], stamped[2], entry, stamped[5], stamped[6]), factor, dynamic, curvature,
+    )  # fmt: skip
+
+
+def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I32, F64, I64, I64, I32, F64]:
+    """Residual (row, current, sign) and Jacobian (row, column, slope, sign) entries of nonlinear devices.
+
+    Currents are laid out [drain n | junction 2n | amplifier 5m], slopes [transistor 3n | junction 2n | amplifier 25m].
+    """
+    n, m = t.sign.size, amplifier.shape[1]
+    residual: list[tuple[int, int, float]] = []
+    jacobian: list[tuple[int, int, int, float]] = []
+
+    def flow(row: int, sign: float, current: int, slopes: list[tuple[int, int, float]]) -> None:
+        if row < unknowns:
+            residual.append((row, current, sign))
+            jacobian.extend((row, c, k, sign * s) for c, k, s in slopes if c < unknowns)
+
+    for i in range(n):
+        d, g, s, b = (int(x) for x in t.terminal[:, i])
+        slopes = [(d, i, 1.0), (g, n + i, 1.0), (s, 2 * n + i, 1.0)]
+        slopes += [(b, k * n + i, -1.0) for k in range(3)]
+        flow(d, 1.0, i, slopes)
+        flow(s, -1.0, i, slopes)
+        for side, node in enumerate((d, s) if t.leaks else ()):
+            leak = [(node, 3 * n + side * n + i, 1.0), (b, 3 * n + side * n + i, -1.0)]
+            flow(node, 1.0, n + side * n + i, leak)
+            flow(b, -1.0, n + side * n + i, leak)
+    for k in range(m):
+        nodes = [int(x) for x in amplifier[:, k]]
+        for i in (2, 3, 4):
+            flow(nodes[i], 1.0, 3 * n + i * m + k, [(nodes[j], 5 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)])
+    r = np.array(residual, dtype=np.float64).reshape(-1, 3)
+    j = np.array(jacobian, dtype=np.float64).reshape(-1, 4)
+    return (
+        r[:, 0].astype(np.int32), r[:, 1].astype(np.int32), r[:, 2].copy(), j[:, 0].astype(np.int64),
+        j[:, 1].astype(np.int64), j[:, 2].astype(np.int32), j[:, 3].copy(),
+    )  # fmt: skip
+
+
+def _merge(triplets: list[Triplets], first: int, stop: int) -> Triplets:
+    """Sum equal (row, column) pairs of rows first to stop, sorted."""
+    if not triplets:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
+    wide = [np.broadcast_arrays(*t) for t in triplets]
+    rows, columns, values = (np.concatenate([np.atleast_1d(x[k]) for x in wide]) for k in range(3))
+    keep = (rows >= first) & (rows < stop)
+    rows, columns, values = rows[keep], columns[keep], values[keep]
+    pairs, inverse = np.unique(np.stack([rows, columns]), axis=1, return_inverse=True)
+    return pairs[0], pairs[1], np.bincount(inverse.ravel(), weights=values, minlength=pairs.shape[1])
+
+
+def _rows(merged: Triplets, unknowns: int, position: dict[tuple[int, int], int]) -> Rows:
+    rows, columns, values = merged
+    start = np.searchsorted(rows, np.arange(unknowns + 1)).astype(np.int32)
+    entry = [position[int(r), int(c)] if c < unknowns else -1 for r, c in zip(rows, columns, strict=True)]
+    return Rows(start, columns.astype(np.int32), values, np.array(entry, dtype=np.int32))

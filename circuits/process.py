@@ -1,0 +1,152 @@
+"""Process parameters and temperature laws.
+
+Temperature laws, T0 the process's nominal temperature:
+`U_T = k T / q`, `V_T0(T) = V_T0 + dV_T/dT (T - T0)`, `mu(T) = mu (T / T0)^m`,
+`J(T) = J 2^((T - T0) / doubling)` for the junction leakage.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from circuits.errors import ParameterError
+
+BOLTZMANN = 1.380649e-23  # J/K
+ELEMENTARY_CHARGE = 1.602176634e-19  # C
+ZERO_CELSIUS = 273.15  # K
+LOWEST_C, HIGHEST_C = -40.0, 125.0
+
+Polarity = Literal["n", "p"]
+Law = Literal["ekv", "ekv-gamma"]
+
+
+@dataclass(frozen=True, slots=True)
+class TransistorModel:
+    """Parameters of one polarity at the nominal temperature, magnitudes for both polarities.
+
+    `law`: `ekv` keeps kappa constant, as the papers' equations do; `ekv-gamma` lets it follow the
+    pinch-off voltage (body effect) and equals `kappa` at v_p = 0.
+    """
+
+    v_t0: float  # V
+    kappa: float  # 1
+    mu_cox: float  # A/V^2
+    law: Law = "ekv"
+    surface_potential: float = 0.7  # V; ours, 2 phi_F at 1e16 cm^-3, used by ekv-gamma only
+    early: float = 0.0  # 1/V; off by default (ours)
+    oxide_capacitance: float = 1.1e-3  # F/m^2
+    gate_bulk_fraction: float = 0.5  # share of Cox W L seen from gate to bulk
+    overlap_capacitance: float = 0.2e-9  # F/m of width, gate-drain and gate-source
+    junction_capacitance: float = 1.5e-9  # F/m of width, drain-bulk and source-bulk
+    junction_leakage: float = 0.0  # A/m of width at the nominal temperature; off by default (ours)
+    leakage_doubling: float = 9.0  # K; the facts give 8 to 10, unverified
+    v_t0_drift: float = -1e-3  # V/K
+    mobility_exponent: float = -1.5  # 1; the MOSIS default card value, not extracted
+
+    @property
+    def gamma(self) -> float:
+        """Body-effect coefficient, V^0.5: `kappa(v_p=0) = 1 / (1 + gamma / (2 sqrt(phi)))`."""
+        return 2.0 * (1.0 / self.kappa - 1.0) * math.sqrt(self.surface_potential)
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """A fabrication process: both transistors, the supply and the matching figures of a pair."""
+
+    name: str
+    n: TransistorModel
+    p: TransistorModel
+    v_dd: float  # V
+    pair_a_vt: float  # V m: sigma of a pair's V_T difference times sqrt(W L)
+    pair_a_beta: float  # m: sigma of a pair's relative beta difference times sqrt(W L)
+    nominal_temperature_c: float = 27.0
+
+    def model(self, polarity: Polarity) -> TransistorModel:
+        """Return the model of one polarity."""
+        return self.n if polarity == "n" else self.p
+
+
+# AMI 1.5 um: V_T0, kappa, mu Cox and capacitances of the rebound neuron's feasibility study; pair figures from the
+# rule of 1 mV um a nm of oxide (30 nm) and from Pelgrom's 2.5 um process.
+AMI_1500 = Process(
+    name="ami-1500",
+    n=TransistorModel(v_t0=0.60, kappa=0.70, mu_cox=72e-6),
+    p=TransistorModel(v_t0=0.85, kappa=0.75, mu_cox=25e-6),
+    v_dd=5.0,
+    pair_a_vt=28e-9,
+    pair_a_beta=0.02e-6,
+)
+
+PROCESSES = {AMI_1500.name: AMI_1500}
+
+
+@dataclass(frozen=True, slots=True)
+class Silicon:
+    """What a circuit is made of while it is simulated: a process at a temperature."""
+
+    process: Process = AMI_1500
+    temperature_c: float = 27.0
+
+    def __post_init__(self) -> None:
+        check_temperature(self.temperature_c)
+
+    @property
+    def thermal_voltage(self) -> float:
+        """U_T, V."""
+        return thermal_voltage(self.temperature_c)
+
+
+def check_temperature(temperature_c: float) -> None:
+    """Raise `ParameterError` outside the range over which the temperature laws hold."""
+    if not LOWEST_C <= temperature_c <= HIGHEST_C:
+        raise ParameterError(
+            f"temperature: {temperature_c:g} degC, must be within {LOWEST_C:g} to {HIGHEST_C:g} degC,"
+            " where the temperature laws hold"
+        )
+
+
+def kelvin(temperature_c: float) -> float:
+    """Absolute temperature, K."""
+    return temperature_c + ZERO_CELSIUS
+
+
+def thermal_voltage(temperature_c: float) -> float:
+    """`U_T = k T / q`, V."""
+    return BOLTZMANN * kelvin(temperature_c) / ELEMENTARY_CHARGE
+
+
+@dataclass(frozen=True, slots=True)
+class TransistorAtTemperature:
+    """A transistor model's parameters at one temperature, in the form of the drain-current law.
+
+    `square_current` is the specific current of a square device: `I_S = 2 mu Cox U_T^2 / kappa`, A.
+    """
+
+    square_current: float
+    u_t: float
+    v_t0: float
+    kappa: float
+    gamma: float  # 0 for the constant-kappa law
+    surface_potential: float
+    early: float
+    junction_leakage: float
+
+
+def at_temperature(model: TransistorModel, process: Process, temperature_c: float) -> TransistorAtTemperature:
+    """Apply the temperature laws to `model`."""
+    check_temperature(temperature_c)
+    u_t = thermal_voltage(temperature_c)
+    rise = temperature_c - process.nominal_temperature_c
+    ratio = kelvin(temperature_c) / kelvin(process.nominal_temperature_c)
+    return TransistorAtTemperature(
+        square_current=2.0 * model.mu_cox * ratio**model.mobility_exponent * u_t**2 / model.kappa,
+        u_t=u_t,
+        v_t0=model.v_t0 + model.v_t0_drift * rise,
+        kappa=model.kappa,
+        gamma=model.gamma if model.law == "ekv-gamma" else 0.0,
+        surface_potential=model.surface_potential,
+        early=model.early,
+        junction_leakage=model.junction_leakage * 2.0 ** (rise / model.leakage_doubling),
+    )

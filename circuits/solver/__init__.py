@@ -1,0 +1,1 @@
+"""Operating point, transient, and batches over dies."""

@@ -1,0 +1,348 @@
+"""Adaptive transient: variable-step BDF2, restarted at stimulus breakpoints.
+
+`v'_n+1 = [ (1+2w)/(1+w) v_n+1 - (1+w) v_n + w^2/(1+w) v_n-1 ] / h`, `w = h / h_n`.
+The predictor is the parabola through the last three points; after a breakpoint the solution's
+derivative, from `C v' = -(G v + i)`, stands in for the missing points and the first step is backward Euler.
+Local error: with the corrector's constant `K_c = h^2 (h+h_n)(1+w) / (6 (1+2w))` and the predictor's
+`K_p = h (h+h_n)(h+h_n+h_n-1) / 6`, the error of a step is `|v - v_pred| K_c / (K_c + K_p)`; it is kept below
+`rtol max(|v|, 1 V)` at every node with capacitance.
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.5 (variable-step BDF2).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.lowering.factor import factor_and_solve
+from circuits.lowering.kernel import Kernel, Sources
+from circuits.solver.newton import Work, evaluate, fill_jacobian, newton, set_base
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
+SMALLEST_STEP = 1e-15  # s
+_SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
+_REARM = 0.8  # share of the threshold below which a spike detector is armed again
+
+
+class History(NamedTuple):
+    """The resumable state: the last three points (newest first), step size, armed spike detectors."""
+
+    time: F64  # [3], s
+    voltage: F64  # [3, columns], V
+    rate: F64  # [columns], V/s, derivative at the last restart
+    step: F64  # [1], next step, s; 0 asks for a restart
+    points: I64  # [1], valid points since the last restart
+    armed: NDArray[np.bool_]  # [watched]
+    counts: I64  # [3]: steps accepted, rejected, iterations
+
+
+class Recorder(NamedTuple):
+    """Preallocated output: accepted points and spikes."""
+
+    time: F64  # [capacity], s
+    voltage: F64  # [capacity, recorded]
+    columns: I64  # [recorded] positions in the voltage vector
+    spike_time: F64  # [capacity], s
+    spike_index: I64  # [capacity] position in the watch list
+    filled: I64  # [2]: points, spikes
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def source_values(s: Sources, cursor: I64, t: float, v: F64, unknowns: int) -> None:
+    """Write all source values at time t behind the unknowns."""
+    for k in range(cursor.size):
+        lo, hi = s.start[k], s.start[k + 1]
+        c = cursor[k]
+        while c + 1 < hi and s.time[c + 1] <= t:
+            c += 1
+        while c > lo and s.time[c] > t:
+            c -= 1
+        cursor[k] = c
+        if t <= s.time[c] or c + 1 == hi:
+            v[unknowns + k] = s.value[c]
+        else:
+            f = (t - s.time[c]) / (s.time[c + 1] - s.time[c])
+            v[unknowns + k] = s.value[c] + f * (s.value[c + 1] - s.value[c])
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -> None:
+    """Write all source slopes just after time t (V/s), the cursor standing at t."""
+    for k in range(cursor.size):
+        c, hi = cursor[k], s.start[k + 1]
+        # a vertex reached within rounding counts as passed
+        if c + 1 < hi and s.time[c + 1] - t <= _SAME_TIME:
+            c += 1
+        if c + 1 == hi or s.time[c] > t + _SAME_TIME:
+            rate[unknowns + k] = 0.0
+        else:
+            rate[unknowns + k] = (s.value[c + 1] - s.value[c]) / (s.time[c + 1] - s.time[c])
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> tuple[float, float]:
+    """Earliest vertex after t, at most `stop`, and the largest step that sampled sources allow."""
+    nearest, largest = stop, np.inf
+    for k in range(cursor.size):
+        c, hi = cursor[k], s.start[k + 1]
+        while c < hi and s.time[c] <= t + _SAME_TIME:
+            c += 1
+        if c == hi:
+            continue
+        if s.interval[k] == np.inf or c == s.start[k]:
+            nearest = min(nearest, s.time[c])
+        else:
+            largest = min(largest, s.interval[k])
+    return nearest, largest
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _vertex_at(s: Sources, t: float) -> bool:
+    """Whether a breakpoint lies at t: the run is resumed where a stimulus bends."""
+    for k in range(s.interval.size):
+        if s.interval[k] == np.inf and s.start[k + 1] - s.start[k] > 1:
+            c = s.start[k] + np.searchsorted(s.time[s.start[k] : s.start[k + 1]], t - _SAME_TIME)
+            if c < s.start[k + 1] and s.time[c] <= t + _SAME_TIME:
+                return True
+    return False
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
+    """Find the derivative just after a breakpoint: `C v' = -(G v + i)` with the sources' slopes."""
+    n = k.unknowns
+    v = h.voltage[0]
+    rate = h.rate
+    for i in range(n):
+        rate[i] = 0.0
+    rate[k.columns - 1] = 0.0
+    source_slopes(s, cursor, h.time[0], rate, n)
+    evaluate(k, v, w)
+    for i in range(n):
+        total = w.residual[i]
+        for p in range(k.charge.start[i], k.charge.start[i + 1]):
+            if k.charge.column[p] >= n:
+                total += k.charge.value[p] * rate[k.charge.column[p]]
+        w.residual[i] = -total
+    w.jacobian[:] = 0.0
+    for p in range(k.charge.entry.size):
+        if k.charge.entry[p] >= 0:
+            w.jacobian[k.charge.entry[p]] += k.charge.value[p]
+    for i in range(n):
+        if not k.dynamic[i]:
+            w.jacobian[k.factor.diagonal[i]] += 1.0
+            w.residual[i] = 0.0
+    factor_and_solve(k.factor, w.jacobian, w.residual)
+    for i in range(n):
+        rate[i] = w.residual[i]
+    h.points[0] = 1
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _first_step(k: Kernel, h: History, rtol: float) -> float:
+    """A first step over which no node moves by more than 20 sqrt(rtol) 25 mV; the error control adapts it."""
+    fastest = 1.0
+    for i in range(k.unknowns):
+        fastest = max(fastest, abs(h.rate[i]))
+    return 0.5 * np.sqrt(rtol) / fastest
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _predict(k: Kernel, h: History, step: float, v: F64) -> None:
+    """Extrapolate the unknowns to t + step."""
+    points, n = h.points[0], k.unknowns
+    v0, v1, v2 = h.voltage[0], h.voltage[1], h.voltage[2]
+    if points == 1:
+        for i in range(n):
+            v[i] = v0[i] + step * h.rate[i]
+        return
+    h1 = h.time[0] - h.time[1]
+    if points == 2:
+        s = h1 + step
+        for i in range(n):
+            bend = (v0[i] - v1[i] - h.rate[i] * h1) / (h1 * h1)
+            v[i] = v1[i] + s * (h.rate[i] + s * bend)
+        return
+    h2 = h.time[1] - h.time[2]
+    for i in range(n):
+        d1 = (v0[i] - v1[i]) / h1
+        d2 = (v1[i] - v2[i]) / h2
+        bend = (d1 - d2) / (h1 + h2)
+        v[i] = v0[i] + step * (d1 + (h1 + step) * bend)
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _discretise(k: Kernel, h: History, step: float, history: F64) -> tuple[float, float]:
+    """Coefficients of the time derivative and the error's share of |v - v_pred|."""
+    v0, v1 = h.voltage[0], h.voltage[1]
+    if h.points[0] == 1:
+        a = 1.0 / step
+        for i in range(k.columns):
+            history[i] = -a * v0[i]
+        return a, 0.5
+    h1 = h.time[0] - h.time[1]
+    h2 = h.time[1] - h.time[2] if h.points[0] > 2 else 0.0
+    w = step / h1
+    a = (1.0 + 2.0 * w) / ((1.0 + w) * step)
+    b0, b1 = (1.0 + w) / step, w * w / ((1.0 + w) * step)
+    for i in range(k.columns):
+        history[i] = b1 * v1[i] - b0 * v0[i]
+    corrector = step * (1.0 + w) / (1.0 + 2.0 * w)
+    return a, corrector / (corrector + step + h1 + h2)
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _crossing(h: History, t_new: float, v_new: F64, column: int, threshold: float) -> float:
+    """Time at which the parabola through the last points rises through the threshold, s."""
+    t0, y0, y1 = h.time[0], h.voltage[0, column] - threshold, v_new[column] - threshold
+    step = t_new - t0
+    slope = (y1 - y0) / step
+    bend = 0.0
+    if h.points[0] > 1:
+        h1 = t0 - h.time[1]
+        bend = (slope - (h.voltage[0, column] - h.voltage[1, column]) / h1) / (step + h1)
+    lo, hi = 0.0, step
+    for _ in range(60):
+        s = 0.5 * (lo + hi)
+        # Newton form through (t0, y0), (t_new, y1) and the point before
+        if y0 + s * (slope + (s - step) * bend) < 0.0:
+            lo = s
+        else:
+            hi = s
+    return t0 + hi
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _accept(k: Kernel, h: History, t_new: float, v: F64) -> None:
+    for i in range(k.columns):
+        h.voltage[2, i] = h.voltage[1, i]
+        h.voltage[1, i] = h.voltage[0, i]
+        h.voltage[0, i] = v[i]
+    h.time[2], h.time[1], h.time[0] = h.time[1], h.time[0], t_new
+    h.points[0] = min(h.points[0] + 1, 3)
+    h.counts[0] += 1
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _record(h: History, r: Recorder) -> None:
+    p = r.filled[0]
+    r.time[p] = h.time[0]
+    for j in range(r.columns.size):
+        r.voltage[p, j] = h.voltage[0, r.columns[j]]
+    r.filled[0] = p + 1
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _rearm(h: History, watch: I64, threshold: float) -> None:
+    for j in range(watch.size):
+        if h.voltage[0, watch[j]] < _REARM * threshold:
+            h.armed[j] = True
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def integrate(
+    k: Kernel,
+    s: Sources,
+    h: History,
+    stop: float,
+    rtol: float,
+    max_steps: int,
+    watch: I64,
+    threshold: float,
+    stop_at_event: bool,
+    r: Recorder,
+    w: Work,
+    v: F64,
+    guess: F64,
+    history: F64,
+    cursor: I64,
+) -> int:
+    """Advance the history to `stop` (s), or to the first event; returns how it ended.
+
+    watch: int64[watched], columns whose upward crossing of `threshold` (V) is a spike; v, guess, history:
+    float64[columns] scratch; cursor: int64[sources] scratch. With `stop_at_event` the last step ends on the event.
+    """
+    n = k.unknowns
+    source_values(s, cursor, h.time[0], h.voltage[0], n)
+    if h.step[0] == 0.0 or _vertex_at(s, h.time[0]):
+        _restart(k, s, cursor, h, w)
+        h.step[0] = _first_step(k, h, rtol)
+    breakpoint, largest = next_breakpoint(s, cursor, h.time[0], stop)
+    landing, resume = -1, 0.0
+    for _ in range(max_steps):
+        t = h.time[0]
+        if stop - t <= _SAME_TIME:
+            return DONE
+        if r.filled[0] == r.time.size or r.filled[1] + watch.size > r.spike_time.size:
+            return BUFFER_FULL
+        step = min(h.step[0], largest)
+        room = breakpoint - t
+        at_breakpoint = step >= room - _SAME_TIME
+        if landing < 0 and not at_breakpoint:
+            at_breakpoint = step >= 0.999 * room
+            if not at_breakpoint and 2.0 * step > room:
+                step = 0.5 * room
+        if at_breakpoint:
+            step = room
+        t_new = breakpoint if at_breakpoint else t + step
+        source_values(s, cursor, t_new, v, n)
+        v[k.columns - 1] = 0.0
+        _predict(k, h, step, v)
+        a, share = _discretise(k, h, step, history)
+        for i in range(n):
+            guess[i] = v[i]
+        iterations = newton(k, a, history, v, rtol, w)
+        h.counts[2] += abs(iterations)
+        error = 0.0
+        if iterations > 0:
+            for i in range(n):
+                if k.dynamic[i]:
+                    e = abs(v[i] - guess[i]) / max(abs(v[i]), 1.0)
+                    if e > error:
+                        error = e
+            error *= share / rtol
+        if iterations < 0 or error > 1.0:
+            h.counts[1] += 1
+            landing = -1
+            order = 2.0 if h.points[0] == 1 else 3.0
+            h.step[0] = step * (0.25 if iterations < 0 else max(0.2, 0.8 * error ** (-1.0 / order)))
+            if h.step[0] < SMALLEST_STEP:
+                return STEP_TOO_SMALL
+            continue
+        first, first_time = -1, np.inf
+        for j in range(watch.size):
+            if h.armed[j] and (j == landing or v[watch[j]] >= threshold):
+                time = t_new if j == landing else _crossing(h, t_new, v, watch[j], threshold)
+                if time < first_time:
+                    first, first_time = j, time
+        if first >= 0 and stop_at_event and landing < 0 and t_new - first_time > _SAME_TIME:
+            landing, resume = first, step
+            h.step[0] = max(first_time - t, 2.0 * _SAME_TIME)
+            continue
+        for j in range(watch.size):
+            if h.armed[j] and (j == landing or v[watch[j]] >= threshold):
+                p = r.filled[1]
+                r.spike_time[p] = t_new if j == landing else _crossing(h, t_new, v, watch[j], threshold)
+                r.spike_index[p] = j
+                r.filled[1] = p + 1
+                h.armed[j] = False
+        _accept(k, h, t_new, v)
+        _rearm(h, watch, threshold)
+        _record(h, r)
+        order = 2.0 if h.points[0] == 2 else 3.0
+        grow = 2.0 if error == 0.0 else min(2.0, max(0.3, 0.85 * error ** (-1.0 / order)))
+        h.step[0] = resume if landing >= 0 else max(h.step[0], step) if at_breakpoint else step * grow
+        if at_breakpoint and stop - t_new > _SAME_TIME:
+            _restart(k, s, cursor, h, w)
+            h.step[0] = _first_step(k, h, rtol)
+            breakpoint, largest = next_breakpoint(s, cursor, h.time[0], stop)
+        if first >= 0 and stop_at_event:
+            return EVENT
+        landing = -1
+    return TOO_MANY_STEPS

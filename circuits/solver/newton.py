@@ -1,0 +1,134 @@
+"""One implicit step: Newton's method on `C (a v + h) + G v + i(v) = 0`, with exact derivatives.
+
+`a v + h` is the discretised time derivative of the voltage vector; a direct-current solve is a = 0, h = 0.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.operational_amplifier import amplifier_currents
+from circuits.devices.transistor import TransistorWork, drain_currents
+from circuits.lowering.factor import factor_and_solve
+from circuits.lowering.kernel import Kernel
+
+F64 = NDArray[np.float64]
+
+MAX_ITERATIONS = 12
+MAX_UPDATE = 1.0  # V, largest change of a node in one iteration
+_SLACK = 0.05  # share of the step's tolerance that the iteration may leave
+
+
+class Work(NamedTuple):
+    """Scratch of one thread; nothing in it outlives a call."""
+
+    current: F64  # all nonlinear currents, the transistor's and amplifier's arrays are views of it
+    slope: F64
+    transistor: TransistorWork
+    amplifier_current: F64
+    amplifier_slope: F64
+    base: F64  # Jacobian of the linear part
+    jacobian: F64
+    residual: F64
+    rate: F64
+
+
+def allocate(kernel: Kernel) -> Work:
+    """Scratch for `kernel`."""
+    n, m = kernel.transistors.sign.size, kernel.amplifier_terminal.shape[1]
+    current, slope = np.zeros(3 * n + 5 * m), np.zeros(5 * n + 25 * m)
+    transistor = TransistorWork(
+        argument=np.zeros(2 * n),
+        value=np.zeros(2 * n),
+        slope=np.zeros(2 * n),
+        kappa=np.zeros(n),
+        current=current[:n],
+        conductance=slope[: 3 * n].reshape(3, n),
+        junction=current[n : 3 * n].reshape(2, n),
+        junction_conductance=slope[3 * n : 5 * n].reshape(2, n),
+    )
+    return Work(
+        current, slope, transistor, current[3 * n :].reshape(5, m), slope[5 * n :].reshape(5, 5, m),
+        np.zeros(kernel.factor.entries), np.zeros(kernel.factor.entries), np.zeros(kernel.unknowns),
+        np.zeros(kernel.columns),
+    )  # fmt: skip
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def evaluate(k: Kernel, v: F64, w: Work) -> None:
+    """Fill the residual with `G v + i(v)` (A, leaving each node) and the device slopes."""
+    drain_currents(k.transistors, v, w.transistor)
+    if k.amplifier_terminal.shape[1] > 0:
+        amplifier_currents(k.amplifier_terminal, k.amplifier_value, v, w.amplifier_current, w.amplifier_slope)
+    for i in range(k.unknowns):
+        total = 0.0
+        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+            total += k.conductance.value[p] * v[k.conductance.column[p]]
+        w.residual[i] = total
+    for p in range(k.stamps.row.size):
+        w.residual[k.stamps.row[p]] += k.stamps.current_sign[p] * w.current[k.stamps.current[p]]
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def set_base(k: Kernel, a: float, w: Work) -> None:
+    """Fill the constant part of the Jacobian, `a C + G`."""
+    for p in range(w.base.size):
+        w.base[p] = 0.0
+    for p in range(k.charge.entry.size):
+        if k.charge.entry[p] >= 0:
+            w.base[k.charge.entry[p]] += a * k.charge.value[p]
+    for p in range(k.conductance.entry.size):
+        if k.conductance.entry[p] >= 0:
+            w.base[k.conductance.entry[p]] += k.conductance.value[p]
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def fill_jacobian(k: Kernel, w: Work) -> None:
+    """Add the device slopes to the constant part."""
+    for p in range(w.base.size):
+        w.jacobian[p] = w.base[p]
+    for p in range(k.stamps.entry.size):
+        w.jacobian[k.stamps.entry[p]] += k.stamps.slope_sign[p] * w.slope[k.stamps.slope[p]]
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def newton(k: Kernel, a: float, history: F64, v: F64, rtol: float, w: Work) -> int:
+    """Solve one step in place; `v` holds the guess and the source values.
+
+    history: float64[columns], V/s. Returns the number of iterations, or -1 where it does not converge.
+    Converged: the estimated remaining error of every node is below 0.05 rtol max(|v|, 1 V). The estimate is
+    the last update, or its square over the law's curvature (quadratic convergence).
+    """
+    n = k.unknowns
+    set_base(k, a, w)
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        for i in range(k.columns):
+            w.rate[i] = a * v[i] + history[i]
+        evaluate(k, v, w)
+        for i in range(n):
+            total = 0.0
+            for p in range(k.charge.start[i], k.charge.start[i + 1]):
+                total += k.charge.value[p] * w.rate[k.charge.column[p]]
+            w.residual[i] += total
+        fill_jacobian(k, w)
+        factor_and_solve(k.factor, w.jacobian, w.residual)
+        largest, clamped = 0.0, False
+        for i in range(n):
+            update = w.residual[i]
+            if not abs(update) < MAX_UPDATE:
+                if not np.isfinite(update):
+                    return -1
+                update = MAX_UPDATE if update > 0.0 else -MAX_UPDATE
+                clamped = True
+            v[i] -= update
+            scaled = abs(update) / max(abs(v[i]), 1.0)
+            if scaled > largest:
+                largest = scaled
+        target = _SLACK * rtol
+        if not clamped and (largest < target or largest * largest < target * k.curvature):
+            return iteration
+    return -1

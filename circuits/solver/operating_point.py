@@ -1,0 +1,238 @@
+"""Operating point: a true solution of `G v + i(v) = 0`, no conductance added.
+
+Newton from the start, else with a conductance to the start that falls in decades to nothing, else the
+circuit's own dynamics with growing steps (which can lock onto a cycle) followed by Newton. Several rest
+states can exist: the state found is told stable or not from the eigenvalues of `-C^-1 dI/dv`, and with a
+start given, the state found from the default start is reported beside when it is another one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numba as nb
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from circuits.errors import SolverError
+from circuits.lowering.kernel import Kernel, Machine, to_kernel
+from circuits.process import Silicon
+from circuits.solver.integrate import source_values
+from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
+from circuits.solver.outcome import Outcome
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+
+_DECADES = tuple(10.0**-k for k in range(3, 20))
+_TOLERANCE = 1e-9  # V, last update of a converged solve
+_SAME_STATE = 1e-3  # V, closer states are one
+_MAX_UPDATE = 0.2  # V, of each node in one iteration
+_FAR = 100.0  # V, where a solve has run away
+
+
+@dataclass(frozen=True, slots=True)
+class OperatingPoint:
+    """A rest state. `voltage`: float64[columns], V. `others`: other rest states that were met."""
+
+    machine: Machine
+    voltage: F64
+    stable: bool
+    others: tuple[OperatingPoint, ...] = ()
+
+    def __getitem__(self, node: str) -> float:
+        """Voltage of the node at a path, V."""
+        return float(self.voltage[self.machine.column_of(node)])
+
+    def voltages(self) -> dict[str, float]:
+        """Voltage of every node by path, V."""
+        return {name: float(self.voltage[c]) for name, c in zip(self.machine.names, self.machine.column, strict=True)}
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _dense(k: Kernel, w: Work, matrix: F64) -> None:
+    """Write the sparse Jacobian into a dense matrix."""
+    f = k.factor
+    for i in range(k.unknowns):
+        for j in range(k.unknowns):
+            matrix[i, j] = 0.0
+    for i in range(k.unknowns):
+        matrix[i, i] = w.jacobian[f.diagonal[i]]
+        for p in range(f.lower_start[i], f.lower_start[i + 1]):
+            matrix[f.lower_row[p], i] = w.jacobian[f.lower[p]]
+        for p in range(f.upper_start[i], f.upper_start[i + 1]):
+            matrix[i, f.upper_column[p]] = w.jacobian[f.upper[p]]
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def _direct(k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, right: F64, iterations: int) -> bool:
+    """Newton on `G v + i(v) + g (v - anchor) = 0` by dense LU with pivoting and row scaling."""
+    n = k.unknowns
+    set_base(k, 0.0, w)
+    for _ in range(iterations):
+        evaluate(k, v, w)
+        fill_jacobian(k, w)
+        _dense(k, w, matrix)
+        for i in range(n):
+            matrix[i, i] += g
+            right[i] = w.residual[i] + g * (v[i] - anchor[i])
+            scale = 1e-300
+            for j in range(n):
+                scale = max(scale, abs(matrix[i, j]))
+            right[i] /= scale
+            for j in range(n):
+                matrix[i, j] /= scale
+        if not solve_dense(matrix, right):
+            return False
+        largest = 0.0
+        for i in range(n):
+            largest = max(largest, abs(right[i]))
+        if not np.isfinite(largest):
+            return False
+        for i in range(n):
+            v[i] -= min(max(right[i], -_MAX_UPDATE), _MAX_UPDATE)
+            if abs(v[i]) > _FAR:
+                return False
+        if largest < _TOLERANCE:
+            return True
+    return False
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+def solve_dense(a: F64, b: F64) -> bool:
+    """Solve in place by LU with partial pivoting; False where a pivot vanishes.
+
+    numpy's solver raises from compiled code, which would end a batch; this one reports.
+    """
+    n = b.size
+    for c in range(n):
+        pivot = c
+        for i in range(c + 1, n):
+            if abs(a[i, c]) > abs(a[pivot, c]):
+                pivot = i
+        if a[pivot, c] == 0.0:
+            return False
+        if pivot != c:
+            for j in range(n):
+                a[c, j], a[pivot, j] = a[pivot, j], a[c, j]
+            b[c], b[pivot] = b[pivot], b[c]
+        for i in range(c + 1, n):
+            factor = a[i, c] / a[c, c]
+            if factor != 0.0:
+                for j in range(c + 1, n):
+                    a[i, j] -= factor * a[c, j]
+                b[i] -= factor * b[c]
+    for c in range(n - 1, -1, -1):
+        for j in range(c + 1, n):
+            b[c] -= a[c, j] * b[j]
+        b[c] /= a[c, c]
+    return True
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def _settle(k: Kernel, v: F64, w: Work, history: F64) -> bool:
+    """Backward Euler with growing steps from v until a step of 1000 s succeeds."""
+    h, old = 1e-9, v.copy()
+    for _ in range(2000):
+        for i in range(k.columns):
+            history[i] = -old[i] / h
+        if newton(k, 1.0 / h, history, v, 1e-4, w) > 0:
+            moved = 0.0
+            for i in range(k.unknowns):
+                moved = max(moved, abs(v[i] - old[i]))
+            old[:] = v
+            if h > 1e3:
+                return True
+            h *= 2.0 if moved < 0.2 else 1.0 if moved < 0.5 else 0.5
+        else:
+            v[:] = old
+            h *= 0.25
+            if h < 1e-18:
+                return False
+    return False
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
+    """Solve for a rest state near `v`, in place."""
+    anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
+    if _direct(k, v, anchor, 0.0, w, matrix, right, 200):
+        return True
+    v[:] = anchor
+    found = True
+    for g in decades:
+        found = found and _direct(k, v, anchor, g, w, matrix, right, 200)
+    if found and _direct(k, v, anchor, 0.0, w, matrix, right, 200):
+        return True
+    v[:] = anchor
+    return _settle(k, v, w, history) and _direct(k, v, anchor, 0.0, w, matrix, right, 60)
+
+
+def operating_point(
+    target: Testbench | Machine,
+    silicon: Silicon | None = None,
+    start: Mapping[str, float] | None = None,
+    time: float = 0.0,
+) -> OperatingPoint:
+    """Rest state with the sources at their values at `time` (s).
+
+    start: voltages (V) by node path; nodes left out start at 0 V. Raises `SolverError` where no
+    state is found.
+    """
+    machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
+    given = dict(start) if start is not None else dict(machine.testbench.start)
+    default = _cold(machine, time)
+    if not given:
+        if default is None:
+            raise SolverError(f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}")
+        return default
+    found = _solve(machine, given, time)
+    if found is None:
+        raise SolverError(f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}")
+    if default is not None and np.abs(default.voltage - found.voltage).max() > _SAME_STATE:
+        return replace(found, others=(default,))
+    return found
+
+
+def _cold(machine: Machine, time: float) -> OperatingPoint | None:
+    """Solve without a start: from 0 V, then from half and full supply at every node."""
+    v_dd = machine.silicon.process.v_dd
+    for level in (0.0, 0.5 * v_dd, v_dd):
+        found = _solve(machine, dict.fromkeys(machine.names[1:], level), time)
+        if found is not None:
+            return found
+    return None
+
+
+def _solve(machine: Machine, start: Mapping[str, float], time: float) -> OperatingPoint | None:
+    k, sources = machine.kernel, machine.sources()
+    v = np.zeros(k.columns)
+    source_values(sources, sources.start[:-1].copy(), time, v, k.unknowns)
+    for node, value in start.items():
+        column = machine.column_of(node)
+        if column < k.unknowns:
+            v[column] = value
+    w = allocate(k)
+    if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(_DECADES)):
+        return None
+    return OperatingPoint(machine, v, _is_stable(k, v, w))
+
+
+def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
+    """Whether small deviations die out: all finite eigenvalues of (-dI/dv, C) have negative real part."""
+    if k.unknowns == 0:
+        return True
+    set_base(k, 0.0, w)
+    evaluate(k, v, w)
+    fill_jacobian(k, w)
+    conductance = np.zeros((k.unknowns, k.unknowns))
+    _dense(k, w, conductance)
+    charge = np.zeros_like(conductance)
+    rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
+    inside = k.charge.entry >= 0
+    charge[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
+    rates = scipy.linalg.eigvals(-conductance, charge)
+    rates = rates[np.isfinite(rates)]
+    return bool((rates.real < 1e-6 * np.abs(rates).max(initial=0.0) + 1e-12).all()) if rates.size else True

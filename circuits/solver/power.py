@@ -1,0 +1,67 @@
+"""Currents and power that sources deliver, after a run that recorded every node.
+
+The current of a source is the conduction current of the devices at its node plus the rate of the charge
+on its side of every capacitance; conduction is integrated by the trapezoidal rule over the accepted points,
+charge exactly.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import Kernel
+from circuits.solver.newton import Work, allocate, evaluate
+from circuits.solver.transient import Result
+
+F64 = NDArray[np.float64]
+
+
+def delivered_energy(result: Result) -> dict[str, float]:
+    """Energy that each voltage source delivered over the run, J, by source name."""
+    machine = result.machine
+    if len(result.nodes) != len(machine.names):
+        raise ParameterError("energy: the run must record every node; leave record out")
+    k = machine.kernel
+    v = np.zeros((result.time.size, k.columns))
+    v[:, machine.column] = result.voltage
+    currents = np.zeros((result.time.size, k.columns))
+    work = allocate(k)
+    _conduction(k, v, work, currents)
+    rows, columns, values = machine.source_charge
+    charge = np.zeros_like(currents)
+    np.add.at(charge.T, rows, (values[:, None] * v.T[columns]))
+    rows, columns, values = machine.source_conductance
+    np.add.at(currents.T, rows, (values[:, None] * v.T[columns]))
+    energy = {}
+    middle = 0.5 * (v[1:] + v[:-1])
+    step = np.diff(result.time)[:, None]
+    total = (middle * (0.5 * (currents[1:] + currents[:-1]) * step + np.diff(charge, axis=0))).sum(axis=0)
+    for s, name in enumerate(machine.source_names):
+        if machine.source_quantities[s] == "voltage":
+            energy[name] = float(total[k.unknowns + s])
+    return energy
+
+
+def supply_power(result: Result) -> float:
+    """Mean power that all voltage sources deliver over the run, W."""
+    return sum(delivered_energy(result).values()) / float(result.time[-1] - result.time[0])
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def _conduction(k: Kernel, v: F64, w: Work, out: F64) -> None:
+    """Current of the nonlinear devices leaving every column's node, A, [T, columns]."""
+    t = k.transistors.terminal
+    for p in range(v.shape[0]):
+        evaluate(k, v[p], w)
+        for i in range(t.shape[1]):
+            out[p, t[0, i]] += w.transistor.current[i]
+            out[p, t[2, i]] -= w.transistor.current[i]
+            for side in range(2):
+                out[p, t[2 * side, i]] += w.transistor.junction[side, i]
+                out[p, t[3, i]] -= w.transistor.junction[side, i]
+        for j in range(k.amplifier_terminal.shape[1]):
+            for i in range(5):
+                out[p, k.amplifier_terminal[i, j]] += w.amplifier_current[i, j]

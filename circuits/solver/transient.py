@@ -1,0 +1,210 @@
+"""Transient runs: simulate a testbench, or advance a machine step by step with new stimuli.
+
+`advance(machine, state, until, inputs)` obeys the run contract: it returns at its first output event
+with the state at that moment, and goes on from there with whatever the inputs are then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.source import Polyline
+from circuits.errors import ParameterError, SolverError, unknown_name
+from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
+from circuits.process import Silicon
+from circuits.solver import integrate as core
+from circuits.solver.newton import Work, allocate
+from circuits.solver.operating_point import OperatingPoint, operating_point
+from circuits.solver.outcome import Outcome
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+DEFAULT_RTOL = 1e-4  # ours: spike times of the rebound neuron within 1 us of the converged ones
+MAX_STEPS = 10_000_000
+_CHUNK = 4096
+
+_OUTCOMES = {
+    core.DONE: Outcome.DONE,
+    core.EVENT: Outcome.EVENT,
+    core.STEP_TOO_SMALL: Outcome.STEP_TOO_SMALL,
+    core.TOO_MANY_STEPS: Outcome.TOO_MANY_STEPS,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Everything that a run carries from one call to the next; plain arrays, so that it pickles."""
+
+    time: F64
+    voltage: F64
+    rate: F64
+    step: F64
+    points: I64
+    armed: NDArray[np.bool_]
+    counts: I64
+    lines: tuple[Polyline, ...]
+
+    @property
+    def now(self) -> float:
+        """Time reached, s."""
+        return float(self.time[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """What a run cost."""
+
+    accepted: int
+    rejected: int
+    iterations: int
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """Waveforms of a run. `time`: float64[T], s; `voltage`: float64[T, nodes], V, in `nodes` order."""
+
+    machine: Machine
+    outcome: Outcome
+    time: F64
+    voltage: F64 = field(repr=False)
+    nodes: tuple[str, ...] = field(repr=False)
+    spikes: Mapping[str, F64]
+    steps: Steps
+    operating_point: OperatingPoint
+
+    def __getitem__(self, node: str) -> F64:
+        """Waveform of a node, float64[T], V."""
+        try:
+            return np.asarray(self.voltage[:, self.nodes.index(node)])
+        except ValueError:
+            raise unknown_name("node", node, self.nodes) from None
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """What one `advance` returned: accepted points after the start, and spikes (port, s) in order."""
+
+    time: F64
+    voltage: F64
+    spikes: tuple[tuple[str, float], ...]
+    outcome: Outcome
+
+
+class Runner:
+    """A machine with its scratch space: one thread advances it; states are values.
+
+    `record`: nodes kept at every accepted point. Spikes are upward crossings of half the supply
+    at the testbench's watched ports.
+    """
+
+    def __init__(self, machine: Machine, record: tuple[str, ...] = (), rtol: float = DEFAULT_RTOL) -> None:
+        """Allocate scratch for `machine`; raises `ParameterError` unless 1e-9 <= rtol <= 1e-2."""
+        if not 1e-9 <= rtol <= 1e-2:
+            raise ParameterError(f"rtol: {rtol:g}, must be within 1e-9 to 1e-2; 1e-4 is usual")
+        self.machine, self.rtol = machine, rtol
+        self.watch_names = machine.testbench.watch
+        watched = [n for w in self.watch_names for n in machine.flat.port_nodes(w)]
+        self._labels = [machine.names[n] for n in watched]
+        self._watch = machine.column[watched].astype(np.int64)
+        self._threshold = 0.5 * machine.silicon.process.v_dd
+        self._columns = np.array([machine.column_of(n) for n in record], dtype=np.int64)
+        self._work: Work = allocate(machine.kernel)
+        columns = machine.kernel.columns
+        self._scratch = (np.zeros(columns), np.zeros(columns), np.zeros(columns))
+        room = max(_CHUNK, self._watch.size)
+        self._recorder = core.Recorder(
+            np.zeros(_CHUNK), np.zeros((_CHUNK, self._columns.size)), self._columns, np.zeros(2 * room),
+            np.zeros(2 * room, dtype=np.int64), np.zeros(2, dtype=np.int64),
+        )  # fmt: skip
+
+    def begin(self, point: OperatingPoint, time: float = 0.0) -> State:
+        """State at rest in `point` at `time` s."""
+        v = point.voltage
+        armed = v[self._watch] < self._threshold
+        return State(
+            np.full(3, time), np.stack([v, v, v]), np.zeros(v.size), np.zeros(1), np.ones(1, dtype=np.int64),
+            armed, np.zeros(3, dtype=np.int64), self.machine.polylines,
+        )  # fmt: skip
+
+    def advance(
+        self,
+        state: State,
+        until: float,
+        inputs: Mapping[str, Polyline] | None = None,
+        stop_at_event: bool = True,
+        max_steps: int = MAX_STEPS,
+    ) -> tuple[State, Segment]:
+        """Advance to `until` (s), or to the first event.
+
+        inputs: new polylines (time s, value V or A) by source name, in force from now on. Raises
+        `SolverError` naming the time and the remedy where the solver gives up.
+        """
+        lines = self._with_inputs(state, inputs)
+        sources: Sources = pack_sources(lines, self.machine.intervals)
+        history = core.History(
+            state.time.copy(), state.voltage.copy(), state.rate.copy(), state.step.copy(), state.points.copy(),
+            state.armed.copy(), state.counts.copy(),
+        )  # fmt: skip
+        cursor = sources.start[:-1].copy()
+        r = self._recorder
+        times, volts, spikes = [], [], []
+        code = core.BUFFER_FULL
+        while code == core.BUFFER_FULL:
+            r.filled[:] = 0
+            code = core.integrate(
+                self.machine.kernel, sources, history, until, self.rtol, max_steps, self._watch, self._threshold,
+                stop_at_event, r, self._work, *self._scratch, cursor,
+            )  # fmt: skip
+            times.append(r.time[: r.filled[0]].copy())
+            volts.append(r.voltage[: r.filled[0]].copy())
+            found = range(int(r.filled[1]))
+            spikes += [(self._labels[r.spike_index[p]], float(r.spike_time[p])) for p in found]
+        outcome = _OUTCOMES[code]
+        if outcome in (Outcome.STEP_TOO_SMALL, Outcome.TOO_MANY_STEPS):
+            title, now = self.machine.testbench.title, float(history.time[0])
+            raise SolverError(f"{title}: {outcome.name.lower()} at {now:.9g} s; {outcome.value}")
+        ordered = tuple(sorted(spikes, key=lambda s: (s[1], s[0])))
+        return State(*history, lines), Segment(np.concatenate(times), np.concatenate(volts), ordered, outcome)
+
+    def _with_inputs(self, state: State, inputs: Mapping[str, Polyline] | None) -> tuple[Polyline, ...]:
+        if not inputs:
+            return state.lines
+        lines = list(state.lines)
+        for name, line in inputs.items():
+            if name not in self.machine.source_names:
+                raise unknown_name("source", name, self.machine.source_names)
+            lines[self.machine.source_names.index(name)] = line
+        return tuple(lines)
+
+
+def simulate(
+    target: Testbench | Machine,
+    silicon: Silicon | None = None,
+    *,
+    rtol: float = DEFAULT_RTOL,
+    start: Mapping[str, float] | None = None,
+    record: tuple[str, ...] | None = None,
+) -> Result:
+    """Run a testbench from its operating point to its stop time.
+
+    rtol: local error per step relative to max(|v|, 1 V). record: node paths, all nodes unless given.
+    """
+    machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
+    point = operating_point(machine, start=start)
+    nodes = machine.names if record is None else record
+    runner = Runner(machine, nodes, rtol)
+    state = runner.begin(point)
+    first = state.voltage[0][[machine.column_of(n) for n in nodes]]
+    state, segment = runner.advance(state, machine.testbench.stop, stop_at_event=False)
+    labels = runner._labels
+    spikes = {n: np.array([t for name, t in segment.spikes if name == n]) for n in labels}
+    return Result(
+        machine, segment.outcome, np.concatenate([[0.0], segment.time]), np.vstack([first, segment.voltage]), nodes,
+        spikes, Steps(*(int(c) for c in state.counts)), point,
+    )  # fmt: skip

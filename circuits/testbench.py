@@ -1,0 +1,29 @@
+"""Testbench: a circuit, what drives its ports, and for how long.
+
+Bias ports that nothing drives are set from the circuit's biases at the temperature of the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from circuits.circuit import Circuit
+from circuits.devices.source import Source
+
+
+@dataclass(frozen=True, slots=True)
+class Testbench:
+    """`sources` drive ports of `circuit` (their `node` is a port, or an element as in `spike[3]`).
+
+    `stop` in s. `watch`: event ports whose upward half-supply crossings are spikes. `start`: initial
+    voltages by node path that replace the operating point's guess.
+    """
+
+
+    title: str
+    circuit: Circuit
+    sources: tuple[Source, ...]
+    stop: float
+    watch: tuple[str, ...] = ()
+    start: Mapping[str, float] = field(default_factory=dict)

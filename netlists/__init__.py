@@ -1,0 +1,1 @@
+"""Text for other simulators, and running ngspice."""

@@ -1,0 +1,1 @@
+"""Worlds, sensors, robots, the closed loop, studies, experiments and the command line."""

@@ -1,0 +1,362 @@
+"""Reflectors that a sonar hears, and how far they are at any time.
+
+A target is a range r(t) from the sonar head, which rests at range 0, and a strength: the amplitude of
+its echo relative to a reference reflector, both at 1 m. Only range matters to a narrowband sonar with
+one speaker, so a head that flies at a resting target and a target that flies at a resting head are the
+same thing here.
+
+Source: Cheely & Horiuchi 2003, section 4, gives no scene; the numbers of `default_scene` are ours.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import NoReturn, assert_never
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from circuits.errors import DataError, ParameterError
+
+MAX_SPEED = 100.0  # m/s, ours: well below sound, so an echo's delay has one solution
+START_RANGE = 4.0  # m, ours
+END_RANGE = 0.5  # m, ours
+APPROACH_SPEED = 1.0  # m/s, ours
+TARGET_STRENGTH = 1.0  # relative to the reference reflector, ours
+CLUTTER_GAP = 1.0  # m behind the target, ours
+CLUTTER_STRENGTH = 1.5  # relative to the reference reflector, ours: louder than the target at equal range
+
+REQUIRED_COLUMNS = ("target", "time_s", "range_m")
+OPTIONAL_COLUMNS = ("strength",)
+HEADER_REMEDY = "the first line must be target,time_s,range_m or target,time_s,range_m,strength"
+SHOWN_LENGTH = 40  # characters of an offending value that an error repeats
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantVelocity:
+    """r(t) = range_m + velocity_m_per_s * t; a negative velocity approaches.
+
+    Attributes
+    ----------
+    range_m : range at t = 0 in m, > 0.
+    velocity_m_per_s : in m/s, at most `MAX_SPEED` either way.
+    """
+
+    range_m: float
+    velocity_m_per_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_positive("constant_velocity.range_m", self.range_m, "m")
+        _require_speed("constant_velocity.velocity_m_per_s", self.velocity_m_per_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoints:
+    """Piecewise linear through (time_s, range_m); held at the first range before, at the last range after.
+
+    Attributes
+    ----------
+    time_s : strictly increasing times in s, shape (n,), n >= 1.
+    range_m : ranges in m, shape (n,), > 0, no step faster than `MAX_SPEED`.
+    """
+
+    time_s: tuple[float, ...]
+    range_m: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.time_s or len(self.time_s) != len(self.range_m):
+            raise ParameterError(
+                f"waypoints.time_s: {len(self.time_s)} times for {len(self.range_m)} ranges, must be as many "
+                "of each and at least one; add or remove waypoints"
+            )
+        for time, distance in zip(self.time_s, self.range_m, strict=True):
+            _require_finite("waypoints.time_s", time, "s")
+            _require_positive("waypoints.range_m", distance, "m")
+        for before, after in pairwise(zip(self.time_s, self.range_m, strict=True)):
+            if after[0] <= before[0]:
+                raise ParameterError(
+                    f"waypoints.time_s: {after[0]:g} s, must be later than {before[0]:g} s; "
+                    "sort the waypoints"
+                )
+            _require_speed("waypoints.range_m", _step_speed(before, after))
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """From start_range_m at t = 0 to end_range_m at a constant speed, then at rest there.
+
+    Attributes
+    ----------
+    start_range_m, end_range_m : in m, > 0; a larger end recedes.
+    speed_m_per_s : in m/s, > 0, at most `MAX_SPEED`.
+    """
+
+    start_range_m: float
+    end_range_m: float
+    speed_m_per_s: float
+
+    def __post_init__(self) -> None:
+        _require_positive("approach.start_range_m", self.start_range_m, "m")
+        _require_positive("approach.end_range_m", self.end_range_m, "m")
+        _require_positive("approach.speed_m_per_s", self.speed_m_per_s, "m/s")
+        _require_speed("approach.speed_m_per_s", self.speed_m_per_s)
+
+
+Trajectory = ConstantVelocity | Waypoints | Approach
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """One reflector.
+
+    Attributes
+    ----------
+    name : what reports call it.
+    trajectory : its range over time.
+    target_strength : echo amplitude relative to the reference reflector, both at 1 m; linear, > 0.
+    """
+
+    name: str
+    trajectory: Trajectory
+    target_strength: float = TARGET_STRENGTH
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise ParameterError(f"target.name: {self.name!r}, must not be blank; name the target")
+        _require_positive(f"{self.name}.target_strength", self.target_strength, "")
+
+
+def range_at(trajectory: Trajectory, time_s: ArrayLike) -> NDArray[np.float64]:
+    """Range in m at the times `time_s` in s, in their shape.
+
+    Raises
+    ------
+    ParameterError
+        A `ConstantVelocity` has reached the sonar head, where range has no meaning.
+    """
+    time = np.asarray(time_s, dtype=np.float64)
+    match trajectory:
+        case ConstantVelocity():
+            distance = np.asarray(trajectory.range_m + trajectory.velocity_m_per_s * time)
+            _require_in_front(distance, time)
+            return distance
+        case Waypoints():
+            return np.asarray(np.interp(time, trajectory.time_s, trajectory.range_m))
+        case Approach():
+            start, end = trajectory.start_range_m, trajectory.end_range_m
+            travelled = trajectory.speed_m_per_s * np.maximum(time, 0.0)
+            distance = np.asarray(start + math.copysign(1.0, end - start) * travelled)
+            return distance.clip(min(start, end), max(start, end))
+        case _:
+            assert_never(trajectory)
+
+
+def describe(target: Target) -> str:
+    """One line that says what the target does, and that its range is held where its trajectory ends."""
+    trajectory = target.trajectory
+    match trajectory:
+        case ConstantVelocity():
+            path = f"{trajectory.range_m:g} m at 0 s, {trajectory.velocity_m_per_s:+g} m/s"
+        case Waypoints():
+            first, last = trajectory.range_m[0], trajectory.range_m[-1]
+            path = (
+                f"{len(trajectory.time_s)} waypoints, held at {first:g} m before {trajectory.time_s[0]:g} s "
+                f"and at {last:g} m after {trajectory.time_s[-1]:g} s"
+            )
+        case Approach():
+            start, end = trajectory.start_range_m, trajectory.end_range_m
+            stop = abs(end - start) / trajectory.speed_m_per_s
+            path = (
+                f"{start:g} m to {end:g} m at {trajectory.speed_m_per_s:g} m/s, "
+                f"held at {end:g} m after {stop:g} s"
+            )
+        case _:
+            assert_never(trajectory)
+    return f"{target.name}: {path}, strength {target.target_strength:g}"
+
+
+def default_scene(
+    start_range: float = START_RANGE,
+    end_range: float = END_RANGE,
+    speed: float = APPROACH_SPEED,
+    target_strength: float = TARGET_STRENGTH,
+    clutter_gap: float = CLUTTER_GAP,
+    clutter_strength: float = CLUTTER_STRENGTH,
+) -> tuple[Target, Target]:
+    """One target that is closed in on, and clutter that stays a fixed gap behind it.
+
+    The head flies at both, so the clutter moves along: its range is always the target's plus the gap. It
+    is the louder reflector, so that ranging the first echo and ranging the loudest differ.
+
+    Parameters
+    ----------
+    start_range, end_range : the target's range in m, at first and when it comes to rest.
+    speed : in m/s.
+    target_strength, clutter_strength : relative to the reference reflector.
+    clutter_gap : in m, > 0.
+    """
+    _require_positive("scene.clutter_gap", clutter_gap, "m")
+    target = Approach(start_range, end_range, speed)
+    clutter = Approach(start_range + clutter_gap, end_range + clutter_gap, speed)
+    return Target("target", target, target_strength), Target("clutter", clutter, clutter_strength)
+
+
+def read_targets(path: str | Path) -> tuple[Target, ...]:
+    """Read targets from a CSV file with the header `target,time_s,range_m[,strength]`.
+
+    Rows with the same name are one target's waypoints, in the order of time; targets come in the order in
+    which they first appear. Each range is held before its first and after its last row. Blank lines are
+    skipped.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, or a row breaks a rule; the text names file and row.
+    """
+    rows = _read_rows(Path(path))
+    _, header = next(rows, (1, []))
+    _check_header(path, header)
+    points: dict[str, list[tuple[float, float]]] = {}
+    strengths: dict[str, float] = {}
+    for line, cells in rows:
+        if len(cells) != len(header):
+            _refuse(path, line, "row", f"{len(cells)} cells", f"must have {len(header)}", "match the header")
+        if cells == header:
+            _refuse(path, line, "row", ",".join(cells), "must be data", "remove the second header")
+        cell = dict(zip(header, cells, strict=True))
+        name = cell["target"]
+        if not name:
+            _refuse(path, line, "target", name, "must not be blank", "name the target")
+        point = _read_point(path, line, cell, points.get(name, []))
+        strength = _read_strength(path, line, cell, strengths.get(name))
+        points.setdefault(name, []).append(point)
+        strengths[name] = strength
+    if not points:
+        _refuse(path, 2, "row", "end of file", "must have at least one row of data", "add a target")
+    return tuple(Target(name, _waypoints(points[name]), strengths[name]) for name in points)
+
+
+def _read_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        value = f"byte 0x{error.object[error.start]:02x}"
+        _refuse(path, line, "text", value, "must be UTF-8", "save the file as CSV text")
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise DataError(f"{path}: {reason}, must be a readable file; check path and permissions") from None
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    while True:
+        try:
+            cells = [cell.strip() for cell in next(reader)]
+        except StopIteration:
+            return
+        except csv.Error as error:
+            _refuse(path, reader.line_num, "row", str(error), "must be CSV", "check quotes and commas")
+        if any(cells):
+            yield reader.line_num, cells
+
+
+def _check_header(path: str | Path, header: list[str]) -> None:
+    if not header:
+        _refuse(path, 1, "header", "empty file", "must have a header", HEADER_REMEDY)
+    for column in header:
+        if header.count(column) > 1:
+            _refuse(path, 1, "header", column, "must appear once", HEADER_REMEDY)
+        if column not in REQUIRED_COLUMNS + OPTIONAL_COLUMNS:
+            _refuse(path, 1, "header", column, "must be a known column", HEADER_REMEDY)
+    for column in REQUIRED_COLUMNS:
+        if column not in header:
+            _refuse(path, 1, "header", ",".join(header), f"must have the column {column}", HEADER_REMEDY)
+
+
+def _read_point(
+    path: str | Path, line: int, cell: Mapping[str, str], earlier: list[tuple[float, float]]
+) -> tuple[float, float]:
+    time = _read_number(path, line, "time_s", cell["time_s"])
+    distance = _read_number(path, line, "range_m", cell["range_m"])
+    if distance <= 0.0:
+        _refuse(path, line, "range_m", cell["range_m"], "must be > 0 m", "give the range from the sonar head")
+    if earlier:
+        name, last = _shorten(cell["target"]), earlier[-1][0]
+        if time <= last:
+            rule = f"must be later than {last:g} s, the row before of {name}"
+            _refuse(path, line, "time_s", cell["time_s"], rule, "sort the rows of a target by time")
+        if abs(_step_speed(earlier[-1], (time, distance))) > MAX_SPEED:
+            rule = f"must be reached at no more than {MAX_SPEED:g} m/s"
+            _refuse(path, line, "range_m", cell["range_m"], rule, "add rows or correct the range")
+    return time, distance
+
+
+def _read_strength(path: str | Path, line: int, cell: Mapping[str, str], earlier: float | None) -> float:
+    if "strength" not in cell:
+        return TARGET_STRENGTH
+    strength = _read_number(path, line, "strength", cell["strength"])
+    if strength <= 0.0:
+        _refuse(path, line, "strength", cell["strength"], "must be > 0", "1 is the reference reflector")
+    if earlier is not None and strength != earlier:
+        rule = f"must be {earlier:g} as in the rows before of {_shorten(cell['target'])}"
+        _refuse(path, line, "strength", cell["strength"], rule, "give a target one strength")
+    return strength
+
+
+def _read_number(path: str | Path, line: int, column: str, text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        _refuse(path, line, column, text, "must be a number", "write it in plain digits, such as 0.25")
+    if not math.isfinite(number) or "_" in text:
+        _refuse(path, line, column, text, "must be a finite number", "write it in plain digits, such as 0.25")
+    return number
+
+
+def _refuse(path: str | Path, line: int, what: str, value: str, rule: str, remedy: str) -> NoReturn:
+    raise DataError(f"{path}:{line}: {what}: {_shorten(value)}, {rule}; {remedy}") from None
+
+
+def _shorten(value: str) -> str:
+    return repr(value if len(value) <= SHOWN_LENGTH else value[:SHOWN_LENGTH] + "...")
+
+
+def _waypoints(points: list[tuple[float, float]]) -> Waypoints:
+    return Waypoints(tuple(time for time, _ in points), tuple(distance for _, distance in points))
+
+
+def _step_speed(before: tuple[float, float], after: tuple[float, float]) -> float:
+    return (after[1] - before[1]) / (after[0] - before[0])
+
+
+def _require_finite(where: str, value: float, unit: str) -> None:
+    if not math.isfinite(value):
+        raise ParameterError(f"{where}: {value:g} {unit}, must be finite; give a number".replace("  ", " "))
+
+
+def _require_positive(where: str, value: float, unit: str) -> None:
+    _require_finite(where, value, unit)
+    if value <= 0.0:
+        raise ParameterError(f"{where}: {value:g} {unit}".rstrip() + ", must be > 0; give a positive value")
+
+
+def _require_speed(where: str, value: float) -> None:
+    _require_finite(where, value, "m/s")
+    if abs(value) > MAX_SPEED:
+        raise ParameterError(
+            f"{where}: {value:g} m/s, must be at most {MAX_SPEED:g} m/s either way; slow the target down"
+        )
+
+
+def _require_in_front(distance: NDArray[np.float64], time: NDArray[np.float64]) -> None:
+    behind = distance <= 0.0
+    if np.any(behind):
+        when = float(time[behind].flat[0])
+        raise ParameterError(
+            f"constant_velocity.range_m: {float(distance[behind].flat[0]):g} m at {when:g} s, must be > 0; "
+            "end the run earlier or use an Approach that stops"
+        )
