@@ -21,16 +21,27 @@ from circuits.process import Silicon, TransistorAtTemperature, at_temperature, k
 
 
 def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:
-    """Gate voltage above the bulk (magnitude, V) at which `device` saturates at `current` A, source at bulk."""
+    """Gate voltage above the bulk (magnitude, V) at which `device`, source at bulk, saturates at `current` A.
+
+    Raises `ParameterError` for a current that is not above zero, or below the law's least.
+    """
     if not (math.isfinite(current) and current > 0.0):
-        raise ParameterError(f"{device.name}: bias current {current:g} A, must be > 0; give a positive current")
+        raise ParameterError(
+            f"{device.name}: bias current {current:g} A, must be > 0; give a positive current"
+        )
     specific = law.square_current * device.multiplicity * device.width / device.length
     v_p = 2.0 * law.u_t * inverse_softplus(math.sqrt(current / specific))
     if law.gamma == 0.0:
         return law.v_t0 + v_p / law.kappa
     # the pinch-off law inverted: with r = sqrt(v_x + gamma^2/4), v_p + phi = r^2 - gamma r + gamma^2/4
     half = 0.5 * law.gamma
-    v_x = (half + math.sqrt(max(v_p + law.surface_potential, 0.0))) ** 2 - half**2
+    above_flat_band = v_p + law.surface_potential
+    if above_flat_band <= 0.0:
+        least = specific * math.exp(-law.surface_potential / law.u_t)
+        raise ParameterError(
+            f"{device.name}: bias current {current:g} A, must be > {least:.3g} A, the current at flat band"
+        )
+    v_x = (half + math.sqrt(above_flat_band)) ** 2 - half**2
     return v_x + law.v_t0 - law.surface_potential - law.gamma * math.sqrt(law.surface_potential)
 
 
@@ -39,17 +50,24 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.
     values = np.asarray(bias.value, dtype=np.float64)
     shape = circuit.port(bias.port).shape
     if values.shape not in ((), shape):
-        raise TopologyError(f"{circuit.name}.{bias.port}: {values.shape} values for a port of shape {shape}")
+        raise TopologyError(
+            f"{circuit.name}.{bias.port}: values of shape {values.shape} for a port of shape {shape};"
+            " give one number, or one an element"
+        )
     if bias.kind == "voltage":
         return np.broadcast_to(values, shape).copy()
     device = circuit.device(bias.device or "")
     if not isinstance(device, Transistor):
-        raise TopologyError(f"{circuit.name}.{bias.port}: {device.name} is no transistor; a current bias needs one")
+        raise TopologyError(
+            f"{circuit.name}.{bias.port}: {device.name} is no transistor; a current bias needs one"
+        )
     process, reference = silicon.process, bias.reference_temperature_c
     hot = bias.kind == "generator"
     law = at_temperature(process.model(device.polarity), process, silicon.temperature_c if hot else reference)
     scale = kelvin(silicon.temperature_c) / kelvin(reference) if hot else 1.0
-    gates = np.array([gate_voltage(law, device, float(i) * scale) for i in values.ravel()]).reshape(values.shape)
+    gates = np.array([gate_voltage(law, device, float(i) * scale) for i in values.ravel()]).reshape(
+        values.shape
+    )
     if device.polarity == "p":
         gates = process.v_dd - gates
     return np.broadcast_to(gates, shape).copy()

@@ -13,6 +13,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from circuits.devices.device import Device
 from circuits.errors import ParameterError, TopologyError, unknown_name
 
@@ -47,6 +49,12 @@ class Port:
     kind: PortKind
     direction: Direction = "in"
     shape: Shape = ()
+
+    def elements(self) -> list[str]:
+        """References of the port's nodes, as in `spike[0]`; a scalar port has its name alone."""
+        if not self.shape:
+            return [self.name]
+        return [f"{self.name}[{','.join(map(str, i))}]" for i in np.ndindex(self.shape)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,14 +153,16 @@ class Circuit:
 
     def shapes(self) -> dict[str, Shape]:
         """Shape of every declared node: ports and node arrays."""
-        return {n.name: n.shape for n in (*self.ports, *self.nodes)}
+        return {p.name: p.shape for p in self.ports} | {n.name: n.shape for n in self.nodes}
 
 
 def split_reference(reference: str) -> tuple[str, Shape]:
     """Split `"spike[3]"` into `("spike", (3,))`; a plain name gives `()`."""
     match = _REFERENCE.fullmatch(reference)
     if match is None:
-        raise TopologyError(f"{reference!r}: not a node name; write letters, digits, _ and an index as in v[2]")
+        raise TopologyError(
+            f"{reference!r}: not a node name; write letters, digits, _ and an index as in v[2]"
+        )
     index = match.group(2)
     return match.group(1), tuple(int(i) for i in index.split(",")) if index else ()
 
@@ -168,37 +178,57 @@ def references(circuit: Circuit) -> Iterator[tuple[str, str]]:
 
 
 def _check_names(circuit: Circuit) -> None:
-    for kind, members in (
-        ("device or instance", (*circuit.devices, *circuit.instances)),
-        ("node", (*circuit.ports, *circuit.nodes)),
-        ("bias", circuit.biases),
+    for kind, names in (
+        ("device or instance", [*(d.name for d in circuit.devices), *(i.name for i in circuit.instances)]),
+        ("node", [*(p.name for p in circuit.ports), *(n.name for n in circuit.nodes)]),
+        ("bias", [b.name for b in circuit.biases]),
     ):
         seen: set[str] = set()
-        for member in members:
-            if not _NAME.fullmatch(member.name):
-                raise TopologyError(f"{circuit.name}.{member.name}: not a name; use letters, digits and _")
-            if member.name.lower() in seen:
-                raise TopologyError(f"{circuit.name}.{member.name}: duplicate {kind} name (case does not count); rename one")
-            seen.add(member.name.lower())
+        for name in names:
+            if not _NAME.fullmatch(name):
+                raise TopologyError(f"{circuit.name}.{name}: not a name; use letters, digits and _")
+            if name.lower() in seen:
+                raise TopologyError(
+                    f"{circuit.name}.{name}: duplicate {kind} name (case does not count); rename one"
+                )
+            seen.add(name.lower())
+    shapes = {**circuit.shapes(), **{i.name: i.shape for i in circuit.instances}}
+    for name, shape in shapes.items():
+        if any(size < 1 for size in shape):
+            raise TopologyError(f"{circuit.name}.{name}: shape {shape}, every size must be at least 1")
 
 
 def _check_references(circuit: Circuit) -> None:
     shapes = circuit.shapes()
     for owner, reference in references(circuit):
-        if reference == GROUND:
-            continue
-        name, index = split_reference(reference)
-        shape = shapes.get(name, ())
-        if index and (len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True))):
-            raise TopologyError(f"{circuit.name}.{owner}: {reference}: index outside the shape {shape} of {name}")
+        if reference != GROUND:
+            _check_index(f"{circuit.name}.{owner}", reference, shapes)
     for device in circuit.devices:
         try:
             device.check()
         except ParameterError as error:
             raise ParameterError(f"{circuit.name}.{error}") from None
         for reference in device.terminals():
-            if reference != GROUND and not split_reference(reference)[1] and shapes.get(reference, ()):
-                raise TopologyError(f"{circuit.name}.{device.name}: {reference} is an array of nodes; name one element")
+            if shapes.get(reference, ()):
+                raise TopologyError(
+                    f"{circuit.name}.{device.name}: {reference} is an array of nodes; name one element"
+                )
+    _check_connections(circuit)
+
+
+def _check_index(owner: str, reference: str, shapes: Mapping[str, Shape]) -> None:
+    try:
+        name, index = split_reference(reference)
+    except TopologyError as error:
+        raise TopologyError(f"{owner}: {error}") from None
+    shape = shapes.get(name, ())
+    if index and (len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True))):
+        raise TopologyError(
+            f"{owner}: {reference}: index outside the shape {shape} of {name}; name an element that exists"
+        )
+
+
+def _check_connections(circuit: Circuit) -> None:
     for instance in circuit.instances:
         known = {p.name for p in instance.circuit.ports}
         for port in instance.connections:
@@ -206,15 +236,21 @@ def _check_references(circuit: Circuit) -> None:
                 raise unknown_name(f"{circuit.name}.{instance.name} port", port, known)
         missing = sorted(known - set(instance.connections))
         if missing:
-            raise TopologyError(f"{circuit.name}.{instance.name}.{missing[0]}: unconnected port; connect it to a node")
+            raise TopologyError(
+                f"{circuit.name}.{instance.name}.{missing[0]}: unconnected port; connect it to a node"
+            )
 
 
 def _check_biases(circuit: Circuit) -> None:
     for bias in circuit.biases:
         port = circuit.port(bias.port)
         if port.kind != "bias":
-            raise TopologyError(f"{circuit.name}.{bias.port}: a bias on a port of kind {port.kind}; declare it as bias")
+            raise TopologyError(
+                f"{circuit.name}.{bias.port}: a bias on a port of kind {port.kind}; declare it as bias"
+            )
         if bias.kind != "voltage":
             if bias.device is None:
-                raise TopologyError(f"{circuit.name}.{bias.port}: a {bias.kind} bias must name the device it biases")
+                raise TopologyError(
+                    f"{circuit.name}.{bias.port}: a {bias.kind} bias must name the device it biases"
+                )
             circuit.device(bias.device)

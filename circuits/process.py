@@ -68,8 +68,8 @@ class Process:
         return self.n if polarity == "n" else self.p
 
 
-# AMI 1.5 um: V_T0, kappa, mu Cox and capacitances of the rebound neuron's feasibility study; pair figures from the
-# rule of 1 mV um a nm of oxide (30 nm) and from Pelgrom's 2.5 um process.
+# AMI 1.5 um: V_T0, kappa, mu Cox and capacitances of the rebound neuron's feasibility study; pair figures
+# from the rule of 1 mV um a nm of oxide (30 nm) and from Pelgrom's 2.5 um process.
 AMI_1500 = Process(
     name="ami-1500",
     n=TransistorModel(v_t0=0.60, kappa=0.70, mu_cox=72e-6),

@@ -108,7 +108,7 @@ def version() -> str | None:
     with _lock:
         library = _open(path)
         library.clear_output()
-        _command(library, "version -f")
+        library.command("version -f")
         found = re.search(r"ngspice-(\S+)", library.stdout)
     return found.group(1) if found else "unknown"
 
@@ -207,7 +207,7 @@ def _open(path: Path) -> Any:
     library = kind.new_instance()
     if not isinstance(library, kind):
         raise SimulatorError("ngspice: PySpice has already loaded it in this process; call run before it")
-    _command(library, "set num_threads=1")  # with OpenMP's default, BSIM3 costs 4 to 6 times the CPU
+    library.command("set num_threads=1")  # with OpenMP's default, BSIM3 costs 4 to 6 times the CPU
     return library
 
 
@@ -223,7 +223,7 @@ def _probe(shared: Any, path: Path) -> None:
     ffi.dlclose(handle)
 
 
-def _library_class(shared: Any, path: Path) -> Any:
+def _library_class(shared: Any, path: Path) -> Any:  # noqa: C901 - the sum over short methods
     """Return PySpice's binding with its breaks mended; a factory, because the base class is imported late."""
     quiet = logging.getLogger(f"{__name__}.pyspice")
     quiet.disabled = True  # it warns "Unsupported Ngspice version", and repeats what we raise
@@ -256,7 +256,7 @@ def _library_class(shared: Any, path: Path) -> Any:
             return 0
 
         @staticmethod
-        def _background_thread_running(not_running: bool, _id: int, user_data: Any) -> int:
+        def _background_thread_running(not_running: int, _id: int, user_data: Any) -> int:
             self = shared.ffi.from_handle(user_data)
             self.worker = threading.get_native_id()
             if not_running:
@@ -264,7 +264,7 @@ def _library_class(shared: Any, path: Path) -> Any:
             return 0
 
         @staticmethod
-        def _exit(status: int, _unload: bool, _quit: bool, _id: int, user_data: Any) -> int:
+        def _exit(status: int, _unload: int, _quit: int, _id: int, user_data: Any) -> int:
             shared.ffi.from_handle(user_data).broken = True
             return status
 
@@ -274,7 +274,7 @@ def _library_class(shared: Any, path: Path) -> Any:
             shared.ffi.dlclose(self._ngspice_shared)
             self._ngspice_shared = shared.ffi.dlopen(str(path))
             self._ngspice_id = 0
-            self._init_ngspice(False)
+            self._init_ngspice(send_data=False)
             self.broken = False
 
         def _outlast_worker(self) -> None:
@@ -290,6 +290,20 @@ def _library_class(shared: Any, path: Path) -> Any:
             deck = shared.ffi.new("char *[]", [*kept, shared.ffi.NULL])
             return int(self._ngspice_shared.ngSpice_Circ(deck))
 
+        @property
+        def output(self) -> list[str]:
+            """Lines on ngspice's stdout since `clear_output`."""
+            return list(self._stdout)
+
+        @property
+        def errors(self) -> list[str]:
+            """Lines on ngspice's stderr since `clear_output`: notes and warnings too."""
+            return list(self._stderr)
+
+        def command(self, text: str) -> None:
+            with _interrupts_held():
+                self._ngspice_shared.ngSpice_Command(text.encode())
+
         def forget_commands(self) -> None:
             """Free ngspice's history of commands, which else grows with every run."""
             self._ngspice_shared.ngSpice_Command(shared.ffi.NULL)
@@ -303,7 +317,7 @@ def _library_class(shared: Any, path: Path) -> Any:
         def copy_vector(self, plot: str, name: str) -> NDArray[np.float64]:
             """Copy a vector: the library reuses its memory."""
             info = self._ngspice_shared.ngGet_Vec_Info(f"{plot}.{name}".encode())
-            if info == shared.ffi.NULL or info.v_realdata == shared.ffi.NULL or info.v_length == 0:
+            if not info or not info.v_realdata or not info.v_length:
                 return np.empty(0)
             return np.frombuffer(shared.ffi.buffer(info.v_realdata, 8 * info.v_length), np.float64).copy()
 
@@ -319,18 +333,19 @@ def _simulate(library: Any, deck: str, deadline_s: float | None) -> None:
         refused = library.load(lines)
     if refused or _failure(library):
         raise SimulatorError(f"ngspice: {_failure(library) or 'deck refused'}; correct the deck")
-    library.finished.clear()
-    _command(library, "bg_run")
+    with _interrupts_held():
+        library.finished.clear()
+        library.command("bg_run")
     if not library.finished.wait(deadline_s):
         raise SimulatorError(f"ngspice: not done after {deadline_s} s; allow more or loosen the options")
     # "Error:" alone is no end: ngspice goes on after an expression out of range in one Newton iteration.
-    if library.broken or any(_ENDED_EARLY.match(line) for line in library._stderr):
+    if library.broken or any(_ENDED_EARLY.match(line) for line in library.errors):
         raise SimulatorError(f"ngspice: {_failure(library)}; check the circuit, then reltol and tmax")
 
 
 def _halt(library: Any) -> None:
     while not library.finished.wait(0.01):
-        _command(library, "bg_halt")
+        library.command("bg_halt")
 
 
 def _clean(library: Any) -> None:
@@ -338,16 +353,11 @@ def _clean(library: Any) -> None:
     _halt(library)
     if library.broken:
         library.reload()
-        _command(library, "set num_threads=1")
+        library.command("set num_threads=1")
         return
     for text in ("destroy all", "remcirc"):
-        _command(library, text)
+        library.command(text)
     library.forget_commands()
-
-
-def _command(library: Any, text: str) -> None:
-    with _interrupts_held():
-        library._ngspice_shared.ngSpice_Command(text.encode())
 
 
 @contextmanager
@@ -365,7 +375,7 @@ def _interrupts_held() -> Iterator[None]:
 
 def _failure(library: Any) -> str:
     """Return ngspice's own words on what went wrong, in one line; empty if nothing did."""
-    lines = [line.strip() for line in library._stderr if line.strip()]
+    lines = [line.strip() for line in library.errors if line.strip()]
     start = next((i for i, line in enumerate(lines) if _FAILURE.match(line)), None)
     if start is None:
         return ""
@@ -377,7 +387,7 @@ def _failure(library: Any) -> str:
 def _read_plot(library: Any, analysis: str, vectors: tuple[str, ...] | None) -> Waveforms:
     plot = library.current_plot()
     if plot.rstrip("0123456789") != analysis:
-        said = " ".join(" ".join(library._stderr).split())[:_MESSAGE_LIMIT]
+        said = " ".join(" ".join(library.errors).split())[:_MESSAGE_LIMIT]
         raise SimulatorError(f"ngspice: no {analysis} result ({said}); check .save and the analysis line")
     names = {_node_name(name): name for name in reversed(library.vector_names(plot))}
     axis_name = next((name for name in _AXES if name in names), "") if analysis != "op" else ""
@@ -397,8 +407,8 @@ def _node_name(name: str) -> str:
 
 
 def _messages(library: Any) -> tuple[str, ...]:
-    noted = [line for line in library._stdout if line.startswith(("Note", "Warning"))]
-    told = [line.strip() for line in [*noted, *library._stderr]]
+    noted = [line for line in library.output if line.startswith(("Note", "Warning"))]
+    told = [line.strip() for line in [*noted, *library.errors]]
     return tuple(line for line in told if line and not _STEPPING.match(line))
 
 

@@ -43,7 +43,9 @@ I_EX_TAU = 60.7e-12
 SUPPLY = Port("vdd", "supply")
 
 
-def _mos(name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float) -> Transistor:
+def _mos(
+    name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
+) -> Transistor:
     bulk = "vdd" if polarity == "p" else "0"
     return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
 
@@ -53,10 +55,16 @@ def _inverter(p: str, n: str, a: str, y: str, top: str = "vdd") -> tuple[Device,
 
 
 def inhibitory_synapse(params: Params) -> Circuit:
-    """The call charges C_inh through a diode; I_inh_tau discharges it; while it is high v_mem is held down."""
+    """The call charges C_inh through a diode, I_inh_tau empties it; while it is high v_mem is held down."""
     return Circuit(
         "inhibitory_synapse",
-        (SUPPLY, Port("call", "event"), Port("v_mem", "analog", "out"), Port("v_inh_tau", "bias"), Port("v_ilim", "bias")),
+        (
+            SUPPLY,
+            Port("call", "event"),
+            Port("v_mem", "analog", "out"),
+            Port("v_inh_tau", "bias"),
+            Port("v_ilim", "bias"),
+        ),
         (
             *_inverter("mi1", "mi2", "call", "callb"),
             _mos("mi3", "p", "nd", "callb", "vdd", 3, 1.5),
@@ -73,10 +81,16 @@ def inhibitory_synapse(params: Params) -> Circuit:
 
 
 def membrane(params: Params) -> Circuit:
-    """C_m charged by I_rslope and tied to V_rest through m1, whose gate v_r follows slowly at I_rtau / C_r."""
+    """C_m, charged by I_rslope, tied to V_rest through m1, whose gate v_r follows at I_rtau / C_r."""
     return Circuit(
         "membrane",
-        (SUPPLY, Port("v_mem", "analog", "out"), Port("v_rest", "bias"), Port("v_rslope", "bias"), Port("v_rtau", "bias")),
+        (
+            SUPPLY,
+            Port("v_mem", "analog", "out"),
+            Port("v_rest", "bias"),
+            Port("v_rslope", "bias"),
+            Port("v_rtau", "bias"),
+        ),
         (
             Capacitor("c_m", "v_mem", "0", params.membrane_capacitance),
             Capacitor("c_r", "v_r", "0", params.rebound_capacitance),
@@ -89,10 +103,16 @@ def membrane(params: Params) -> Circuit:
 
 
 def excitatory_synapse(params: Params) -> Circuit:
-    """The echo pulls v_ex to V_ex,max; I_ex_tau charges it back, so that the output current decays exponentially."""
+    """The echo pulls v_ex to V_ex,max; I_ex_tau charges it back: the output current decays exponentially."""
     return Circuit(
         "excitatory_synapse",
-        (SUPPLY, Port("echo", "event"), Port("v_mem", "analog", "out"), Port("v_ex_max", "bias"), Port("v_ex_tau", "bias")),
+        (
+            SUPPLY,
+            Port("echo", "event"),
+            Port("v_mem", "analog", "out"),
+            Port("v_ex_max", "bias"),
+            Port("v_ex_tau", "bias"),
+        ),
         (
             *_inverter("me1", "me2", "echo", "echob"),
             _mos("me3", "p", "v_ex_max", "echob", "v_ex", 3, 1.5),
@@ -107,7 +127,13 @@ def comparator(params: Params) -> Circuit:
     """Differential pair: charges the axon's input while v_mem is above V_th."""
     return Circuit(
         "comparator",
-        (SUPPLY, Port("v_mem", "analog"), Port("v_ax", "analog", "out"), Port("v_th", "bias"), Port("v_bcmp", "bias")),
+        (
+            SUPPLY,
+            Port("v_mem", "analog"),
+            Port("v_ax", "analog", "out"),
+            Port("v_th", "bias"),
+            Port("v_bcmp", "bias"),
+        ),
         (
             _mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
             _mos("mc1", "p", "m", "v_mem", "tail", 6, 3),
@@ -119,11 +145,17 @@ def comparator(params: Params) -> Circuit:
 
 
 def axon(params: Params) -> Circuit:
-    """Axon-hillock: two inverters with capacitive feedback; the spike resets its input at I_pw and v_mem through ma8."""
+    """Axon-hillock: two inverters with capacitive feedback; a spike resets v_ax at I_pw, and v_mem."""
     ports = ("v_ax", "v_mem")
     return Circuit(
         "axon",
-        (SUPPLY, *(Port(p, "analog", "out") for p in ports), Port("spike", "event", "out"), Port("v_ilim", "bias"), Port("v_pw", "bias")),
+        (
+            SUPPLY,
+            *(Port(p, "analog", "out") for p in ports),
+            Port("spike", "event", "out"),
+            Port("v_ilim", "bias"),
+            Port("v_pw", "bias"),
+        ),
         (
             Capacitor("c_ax", "v_ax", "0", params.axon_capacitance),
             Capacitor("c_fb", "spike", "v_ax", params.feedback_capacitance),
@@ -151,7 +183,7 @@ BIASES = (
 )
 
 
-def build(params: Params = Params()) -> Circuit:  # noqa: B008 - frozen, so that one default serves all
+def build(params: Params = Params()) -> Circuit:
     """The neuron: ports call, echo (events in), v_mem (analog), spike (event out), biases and supply."""
     parts = (
         ("inhibition", inhibitory_synapse(params)),

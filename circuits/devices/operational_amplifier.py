@@ -4,6 +4,7 @@
 the output delivers `(v_t - v_out) / R_o`. The tanh keeps the derivative continuous at the rails (ours).
 Speed comes from what loads the output. The supply carries the output current: a sourced current
 is drawn from v_dd, a sunk one enters v_ss, each by the smooth share `(1 +- tanh)/2` (ours).
+Unpowered, `h` stays at 1 uV.
 """
 
 from __future__ import annotations
@@ -12,14 +13,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.devices.device import Device, require_finite, require_positive
 
 F64 = NDArray[np.float64]
 TERMINALS = 5
+LEAST_HEADROOM = 1e-6  # V, keeps the law finite while a solver passes unpowered states
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,7 @@ class OperationalAmplifier(Device):
         return ((2, 3), (2, 4))
 
 
-@nb.njit(cache=True, nogil=True)
+@compiled()
 def amplifier_currents(terminal: NDArray[np.int32], value: F64, v: F64, current: F64, slope: F64) -> None:
     """Currents into the terminals and their derivatives.
 
@@ -70,18 +72,24 @@ def amplifier_currents(terminal: NDArray[np.int32], value: F64, v: F64, current:
         gain, conductance = value[0, k], 1.0 / value[1, k]
         v_out, v_dd, v_ss = v[terminal[2, k]], v[terminal[3, k]], v[terminal[4, k]]
         half = 0.5 * (v_dd - v_ss)
+        d_h = 0.5 if half > LEAST_HEADROOM else 0.0
+        half = max(half, LEAST_HEADROOM)
         drive = gain * (v[terminal[0, k]] - v[terminal[1, k]] + value[2, k])
         u = drive / half
         th = math.tanh(u)
         se = 1.0 - th * th
         d_in = gain * se
-        # d(h tanh(drive / h))/dh, with dh/dv_dd = -dh/dv_ss = 1/2
+        # d(h tanh(drive / h))/dh, with dh/dv_dd = -dh/dv_ss = d_h
         d_half = th - u * se
         i_out = conductance * (v_out - 0.5 * (v_dd + v_ss) - half * th)
         up = 0.5 * (1.0 + th)
         d_up = 0.5 * se / half
-        g0, g3, g4 = -conductance * d_in, -conductance * 0.5 * (1.0 + d_half), -conductance * 0.5 * (1.0 - d_half)
-        u0, u3 = d_up * gain, -d_up * u * 0.5
+        g0, g3, g4 = (
+            -conductance * d_in,
+            -conductance * (0.5 + d_h * d_half),
+            -conductance * (0.5 - d_h * d_half),
+        )
+        u0, u3 = d_up * gain, -d_up * u * d_h
         current[0, k] = 0.0
         current[1, k] = 0.0
         current[2, k] = i_out

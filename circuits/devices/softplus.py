@@ -10,14 +10,16 @@ Coefficients: minimax fits of e^r on |r| <= ln(2)/2 (error 2.2e-16) and atanh(z)
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
-import numba as nb
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba.core import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from circuits.compiled import compiled
 
 F64 = NDArray[np.float64]
 
@@ -29,8 +31,7 @@ _LN2_LOW = 1.90821492927058770002e-10
 _ROUND = 6755399441055744.0
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _to_bits(typingctx: Any, value: Any) -> Any:
+def _bits_of(typingctx: Any, value: Any) -> Any:
     """Reinterpret a float64 as int64."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -39,8 +40,7 @@ def _to_bits(typingctx: Any, value: Any) -> Any:
     return types.int64(types.float64), codegen
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _from_bits(typingctx: Any, value: Any) -> Any:
+def _of_bits(typingctx: Any, value: Any) -> Any:
     """Reinterpret an int64 as float64."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -49,7 +49,12 @@ def _from_bits(typingctx: Any, value: Any) -> Any:
     return types.float64(types.int64), codegen
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+# called without the typing context, which numba puts first
+_to_bits: Callable[[Any], Any] = cast("Callable[[Any], Any]", intrinsic(_bits_of))
+_from_bits: Callable[[Any], Any] = cast("Callable[[Any], Any]", intrinsic(_of_bits))
+
+
+@compiled(fastmath={"contract"})
 def exp_negative(a: float) -> float:
     """`e^-a` for 0 <= a <= LIMIT, without a branch."""
     y = -a * _LOG2E + _ROUND
@@ -66,10 +71,11 @@ def exp_negative(a: float) -> float:
     p = p * r + 0.5000000000000006
     p = p * r + 1.0000000000000067
     p = p * r + 1.0
-    return p * _from_bits((_to_bits(y) << 52) + (1023 << 52))
+    power: float = _from_bits((_to_bits(y) << 52) + (1023 << 52))
+    return p * power
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def softplus(x: F64, value: F64, slope: F64) -> None:
     """Fill `value = ln(1 + e^x)` and `slope = 1 / (1 + e^-x)`.
 

@@ -6,6 +6,7 @@ the solver restarts at each vertex. A sampled waveform is followed at its sample
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -28,7 +29,7 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """Trapezoids from `low` to `high`: `rise` s up, `width` s flat, `fall` s down, at each of `starts` (s)."""
+    """Trapezoids from `low` to `high`: at each of `starts` (s) `rise` s up, `width` s flat, `fall` s down."""
 
     low: float
     high: float
@@ -95,11 +96,13 @@ class Source(Device):
 def polyline(name: str, waveform: Waveform) -> Polyline:
     """Vertices (time s, value) of a waveform, float64[T] each, T >= 1."""
     if isinstance(waveform, Constant):
-        return np.zeros(1), np.array([waveform.value])
+        return vertices(name, (0.0,), (waveform.value,))
     if isinstance(waveform, Driven):
-        return np.zeros(1), np.array([waveform.initial])
+        return vertices(name, (0.0,), (waveform.initial,))
     if isinstance(waveform, Sampled):
-        return waveform.start + np.arange(waveform.value.size) / waveform.rate, waveform.value
+        if not (math.isfinite(waveform.rate) and waveform.rate > 0.0):
+            raise ParameterError(f"{name}: rate {waveform.rate:g} Hz, must be > 0; give samples a second")
+        return vertices(name, waveform.start + np.arange(waveform.value.size) / waveform.rate, waveform.value)
     if isinstance(waveform, Pulse):
         return vertices(name, *_trapezoids(name, waveform))
     return vertices(name, waveform.time, waveform.value)
@@ -109,24 +112,32 @@ def vertices(name: str, time: Sequence[float] | F64, value: Sequence[float] | F6
     """Check and return vertices as arrays."""
     t, v = np.asarray(time, dtype=np.float64), np.asarray(value, dtype=np.float64)
     if t.size == 0 or t.shape != v.shape:
-        raise ParameterError(f"{name}: {t.size} times and {v.size} values, must be equally many and at least one")
+        raise ParameterError(
+            f"{name}: {t.size} times and {v.size} values, must be equally many and at least one"
+        )
     if not (np.isfinite(t).all() and np.isfinite(v).all()):
-        raise ParameterError(f"{name}: a time or value is not finite")
+        raise ParameterError(f"{name}: a time or value is not finite; give numbers")
     if (np.diff(t) <= 0.0).any():
         k = int(np.argmax(np.diff(t) <= 0.0)) + 1
-        raise ParameterError(f"{name}: time {t[k]:g} s after {t[k - 1]:g} s, times must rise; sort and merge the vertices")
+        raise ParameterError(
+            f"{name}: time {t[k]:g} s after {t[k - 1]:g} s, times must rise; sort and merge the vertices"
+        )
     return t, v
 
 
 def _trapezoids(name: str, pulse: Pulse) -> tuple[list[float], list[float]]:
     if min(pulse.width, pulse.rise, pulse.fall) <= 0.0:
-        raise ParameterError(f"{name}: width {pulse.width:g} s, rise {pulse.rise:g} s, fall {pulse.fall:g} s, must be > 0")
+        raise ParameterError(
+            f"{name}: width {pulse.width:g} s, rise {pulse.rise:g} s, fall {pulse.fall:g} s, must be > 0"
+        )
     time, value = [0.0], [pulse.low]
     for start in sorted(pulse.starts):
-        if start <= time[-1] and len(time) > 1:
-            raise ParameterError(f"{name}: pulse at {start:g} s begins before the one before has ended ({time[-1]:g} s)")
+        if start < time[-1] and len(time) > 1:
+            raise ParameterError(
+                f"{name}: pulse at {start:g} s begins before the one before has ended ({time[-1]:g} s)"
+            )
         corners = (start, start + pulse.rise, start + pulse.rise + pulse.width)
         first = 1 if start == time[-1] else 0
         time += [*corners[first:], corners[2] + pulse.fall]
-        value += [pulse.low, pulse.high, pulse.high][first:] + [pulse.low]
+        value += [*(pulse.low, pulse.high, pulse.high)[first:], pulse.low]
     return time, value

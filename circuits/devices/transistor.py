@@ -17,12 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.devices.device import Device, require_positive
 from circuits.devices.softplus import LIMIT, exp_negative, softplus
 from circuits.process import Polarity, TransistorAtTemperature, TransistorModel
@@ -129,8 +129,10 @@ def transistor_arrays(
 
 def join_arrays(groups: list[TransistorArrays]) -> TransistorArrays:
     """Concatenate groups of transistors; one body effect or leakage switches the law for all."""
-    columns = [np.concatenate(c, axis=-1) for c in zip(*(g[:10] for g in groups), strict=True)]
-    return TransistorArrays(*columns, any(g.body_effect for g in groups), any(g.leaks for g in groups))
+    fields = TransistorArrays._fields[:10]
+    columns: dict[str, Any] = {f: np.concatenate([getattr(g, f) for g in groups], axis=-1) for f in fields}
+    body_effect, leaks = any(g.body_effect for g in groups), any(g.leaks for g in groups)
+    return groups[0]._replace(**columns, body_effect=body_effect, leaks=leaks)
 
 
 def transistor_work(n: int) -> TransistorWork:
@@ -141,7 +143,7 @@ def transistor_work(n: int) -> TransistorWork:
     )  # fmt: skip
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"}, _nrt=False)
+@compiled(fastmath={"contract"})
 def drain_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
     """Currents of all transistors and their exact derivatives, into `w`.
 
@@ -193,7 +195,7 @@ def drain_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
         _junction_currents(a, v, w)
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _junction_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
     for side in range(2):
         terminal = a.terminal[2 * side]
@@ -207,7 +209,9 @@ def _junction_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
             w.junction_conductance[side, i] = a.leakage[i] * 2.0 * a.inverse_2ut[i] * e
 
 
-def capacitances(model: TransistorModel, width: F64, length: F64, multiplicity: F64) -> dict[tuple[int, int], F64]:
+def capacitances(
+    model: TransistorModel, width: F64, length: F64, multiplicity: F64
+) -> dict[tuple[int, int], F64]:
     """Capacitances of n devices between pairs of terminal positions (drain, gate, source, bulk), F."""
     w = width * multiplicity
     gate_bulk = model.gate_bulk_fraction * model.oxide_capacitance * w * length
@@ -239,4 +243,4 @@ def drain_current(
     )
     work = transistor_work(n)
     drain_currents(arrays, v, work)
-    return (work.current + work.junction[0]).reshape(vd.shape)
+    return np.asarray((work.current + work.junction[0]).reshape(vd.shape))

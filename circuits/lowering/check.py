@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NoReturn
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -12,7 +13,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.devices.source import Source
 from circuits.errors import TopologyError
-from circuits.lowering.flatten import FlatCircuit, flatten
+from circuits.lowering.flatten import I64, FlatCircuit, flatten
 
 
 def check_circuit(circuit: Circuit) -> None:
@@ -32,16 +33,28 @@ def check_flat(flat: FlatCircuit, driven: Sequence[int]) -> None:
     roots = np.unique(np.concatenate([[0], np.asarray(driven, dtype=np.int64)]))
     a, b = np.concatenate([a, roots]), np.concatenate([b, np.zeros(roots.size, dtype=np.int64)])
     _, label = connected_components(coo_array((np.ones(a.size), (a, b)), shape=(n, n)), directed=False)
-    used = np.zeros(n, dtype=np.bool_)
+    _check_used(flat)
+    islands = np.flatnonzero(label != label[0])
+    if islands.size:
+        _raise_floating(flat, islands)
+
+
+def _check_used(flat: FlatCircuit) -> None:
+    """Require a device at every node, ground apart."""
+    used = np.zeros(flat.count, dtype=np.bool_)
+    used[0] = True
     for group in flat.groups:
         used[group.nodes] = True
-    for port, nodes in flat.ports.items():
-        loose = nodes.ravel()[~used[nodes.ravel()]]
-        if loose.size:
-            raise TopologyError(f"{flat.circuit.name}.{port}: unconnected port; nothing inside uses it")
-    islands = np.flatnonzero((label != label[0]) & used)
-    if islands.size == 0:
+    if used.all():
         return
+    number = int(np.argmin(used))
+    node = flat.node_name(number)
+    if any((nodes == number).any() for nodes in flat.ports.values()):
+        raise TopologyError(f"{flat.circuit.name}.{node}: unconnected port; nothing inside uses it")
+    raise TopologyError(f"{node}: unconnected node; nothing uses it, leave it out or connect it")
+
+
+def _raise_floating(flat: FlatCircuit, islands: I64) -> NoReturn:
     for group in flat.groups:
         if isinstance(group.device, Transistor):
             floating = np.flatnonzero(np.isin(group.nodes[1], islands))
@@ -49,30 +62,39 @@ def check_flat(flat: FlatCircuit, driven: Sequence[int]) -> None:
                 k = int(floating[0])
                 node = flat.node_name(int(group.nodes[1, k]))
                 raise TopologyError(
-                    f"{group.label(k)}.gate: floating gate, node {node} has no path for direct current; drive it or bias it"
+                    f"{group.label(k)}.gate: floating gate, node {node} has no path for direct current;"
+                    " drive it or bias it"
                 )
     node = flat.node_name(int(islands[0]))
-    raise TopologyError(f"{node}: no path for direct current to ground or a supply; connect a conducting device")
+    raise TopologyError(
+        f"{node}: no path for direct current to ground or a supply; connect a conducting device"
+    )
 
 
 def check_supplies(flat: FlatCircuit, sources: Sequence[Source]) -> list[tuple[int, int]]:
     """Return (node, source) for every voltage source; two on one node are a loop of supplies."""
     fixed: dict[int, int] = {0: -1}
+    names: set[str] = set()
     for k, source in enumerate(sources):
         source.check()
+        if source.name in names:
+            raise TopologyError(f"{source.name}: duplicate source name; rename one")
+        names.add(source.name)
         if source.quantity == "current":
             continue
         for node in flat.port_nodes(source.node):
             if int(node) in fixed:
                 other = "ground" if node == 0 else sources[fixed[int(node)]].name
-                raise TopologyError(f"{source.name}: supply loop with {other} at node {flat.node_name(int(node))}; remove one")
+                raise TopologyError(
+                    f"{source.name}: supply loop with {other} at node {flat.node_name(int(node))}; remove one"
+                )
             fixed[int(node)] = k
     return [(node, k) for node, k in fixed.items() if k >= 0]
 
 
-def _conducting_pairs(flat: FlatCircuit) -> tuple[np.ndarray, np.ndarray]:
-    a: list[np.ndarray] = [np.zeros(0, dtype=np.int64)]
-    b: list[np.ndarray] = [np.zeros(0, dtype=np.int64)]
+def _conducting_pairs(flat: FlatCircuit) -> tuple[I64, I64]:
+    a: list[I64] = [np.zeros(0, dtype=np.int64)]
+    b: list[I64] = [np.zeros(0, dtype=np.int64)]
     for group in flat.groups:
         for i, j in group.device.conducting():
             a.append(group.nodes[i])

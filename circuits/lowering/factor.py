@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
+
+from circuits.compiled import compiled
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -40,7 +41,9 @@ def elimination_order(n: int, rows: NDArray[np.int64], columns: NDArray[np.int64
     matrix = csc_array((np.ones(both[0].size), both), shape=(n, n))
     matrix.data[:] = 1.0
     matrix.setdiag(float(n + 1))
-    factors = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factors = splu(
+        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
     return np.argsort(factors.perm_c).astype(np.int64)
 
 
@@ -90,7 +93,7 @@ def _starts(rows: list[list[int]] | list[list[tuple[int, int, int]]]) -> I32:
     return np.concatenate([[0], np.cumsum([len(r) for r in rows])]).astype(np.int32)
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def factor_and_solve(f: Factor, a: F64, b: F64) -> None:
     """Factor the matrix entries `a` in place and replace the right-hand side `b` by the solution."""
     n = f.diagonal.size

@@ -6,17 +6,19 @@ integer array of node numbers; no object is made per instance.
 
 from __future__ import annotations
 
+import itertools
+import math
+from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import reduce
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circuits.circuit import GROUND, Circuit, Instance, InstanceArray, Shape, references, split_reference
 from circuits.devices.device import Device
-from circuits.errors import TopologyError, unknown_name
+from circuits.errors import ParameterError, TopologyError, unknown_name
 
 I64 = NDArray[np.int64]
 F64 = NDArray[np.float64]
@@ -53,30 +55,43 @@ class FlatCircuit:
     groups: list[DeviceGroup] = field(default_factory=list)
     ports: dict[str, I64] = field(default_factory=dict)
     blocks: list[_Block] = field(default_factory=list)
+    block_of: dict[tuple[str, ...], _Block] = field(default_factory=dict)  # by the names in a node's path
     count: int = 1
 
     def node_name(self, number: int) -> str:
         """Path of a node, as in `neuron[2].vmem` or `spike[3]`."""
         if number == 0:
             return GROUND
-        starts = [b.start for b in self.blocks]
-        block = self.blocks[int(np.searchsorted(starts, number, side="right")) - 1]
-        outer = _size(block.path)
-        place, element = divmod(number - block.start, _product(block.shape))
-        name = block.name + _index_text(block.shape, element)
-        return ".".join((*_path_text(block.path, place), name)) if outer else name
+        block = self.blocks[bisect_right(self.blocks, number, key=lambda b: b.start) - 1]
+        return ".".join(_path_text((*block.path, (block.name, block.shape)), number - block.start))
 
     def node_names(self) -> list[str]:
         """Paths of all nodes by number."""
-        return [self.node_name(k) for k in range(self.count)]
+        names = [GROUND]
+        for block in self.blocks:
+            parts = [_element_names(*part) for part in (*block.path, (block.name, block.shape))]
+            names += map(".".join, itertools.product(*parts))
+        return names
 
     def node(self, path: str) -> int:
-        """Number of the node at `path`."""
-        names = self.node_names()
-        try:
-            return names.index(path)
-        except ValueError:
-            raise unknown_name(f"{self.circuit.name} node", path, names[1:]) from None
+        """Number of the node at `path`; raises `UnknownNameError` where there is none."""
+        if path == GROUND:
+            return 0
+        parts = [split_reference(part) for part in path.split(".")]
+        block = self.block_of.get(tuple(name for name, _ in parts))
+        if block is None:
+            known = (".".join(names) for names in self.block_of)
+            raise unknown_name(f"{self.circuit.name} node", path, known)
+        number = block.start
+        shapes = [shape for _, shape in (*block.path, (block.name, block.shape))]
+        for (_, index), shape in zip(parts, shapes, strict=True):
+            if len(index) != len(shape) or any(i >= n for i, n in zip(index, shape, strict=True)):
+                raise unknown_name(f"{self.circuit.name} node", path, [f"indices within {shape}"])
+        sizes = [n for shape in shapes for n in shape]
+        offset = 0
+        for i, n in zip((i for _, index in parts for i in index), sizes, strict=True):
+            offset = offset * n + i
+        return number + offset
 
     def port_nodes(self, reference: str) -> I64:
         """Numbers of the nodes that a port or an element of it (`spike[3]`) stands for."""
@@ -98,8 +113,10 @@ def flatten(circuit: Circuit) -> FlatCircuit:
     return flat
 
 
-def _walk(flat: FlatCircuit, circuit: Circuit, path: Path, ports: Mapping[str, I64], overrides: Overrides) -> None:
-    outer = reduce(lambda s, p: s + p[1], path, ())
+def _walk(
+    flat: FlatCircuit, circuit: Circuit, path: Path, ports: Mapping[str, I64], overrides: Overrides
+) -> None:
+    outer = _joined(path)
     nodes = dict(ports)
     shapes = circuit.shapes()
     for _, reference in references(circuit):
@@ -115,13 +132,18 @@ def _walk(flat: FlatCircuit, circuit: Circuit, path: Path, ports: Mapping[str, I
         for attribute, value in device.parameters().items():
             key = f"{device.name}.{attribute}"
             used.add(key)
-            parameters[attribute] = np.broadcast_to(overrides.get(key, np.float64(value)), outer).ravel().copy()
-        flat.groups.append(DeviceGroup(device, path, np.array(rows, dtype=np.int64), parameters))
+            values = np.asarray(overrides.get(key, value), dtype=np.float64)
+            parameters[attribute] = np.broadcast_to(values, outer).ravel().copy()
+        group = DeviceGroup(device, path, np.array(rows, dtype=np.int64), parameters)
+        _check_overrides(group, [a for a in parameters if f"{device.name}.{a}" in overrides])
+        flat.groups.append(group)
     for instance in circuit.instances:
         inner = _inner_overrides(instance, overrides, len(outer))
         used |= {f"{instance.name}.{key}" for key in inner}
         places = (*path, (instance.name, instance.shape))
-        connected = {p.name: _connect(instance, nodes, p.name, p.shape, outer) for p in instance.circuit.ports}
+        connected = {
+            p.name: _connect(instance, nodes, p.name, p.shape, outer) for p in instance.circuit.ports
+        }
         _walk(flat, instance.circuit, places, connected, inner)
     unknown = sorted(set(overrides) - used)
     if unknown:
@@ -136,7 +158,9 @@ def _select(nodes: Mapping[str, I64], reference: str, outer: int) -> I64:
     return nodes[name][(slice(None),) * outer + index] if index else nodes[name]
 
 
-def _connect(instance: Instance | InstanceArray, nodes: Mapping[str, I64], port: str, shape: Shape, outer: Shape) -> I64:
+def _connect(
+    instance: Instance | InstanceArray, nodes: Mapping[str, I64], port: str, shape: Shape, outer: Shape
+) -> I64:
     reference = instance.connections[port]
     numbers = _select(nodes, reference, len(outer))
     own = numbers.shape[len(outer) :]
@@ -146,13 +170,23 @@ def _connect(instance: Instance | InstanceArray, nodes: Mapping[str, I64], port:
         return np.broadcast_to(wide, outer + target)
     except ValueError:
         raise TopologyError(
-            f"{instance.name}.{port}: {reference} of shape {own} does not broadcast to {target}; declare the node with that shape"
+            f"{instance.name}.{port}: {reference} of shape {own} does not broadcast to {target};"
+            " declare the node with that shape"
         ) from None
 
 
 def _inner_overrides(instance: Instance | InstanceArray, overrides: Overrides, outer: int) -> dict[str, F64]:
     shape = instance.shape
-    inner = {k: np.broadcast_to(np.asarray(v, dtype=np.float64), shape) for k, v in instance.parameters.items()}
+    inner: dict[str, F64] = {}
+    for key, given in instance.parameters.items():
+        numbers = np.asarray(given, dtype=np.float64)
+        try:
+            inner[key] = np.broadcast_to(numbers, shape)
+        except ValueError:
+            raise ParameterError(
+                f"{instance.name}.{key}: values of shape {numbers.shape}, must broadcast to {shape};"
+                " give one number, or one an instance"
+            ) from None
     prefix = f"{instance.name}."
     for key, value in overrides.items():
         if key.startswith(prefix):
@@ -161,34 +195,48 @@ def _inner_overrides(instance: Instance | InstanceArray, overrides: Overrides, o
 
 
 def _allocate(flat: FlatCircuit, path: Path, name: str, shape: Shape) -> I64:
-    outer = reduce(lambda s, p: s + p[1], path, ())
-    size = _product(outer) * _product(shape)
-    flat.blocks.append(_Block(flat.count, path, name, shape))
+    outer = _joined(path)
+    size = math.prod(outer + shape)
+    block = _Block(flat.count, path, name, shape)
+    flat.blocks.append(block)
+    flat.block_of[(*(part for part, _ in path), name)] = block
     numbers = np.arange(flat.count, flat.count + size, dtype=np.int64).reshape(outer + shape)
     flat.count += size
     return numbers
 
 
-def _product(shape: Shape) -> int:
-    return int(np.prod(shape, dtype=np.int64)) if shape else 1
+def _check_overrides(group: DeviceGroup, attributes: list[str]) -> None:
+    """Apply the device's own rules to the extreme values that instances gave it."""
+    for attribute in attributes:
+        values = group.parameters[attribute]
+        finite = np.where(np.isfinite(values), values, -np.inf)
+        for k in (int(np.argmin(finite)), int(np.argmax(values))):
+            changed: Any = {attribute: float(values[k])}
+            try:
+                replace(group.device, **changed).check()  # type: ignore[type-var]  # every device is a dataclass
+            except ParameterError as error:
+                raise ParameterError(".".join((*_path_text(group.path, k), str(error)))) from None
 
 
-def _size(path: Path) -> int:
-    return len(path)
+def _joined(path: Path) -> Shape:
+    """Shapes of a path one after the other."""
+    return tuple(n for _, shape in path for n in shape)
 
 
-def _index_text(shape: Shape, k: int) -> str:
-    return "[" + ",".join(str(int(i)) for i in np.unravel_index(k, shape)) + "]" if shape else ""
+def _element_names(name: str, shape: Shape) -> list[str]:
+    """Names of an array's elements in row-major order; a scalar has its own."""
+    if not shape:
+        return [name]
+    return [f"{name}[{','.join(i)}]" for i in itertools.product(*(map(str, range(n)) for n in shape))]
 
 
 def _path_text(path: Path, k: int) -> list[str]:
     """Names with indices of place `k` in the row-major product of the path's shapes."""
-    shapes = [s for _, s in path]
-    outer = reduce(lambda a, b: a + b, shapes, ())
-    index = tuple(int(i) for i in np.unravel_index(k, outer)) if outer else ()
-    parts, at = [], 0
-    for name, shape in path:
-        own = index[at : at + len(shape)]
-        parts.append(name + ("[" + ",".join(map(str, own)) + "]" if shape else ""))
-        at += len(shape)
-    return parts
+    parts = []
+    for name, shape in reversed(path):
+        index = []
+        for n in reversed(shape):
+            k, i = divmod(k, n)
+            index.append(str(i))
+        parts.append(f"{name}[{','.join(reversed(index))}]" if shape else name)
+    return parts[::-1]

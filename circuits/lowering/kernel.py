@@ -8,7 +8,6 @@ that adds itself to its node's current. Kirchhoff's current law at the unknown n
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import singledispatch
 from typing import NamedTuple
@@ -18,11 +17,12 @@ from numpy.typing import NDArray
 
 from circuits.bias import bias_voltages
 from circuits.circuit import Shape
-from circuits.lowering.check import check_flat, check_supplies
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, Polyline, Sampled, polyline
 from circuits.devices.transistor import TransistorArrays, capacitances, join_arrays, transistor_arrays
+from circuits.errors import TopologyError
+from circuits.lowering.check import check_flat, check_supplies
 from circuits.lowering.factor import Factor, elimination_order, factor_program
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
 from circuits.process import Silicon, at_temperature
@@ -76,7 +76,7 @@ class Sources(NamedTuple):
     start: I64  # [sources + 1]
     time: F64
     value: F64
-    interval: F64  # [sources] largest step, s; inf where vertices are breakpoints instead
+    sampled: NDArray[np.bool_]  # [sources] whether the vertices are samples to follow, not breakpoints
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ class Machine:
     flat: FlatCircuit
     kernel: Kernel
     polylines: tuple[Polyline, ...]
-    intervals: tuple[float, ...]
+    sampled: tuple[bool, ...]
     source_names: tuple[str, ...]
     source_quantities: tuple[str, ...]
     source_charge: Triplets  # C and G at the sources' own nodes: rows and columns of the voltage vector
@@ -102,7 +102,7 @@ class Machine:
 
     def sources(self) -> Sources:
         """The polylines in the solver's form."""
-        return pack_sources(self.polylines, self.intervals)
+        return pack_sources(self.polylines, self.sampled)
 
 
 @dataclass(slots=True)
@@ -135,19 +135,19 @@ def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
     column[order] = np.arange(order.size)
     unknowns, columns = order.size, order.size + len(sources) + 1
     column[0] = columns - 1
-    for node, source in fixed:
-        column[node] = unknowns + source
+    for number, k in fixed:
+        column[number] = unknowns + k
     parts = _Parts(silicon, column)
     for group in flat.groups:
         add_device(group.device, group, parts)
     for k, source in enumerate(sources):
         if source.quantity == "current":
             node = column[flat.port_nodes(source.node)]
-            parts.conductance.append((node, np.array([unknowns + k]), np.array([-1.0])))
+            parts.conductance.append((node, np.full_like(node, unknowns + k), np.full(node.size, -1.0)))
     lines = tuple(polyline(f"{testbench.title}.{s.name}", s.waveform) for s in sources)
-    intervals = tuple(1.0 / s.waveform.rate if isinstance(s.waveform, Sampled) else np.inf for s in sources)
+    sampled = tuple(isinstance(s.waveform, Sampled) for s in sources)
     return Machine(
-        testbench, silicon, flat, _assemble(parts, unknowns, columns), lines, intervals,
+        testbench, silicon, flat, _assemble(parts, unknowns, columns), lines, sampled,
         tuple(s.name for s in sources), tuple(s.quantity for s in sources),
         _merge(parts.charge, unknowns, columns), _merge(parts.conductance, unknowns, columns), column,
         tuple(flat.node_names()),
@@ -168,20 +168,18 @@ def complete_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) 
     return sources
 
 
-def pack_sources(lines: tuple[Polyline, ...], intervals: tuple[float, ...]) -> Sources:
+def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sources:
     """Concatenate polylines."""
     start = np.concatenate([[0], np.cumsum([t.size for t, _ in lines])]).astype(np.int64)
     time = np.concatenate([t for t, _ in lines]) if lines else np.zeros(0)
     value = np.concatenate([v for _, v in lines]) if lines else np.zeros(0)
-    return Sources(start, time, value, np.array(intervals, dtype=np.float64))
+    return Sources(start, time, value, np.array(sampled, dtype=np.bool_))
 
 
 @singledispatch
 def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
     """Add one group of devices to the kernel's parts."""
     raise TypeError(f"{type(device).__name__}: no lowering to the kernel")
-
-
 
 
 @add_device.register
@@ -198,12 +196,14 @@ def _(device: Transistor, group: DeviceGroup, parts: _Parts) -> None:
 
 @add_device.register
 def _(device: Capacitor, group: DeviceGroup, parts: _Parts) -> None:
-    _two_terminal(parts.charge, *parts.column[group.nodes], group.parameters["capacitance"])
+    a, b = parts.column[group.nodes]
+    _two_terminal(parts.charge, a, b, group.parameters["capacitance"])
 
 
 @add_device.register
 def _(device: Resistor, group: DeviceGroup, parts: _Parts) -> None:
-    _two_terminal(parts.conductance, *parts.column[group.nodes], 1.0 / group.parameters["resistance"])
+    a, b = parts.column[group.nodes]
+    _two_terminal(parts.conductance, a, b, 1.0 / group.parameters["resistance"])
 
 
 @add_device.register
@@ -218,12 +218,14 @@ def _(device: ControlledSource, group: DeviceGroup, parts: _Parts) -> None:
 @add_device.register
 def _(device: OperationalAmplifier, group: DeviceGroup, parts: _Parts) -> None:
     parts.amplifier_terminal.append(parts.column[group.nodes])
-    parts.amplifier_value.append(np.array([group.parameters[k] for k in ("gain", "output_resistance", "offset")]))
+    parts.amplifier_value.append(
+        np.array([group.parameters[k] for k in ("gain", "output_resistance", "offset")])
+    )
 
 
 @add_device.register
 def _(device: Source, group: DeviceGroup, parts: _Parts) -> None:
-    raise TypeError(f"{device.name}: a source stands in a circuit; put it in the testbench")
+    raise TopologyError(f"{group.label(0)}: a source stands in a circuit; put it in the testbench")
 
 
 def _two_terminal(into: list[Triplets], a: I64, b: I64, value: F64) -> None:
@@ -255,7 +257,9 @@ def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
         if parts.transistors
         else transistor_arrays(np.zeros((4, 0), dtype=np.int32), "n", law, empty, empty, empty)
     )
-    terminal = np.concatenate([np.zeros((5, 0), np.int64), *parts.amplifier_terminal], axis=1).astype(np.int32)
+    terminal = np.concatenate([np.zeros((5, 0), np.int64), *parts.amplifier_terminal], axis=1).astype(
+        np.int32
+    )
     value = np.concatenate([np.zeros((3, 0)), *parts.amplifier_value], axis=1)
     stamped = _stamps(transistors, terminal, unknowns)
     charge, conductance = (_merge(m, 0, unknowns) for m in (parts.charge, parts.conductance))
@@ -263,7 +267,9 @@ def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
     for rows, cols, _ in (charge, conductance):
         pattern |= {(int(r), int(c)) for r, c in zip(rows, cols, strict=True) if c < unknowns}
     factor, position = factor_program(unknowns, pattern)
-    entry = np.array([position[int(r), int(c)] for r, c in zip(stamped[3], stamped[4], strict=True)], dtype=np.int32)
+    entry = np.array(
+        [position[int(r), int(c)] for r, c in zip(stamped[3], stamped[4], strict=True)], dtype=np.int32
+    )
     dynamic = np.zeros(unknowns, dtype=np.bool_)
     dynamic[charge[0][(charge[2] > 0.0) & (charge[0] == charge[1])]] = True
     curvature = 2.0 * law.u_t
@@ -279,7 +285,8 @@ def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
 def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I32, F64, I64, I64, I32, F64]:
     """Residual (row, current, sign) and Jacobian (row, column, slope, sign) entries of nonlinear devices.
 
-    Currents are laid out [drain n | junction 2n | amplifier 5m], slopes [transistor 3n | junction 2n | amplifier 25m].
+    Currents are laid out [drain n | junction 2n | amplifier 5m], slopes [transistor 3n | junction 2n |
+    amplifier 25m].
     """
     n, m = t.sign.size, amplifier.shape[1]
     residual: list[tuple[int, int, float]] = []
@@ -303,7 +310,12 @@ def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I3
     for k in range(m):
         nodes = [int(x) for x in amplifier[:, k]]
         for i in (2, 3, 4):
-            flow(nodes[i], 1.0, 3 * n + i * m + k, [(nodes[j], 5 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)])
+            flow(
+                nodes[i],
+                1.0,
+                3 * n + i * m + k,
+                [(nodes[j], 5 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)],
+            )
     r = np.array(residual, dtype=np.float64).reshape(-1, 3)
     j = np.array(jacobian, dtype=np.float64).reshape(-1, 4)
     return (
@@ -314,14 +326,14 @@ def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I3
 
 def _merge(triplets: list[Triplets], first: int, stop: int) -> Triplets:
     """Sum equal (row, column) pairs of rows first to stop, sorted."""
-    if not triplets:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
-    wide = [np.broadcast_arrays(*t) for t in triplets]
-    rows, columns, values = (np.concatenate([np.atleast_1d(x[k]) for x in wide]) for k in range(3))
+    nothing: Triplets = (np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+    rows, columns, values = (np.concatenate(part) for part in zip(nothing, *triplets, strict=True))
     keep = (rows >= first) & (rows < stop)
     rows, columns, values = rows[keep], columns[keep], values[keep]
-    pairs, inverse = np.unique(np.stack([rows, columns]), axis=1, return_inverse=True)
-    return pairs[0], pairs[1], np.bincount(inverse.ravel(), weights=values, minlength=pairs.shape[1])
+    wide = int(columns.max(initial=0)) + 1
+    keys, inverse = np.unique(rows * wide + columns, return_inverse=True)
+    sums = np.bincount(inverse, weights=values, minlength=keys.size).astype(np.float64)
+    return keys // wide, keys % wide, sums
 
 
 def _rows(merged: Triplets, unknowns: int, position: dict[tuple[int, int], int]) -> Rows:

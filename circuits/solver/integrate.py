@@ -11,15 +11,16 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Sources
-from circuits.solver.newton import Work, evaluate, fill_jacobian, newton, set_base
+from circuits.solver.newton import Work, evaluate, newton
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -28,6 +29,7 @@ DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
 _SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
 _REARM = 0.8  # share of the threshold below which a spike detector is armed again
+_EVENT_WIDTH = 1e-9  # s, how close behind the crossing a run stops at an event
 
 
 class History(NamedTuple):
@@ -53,7 +55,7 @@ class Recorder(NamedTuple):
     filled: I64  # [2]: points, spikes
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def source_values(s: Sources, cursor: I64, t: float, v: F64, unknowns: int) -> None:
     """Write all source values at time t behind the unknowns."""
     for k in range(cursor.size):
@@ -71,7 +73,7 @@ def source_values(s: Sources, cursor: I64, t: float, v: F64, unknowns: int) -> N
             v[unknowns + k] = s.value[c] + f * (s.value[c + 1] - s.value[c])
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -> None:
     """Write all source slopes just after time t (V/s), the cursor standing at t."""
     for k in range(cursor.size):
@@ -85,35 +87,47 @@ def source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -
             rate[unknowns + k] = (s.value[c + 1] - s.value[c]) / (s.time[c + 1] - s.time[c])
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> tuple[float, float]:
-    """Earliest vertex after t, at most `stop`, and the largest step that sampled sources allow."""
-    nearest, largest = stop, np.inf
+@compiled()
+def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> float:
+    """Earliest vertex after t of the sources that are not sampled, at most `stop`, s."""
+    nearest = stop
     for k in range(cursor.size):
-        c, hi = cursor[k], s.start[k + 1]
-        while c < hi and s.time[c] <= t + _SAME_TIME:
-            c += 1
-        if c == hi:
-            continue
-        if s.interval[k] == np.inf or c == s.start[k]:
-            nearest = min(nearest, s.time[c])
-        else:
-            largest = min(largest, s.interval[k])
-    return nearest, largest
+        if not s.sampled[k]:
+            c, hi = cursor[k], s.start[k + 1]
+            while c < hi and s.time[c] <= t + _SAME_TIME:
+                c += 1
+            if c < hi:
+                nearest = min(nearest, s.time[c])
+    return nearest
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
+def sampled_step(s: Sources, cursor: I64, t: float) -> float:
+    """Largest step that sampled sources allow: to the next sample, or the spacing behind it, s."""
+    largest = np.inf
+    for k in range(cursor.size):
+        if s.sampled[k]:
+            c, hi = cursor[k], s.start[k + 1]
+            while c < hi and s.time[c] <= t + _SAME_TIME:
+                c += 1
+            if c < hi:
+                behind = s.time[c + 1] - s.time[c] if c + 1 < hi else 0.0
+                largest = min(largest, max(s.time[c] - t, behind))
+    return largest
+
+
+@compiled()
 def _vertex_at(s: Sources, t: float) -> bool:
     """Whether a breakpoint lies at t: the run is resumed where a stimulus bends."""
-    for k in range(s.interval.size):
-        if s.interval[k] == np.inf and s.start[k + 1] - s.start[k] > 1:
+    for k in range(s.sampled.size):
+        if not s.sampled[k] and s.start[k + 1] - s.start[k] > 1:
             c = s.start[k] + np.searchsorted(s.time[s.start[k] : s.start[k + 1]], t - _SAME_TIME)
             if c < s.start[k + 1] and s.time[c] <= t + _SAME_TIME:
                 return True
     return False
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
     """Find the derivative just after a breakpoint: `C v' = -(G v + i)` with the sources' slopes."""
     n = k.unknowns
@@ -144,16 +158,16 @@ def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
     h.points[0] = 1
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _first_step(k: Kernel, h: History, rtol: float) -> float:
     """A first step over which no node moves by more than 20 sqrt(rtol) 25 mV; the error control adapts it."""
     fastest = 1.0
     for i in range(k.unknowns):
         fastest = max(fastest, abs(h.rate[i]))
-    return 0.5 * np.sqrt(rtol) / fastest
+    return 0.5 * math.sqrt(rtol) / float(fastest)
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _predict(k: Kernel, h: History, step: float, v: F64) -> None:
     """Extrapolate the unknowns to t + step."""
     points, n = h.points[0], k.unknowns
@@ -177,7 +191,7 @@ def _predict(k: Kernel, h: History, step: float, v: F64) -> None:
         v[i] = v0[i] + step * (d1 + (h1 + step) * bend)
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _discretise(k: Kernel, h: History, step: float, history: F64) -> tuple[float, float]:
     """Coefficients of the time derivative and the error's share of |v - v_pred|."""
     v0, v1 = h.voltage[0], h.voltage[1]
@@ -197,7 +211,7 @@ def _discretise(k: Kernel, h: History, step: float, history: F64) -> tuple[float
     return a, corrector / (corrector + step + h1 + h2)
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _crossing(h: History, t_new: float, v_new: F64, column: int, threshold: float) -> float:
     """Time at which the parabola through the last points rises through the threshold, s."""
     t0, y0, y1 = h.time[0], h.voltage[0, column] - threshold, v_new[column] - threshold
@@ -215,10 +229,10 @@ def _crossing(h: History, t_new: float, v_new: F64, column: int, threshold: floa
             lo = s
         else:
             hi = s
-    return t0 + hi
+    return float(t0 + hi)
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _accept(k: Kernel, h: History, t_new: float, v: F64) -> None:
     for i in range(k.columns):
         h.voltage[2, i] = h.voltage[1, i]
@@ -229,7 +243,7 @@ def _accept(k: Kernel, h: History, t_new: float, v: F64) -> None:
     h.counts[0] += 1
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _record(h: History, r: Recorder) -> None:
     p = r.filled[0]
     r.time[p] = h.time[0]
@@ -238,15 +252,15 @@ def _record(h: History, r: Recorder) -> None:
     r.filled[0] = p + 1
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _rearm(h: History, watch: I64, threshold: float) -> None:
     for j in range(watch.size):
         if h.voltage[0, watch[j]] < _REARM * threshold:
             h.armed[j] = True
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def integrate(
+@compiled()
+def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop; a call a step costs more
     k: Kernel,
     s: Sources,
     h: History,
@@ -255,7 +269,7 @@ def integrate(
     max_steps: int,
     watch: I64,
     threshold: float,
-    stop_at_event: bool,
+    stop_at_event: bool,  # noqa: FBT001 - compiled functions have no keyword-only arguments
     r: Recorder,
     w: Work,
     v: F64,
@@ -266,14 +280,23 @@ def integrate(
     """Advance the history to `stop` (s), or to the first event; returns how it ended.
 
     watch: int64[watched], columns whose upward crossing of `threshold` (V) is a spike; v, guess, history:
-    float64[columns] scratch; cursor: int64[sources] scratch. With `stop_at_event` the last step ends on the event.
+    float64[columns] scratch; cursor: int64[sources] scratch. With `stop_at_event` the last step ends on the
+    event.
     """
     n = k.unknowns
+    for j in range(n, k.columns):
+        guess[j] = h.voltage[0, j]
     source_values(s, cursor, h.time[0], h.voltage[0], n)
-    if h.step[0] == 0.0 or _vertex_at(s, h.time[0]):
+    jump = 0.0
+    for j in range(n, k.columns):
+        jump = max(jump, abs(h.voltage[0, j] - guess[j]))
+    if h.step[0] == 0.0 or jump > rtol or _vertex_at(s, h.time[0]):
         _restart(k, s, cursor, h, w)
         h.step[0] = _first_step(k, h, rtol)
-    breakpoint, largest = next_breakpoint(s, cursor, h.time[0], stop)
+    bend = next_breakpoint(s, cursor, h.time[0], stop)
+    any_sampled = False
+    for j in range(s.sampled.size):
+        any_sampled = any_sampled or s.sampled[j]
     landing, resume = -1, 0.0
     for _ in range(max_steps):
         t = h.time[0]
@@ -281,8 +304,8 @@ def integrate(
             return DONE
         if r.filled[0] == r.time.size or r.filled[1] + watch.size > r.spike_time.size:
             return BUFFER_FULL
-        step = min(h.step[0], largest)
-        room = breakpoint - t
+        step = min(h.step[0], sampled_step(s, cursor, t)) if any_sampled else h.step[0]
+        room = bend - t
         at_breakpoint = step >= room - _SAME_TIME
         if landing < 0 and not at_breakpoint:
             at_breakpoint = step >= 0.999 * room
@@ -290,7 +313,7 @@ def integrate(
                 step = 0.5 * room
         if at_breakpoint:
             step = room
-        t_new = breakpoint if at_breakpoint else t + step
+        t_new = bend if at_breakpoint else t + step
         source_values(s, cursor, t_new, v, n)
         v[k.columns - 1] = 0.0
         _predict(k, h, step, v)
@@ -304,8 +327,7 @@ def integrate(
             for i in range(n):
                 if k.dynamic[i]:
                     e = abs(v[i] - guess[i]) / max(abs(v[i]), 1.0)
-                    if e > error:
-                        error = e
+                    error = max(error, e)
             error *= share / rtol
         if iterations < 0 or error > 1.0:
             h.counts[1] += 1
@@ -317,18 +339,20 @@ def integrate(
             continue
         first, first_time = -1, np.inf
         for j in range(watch.size):
-            if h.armed[j] and (j == landing or v[watch[j]] >= threshold):
-                time = t_new if j == landing else _crossing(h, t_new, v, watch[j], threshold)
+            if h.armed[j] and v[watch[j]] >= threshold:
+                time = _crossing(h, t_new, v, watch[j], threshold)
                 if time < first_time:
                     first, first_time = j, time
-        if first >= 0 and stop_at_event and landing < 0 and t_new - first_time > _SAME_TIME:
-            landing, resume = first, step
-            h.step[0] = max(first_time - t, 2.0 * _SAME_TIME)
+        if first >= 0 and stop_at_event and t_new - first_time > _EVENT_WIDTH:
+            # step again, to the crossing; where that falls short the next step finds it
+            resume = step if landing < 0 else resume
+            landing = first
+            h.step[0] = max(first_time - t, _EVENT_WIDTH)
             continue
         for j in range(watch.size):
-            if h.armed[j] and (j == landing or v[watch[j]] >= threshold):
+            if h.armed[j] and v[watch[j]] >= threshold:
                 p = r.filled[1]
-                r.spike_time[p] = t_new if j == landing else _crossing(h, t_new, v, watch[j], threshold)
+                r.spike_time[p] = t_new if stop_at_event else _crossing(h, t_new, v, watch[j], threshold)
                 r.spike_index[p] = j
                 r.filled[1] = p + 1
                 h.armed[j] = False
@@ -337,11 +361,13 @@ def integrate(
         _record(h, r)
         order = 2.0 if h.points[0] == 2 else 3.0
         grow = 2.0 if error == 0.0 else min(2.0, max(0.3, 0.85 * error ** (-1.0 / order)))
-        h.step[0] = resume if landing >= 0 else max(h.step[0], step) if at_breakpoint else step * grow
+        h.step[0] = (
+            resume if landing >= 0 and first >= 0 else max(h.step[0], step) if at_breakpoint else step * grow
+        )
         if at_breakpoint and stop - t_new > _SAME_TIME:
             _restart(k, s, cursor, h, w)
             h.step[0] = _first_step(k, h, rtol)
-            breakpoint, largest = next_breakpoint(s, cursor, h.time[0], stop)
+            bend = next_breakpoint(s, cursor, h.time[0], stop)
         if first >= 0 and stop_at_event:
             return EVENT
         landing = -1

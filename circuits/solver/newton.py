@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.devices.operational_amplifier import amplifier_currents
 from circuits.devices.transistor import TransistorWork, drain_currents
 from circuits.lowering.factor import factor_and_solve
@@ -58,7 +58,7 @@ def allocate(kernel: Kernel) -> Work:
     )  # fmt: skip
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def evaluate(k: Kernel, v: F64, w: Work) -> None:
     """Fill the residual with `G v + i(v)` (A, leaving each node) and the device slopes."""
     drain_currents(k.transistors, v, w.transistor)
@@ -73,7 +73,7 @@ def evaluate(k: Kernel, v: F64, w: Work) -> None:
         w.residual[k.stamps.row[p]] += k.stamps.current_sign[p] * w.current[k.stamps.current[p]]
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def set_base(k: Kernel, a: float, w: Work) -> None:
     """Fill the constant part of the Jacobian, `a C + G`."""
     for p in range(w.base.size):
@@ -86,7 +86,7 @@ def set_base(k: Kernel, a: float, w: Work) -> None:
             w.base[k.conductance.entry[p]] += k.conductance.value[p]
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def fill_jacobian(k: Kernel, w: Work) -> None:
     """Add the device slopes to the constant part."""
     for p in range(w.base.size):
@@ -95,7 +95,7 @@ def fill_jacobian(k: Kernel, w: Work) -> None:
         w.jacobian[k.stamps.entry[p]] += k.stamps.slope_sign[p] * w.slope[k.stamps.slope[p]]
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def newton(k: Kernel, a: float, history: F64, v: F64, rtol: float, w: Work) -> int:
     """Solve one step in place; `v` holds the guess and the source values.
 
@@ -126,8 +126,7 @@ def newton(k: Kernel, a: float, history: F64, v: F64, rtol: float, w: Work) -> i
                 clamped = True
             v[i] -= update
             scaled = abs(update) / max(abs(v[i]), 1.0)
-            if scaled > largest:
-                largest = scaled
+            largest = max(largest, scaled)
         target = _SLACK * rtol
         if not clamped and (largest < target or largest * largest < target * k.curvature):
             return iteration

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numba as nb
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Kernel, Machine, to_kernel
 from circuits.process import Silicon
@@ -31,6 +31,8 @@ _TOLERANCE = 1e-9  # V, last update of a converged solve
 _SAME_STATE = 1e-3  # V, closer states are one
 _MAX_UPDATE = 0.2  # V, of each node in one iteration
 _FAR = 100.0  # V, where a solve has run away
+_CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
+_ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +50,13 @@ class OperatingPoint:
 
     def voltages(self) -> dict[str, float]:
         """Voltage of every node by path, V."""
-        return {name: float(self.voltage[c]) for name, c in zip(self.machine.names, self.machine.column, strict=True)}
+        return {
+            name: float(self.voltage[c])
+            for name, c in zip(self.machine.names, self.machine.column, strict=True)
+        }
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+@compiled()
 def _dense(k: Kernel, w: Work, matrix: F64) -> None:
     """Write the sparse Jacobian into a dense matrix."""
     f = k.factor
@@ -66,8 +71,10 @@ def _dense(k: Kernel, w: Work, matrix: F64) -> None:
             matrix[i, f.upper_column[p]] = w.jacobian[f.upper[p]]
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def _direct(k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, right: F64, iterations: int) -> bool:
+@compiled()
+def _direct(
+    k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, right: F64, iterations: int
+) -> bool:
     """Newton on `G v + i(v) + g (v - anchor) = 0` by dense LU with pivoting and row scaling."""
     n = k.unknowns
     set_base(k, 0.0, w)
@@ -78,12 +85,7 @@ def _direct(k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, righ
         for i in range(n):
             matrix[i, i] += g
             right[i] = w.residual[i] + g * (v[i] - anchor[i])
-            scale = 1e-300
-            for j in range(n):
-                scale = max(scale, abs(matrix[i, j]))
-            right[i] /= scale
-            for j in range(n):
-                matrix[i, j] /= scale
+        _scale_rows(matrix, right)
         if not solve_dense(matrix, right):
             return False
         largest = 0.0
@@ -100,8 +102,21 @@ def _direct(k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, righ
     return False
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-def solve_dense(a: F64, b: F64) -> bool:
+@compiled()
+def _scale_rows(matrix: F64, right: F64) -> None:
+    """Divide each equation by its largest coefficient."""
+    n = right.size
+    for i in range(n):
+        scale = 1e-300
+        for j in range(n):
+            scale = max(scale, abs(matrix[i, j]))
+        right[i] /= scale
+        for j in range(n):
+            matrix[i, j] /= scale
+
+
+@compiled()
+def solve_dense(a: F64, b: F64) -> bool:  # noqa: C901 - Gaussian elimination as it is in every book
     """Solve in place by LU with partial pivoting; False where a pivot vanishes.
 
     numpy's solver raises from compiled code, which would end a batch; this one reports.
@@ -131,7 +146,7 @@ def solve_dense(a: F64, b: F64) -> bool:
     return True
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(_nrt=True)
 def _settle(k: Kernel, v: F64, w: Work, history: F64) -> bool:
     """Backward Euler with growing steps from v until a step of 1000 s succeeds."""
     h, old = 1e-9, v.copy()
@@ -154,7 +169,7 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64) -> bool:
     return False
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(_nrt=True)
 def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     """Solve for a rest state near `v`, in place."""
     anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
@@ -186,11 +201,18 @@ def operating_point(
     default = _cold(machine, time)
     if not given:
         if default is None:
-            raise SolverError(f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}")
+            raise SolverError(
+                f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}"
+            )
         return default
-    found = _solve(machine, given, time)
+    guess = np.zeros(machine.kernel.columns)
+    for node, value in given.items():
+        guess[machine.column_of(node)] = value
+    found = solve_near(machine, guess, time)
     if found is None:
-        raise SolverError(f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}")
+        raise SolverError(
+            f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}"
+        )
     if default is not None and np.abs(default.voltage - found.voltage).max() > _SAME_STATE:
         return replace(found, others=(default,))
     return found
@@ -200,20 +222,21 @@ def _cold(machine: Machine, time: float) -> OperatingPoint | None:
     """Solve without a start: from 0 V, then from half and full supply at every node."""
     v_dd = machine.silicon.process.v_dd
     for level in (0.0, 0.5 * v_dd, v_dd):
-        found = _solve(machine, dict.fromkeys(machine.names[1:], level), time)
+        found = solve_near(machine, np.full(machine.kernel.columns, level), time)
         if found is not None:
             return found
     return None
 
 
-def _solve(machine: Machine, start: Mapping[str, float], time: float) -> OperatingPoint | None:
+def solve_near(machine: Machine, start: F64, time: float = 0.0) -> OperatingPoint | None:
+    """Rest state near the voltage vector `start` (float64[columns], V), or None where there is none.
+
+    The sources take their values at `time` (s), whatever `start` says.
+    """
     k, sources = machine.kernel, machine.sources()
-    v = np.zeros(k.columns)
+    v = start.copy()
     source_values(sources, sources.start[:-1].copy(), time, v, k.unknowns)
-    for node, value in start.items():
-        column = machine.column_of(node)
-        if column < k.unknowns:
-            v[column] = value
+    v[k.columns - 1] = 0.0
     w = allocate(k)
     if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(_DECADES)):
         return None
@@ -233,6 +256,31 @@ def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
     rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
     inside = k.charge.entry >= 0
     charge[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
-    rates = scipy.linalg.eigvals(-conductance, charge)
-    rates = rates[np.isfinite(rates)]
-    return bool((rates.real < 1e-6 * np.abs(rates).max(initial=0.0) + 1e-12).all()) if rates.size else True
+    rates = natural_rates(conductance, charge)
+    return bool((rates.real <= _ROUNDING * np.abs(rates).max(initial=0.0)).all())
+
+
+def natural_rates(conductance: F64, charge: F64) -> NDArray[np.complex128]:
+    """Eigenvalues of `charge dv/dt = -conductance v`, 1/s, those of the nodes' charges only.
+
+    conductance: float64[n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite. Voltages
+    that carry no charge follow the others at once and are eliminated: as infinite eigenvalues of the pencil
+    they would come back as large numbers of any sign.
+    """
+    diagonal = charge.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
+    share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
+    loaded = share > _CHARGELESS
+    turned = modes.T @ (scale[:, None] * conductance * scale) @ modes
+    inner = turned[np.ix_(loaded, loaded)]
+    if not loaded.all():
+        free = turned[np.ix_(~loaded, ~loaded)]
+        inner = (
+            inner
+            - turned[np.ix_(loaded, ~loaded)] @ scipy.linalg.lstsq(free, turned[np.ix_(~loaded, loaded)])[0]
+        )
+    weight = 1.0 / np.sqrt(share[loaded])
+    rates: NDArray[np.complex128] = np.asarray(
+        scipy.linalg.eigvals(-weight[:, None] * inner * weight), complex
+    )
+    return rates

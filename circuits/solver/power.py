@@ -7,10 +7,10 @@ charge exactly.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Kernel
 from circuits.solver.newton import Work, allocate, evaluate
@@ -50,7 +50,7 @@ def supply_power(result: Result) -> float:
     return sum(delivered_energy(result).values()) / float(result.time[-1] - result.time[0])
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _conduction(k: Kernel, v: F64, w: Work, out: F64) -> None:
     """Current of the nonlinear devices leaving every column's node, A, [T, columns]."""
     t = k.transistors.terminal

@@ -6,13 +6,14 @@ with the state at that moment, and goes on from there with whatever the inputs a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from circuits.devices.source import Polyline
+from circuits.devices.source import Polyline, vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
 from circuits.process import Silicon
@@ -110,7 +111,7 @@ class Runner:
         self.machine, self.rtol = machine, rtol
         self.watch_names = machine.testbench.watch
         watched = [n for w in self.watch_names for n in machine.flat.port_nodes(w)]
-        self._labels = [machine.names[n] for n in watched]
+        self.labels = [machine.names[n] for n in watched]
         self._watch = machine.column[watched].astype(np.int64)
         self._threshold = 0.5 * machine.silicon.process.v_dd
         self._columns = np.array([machine.column_of(n) for n in record], dtype=np.int64)
@@ -137,19 +138,26 @@ class Runner:
         state: State,
         until: float,
         inputs: Mapping[str, Polyline] | None = None,
+        *,
         stop_at_event: bool = True,
         max_steps: int = MAX_STEPS,
     ) -> tuple[State, Segment]:
         """Advance to `until` (s), or to the first event.
 
-        inputs: new polylines (time s, value V or A) by source name, in force from now on. Raises
-        `SolverError` naming the time and the remedy where the solver gives up.
+        inputs: new polylines (time s, value V or A) by source name, in force from now on. They go on from
+        the source's present value: a jump restarts the solver and passes no charge through capacitances.
+        max_steps: of this call, rejected ones included. Raises `SolverError` naming the time and the remedy
+        where the solver gives up.
         """
+        title = self.machine.testbench.title
+        if math.isnan(until):
+            raise ParameterError(f"{title}: until {until:g} s, must be a time")
         lines = self._with_inputs(state, inputs)
-        sources: Sources = pack_sources(lines, self.machine.intervals)
+        before = int(state.counts[:2].sum())
+        sources: Sources = pack_sources(lines, self.machine.sampled)
         history = core.History(
-            state.time.copy(), state.voltage.copy(), state.rate.copy(), state.step.copy(), state.points.copy(),
-            state.armed.copy(), state.counts.copy(),
+            state.time.copy(), state.voltage.copy(), state.rate.copy(), state.step.copy(),
+            state.points.copy(), state.armed.copy(), state.counts.copy(),
         )  # fmt: skip
         cursor = sources.start[:-1].copy()
         r = self._recorder
@@ -158,17 +166,18 @@ class Runner:
         while code == core.BUFFER_FULL:
             r.filled[:] = 0
             code = core.integrate(
-                self.machine.kernel, sources, history, until, self.rtol, max_steps, self._watch, self._threshold,
+                self.machine.kernel, sources, history, until, self.rtol,
+                max_steps - (int(history.counts[:2].sum()) - before), self._watch, self._threshold,
                 stop_at_event, r, self._work, *self._scratch, cursor,
             )  # fmt: skip
             times.append(r.time[: r.filled[0]].copy())
             volts.append(r.voltage[: r.filled[0]].copy())
             found = range(int(r.filled[1]))
-            spikes += [(self._labels[r.spike_index[p]], float(r.spike_time[p])) for p in found]
+            spikes += [(self.labels[r.spike_index[p]], float(r.spike_time[p])) for p in found]
         outcome = _OUTCOMES[code]
         if outcome in (Outcome.STEP_TOO_SMALL, Outcome.TOO_MANY_STEPS):
-            title, now = self.machine.testbench.title, float(history.time[0])
-            raise SolverError(f"{title}: {outcome.name.lower()} at {now:.9g} s; {outcome.value}")
+            name = outcome.name.lower().replace("_", " ")
+            raise SolverError(f"{title}: {name} at {history.time[0]:.9g} s; {outcome.value}")
         ordered = tuple(sorted(spikes, key=lambda s: (s[1], s[0])))
         return State(*history, lines), Segment(np.concatenate(times), np.concatenate(volts), ordered, outcome)
 
@@ -179,7 +188,7 @@ class Runner:
         for name, line in inputs.items():
             if name not in self.machine.source_names:
                 raise unknown_name("source", name, self.machine.source_names)
-            lines[self.machine.source_names.index(name)] = line
+            lines[self.machine.source_names.index(name)] = vertices(name, *line)
         return tuple(lines)
 
 
@@ -202,9 +211,8 @@ def simulate(
     state = runner.begin(point)
     first = state.voltage[0][[machine.column_of(n) for n in nodes]]
     state, segment = runner.advance(state, machine.testbench.stop, stop_at_event=False)
-    labels = runner._labels
-    spikes = {n: np.array([t for name, t in segment.spikes if name == n]) for n in labels}
+    spikes = {n: np.array([t for name, t in segment.spikes if name == n]) for n in runner.labels}
     return Result(
-        machine, segment.outcome, np.concatenate([[0.0], segment.time]), np.vstack([first, segment.voltage]), nodes,
-        spikes, Steps(*(int(c) for c in state.counts)), point,
+        machine, segment.outcome, np.concatenate([[0.0], segment.time]),
+        np.vstack([first, segment.voltage]), nodes, spikes, Steps(*(int(c) for c in state.counts)), point,
     )  # fmt: skip

@@ -1,0 +1,160 @@
+"""A circuit as a part of a running system: events and voltages in, events and voltages out.
+
+At the boundary an event becomes a 10 us full-supply pulse with 0.1 us edges, an upward half-supply
+crossing becomes an event, and analog ports carry polylines. Every cell is stepped by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.circuit import Circuit, Port
+from circuits.devices import Source
+from circuits.devices.source import Constant, Driven, Polyline, Sampled, Waveform
+from circuits.errors import TopologyError
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.process import Silicon
+from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import DEFAULT_RTOL, Runner, State
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+
+PULSE_WIDTH = 10e-6  # s
+PULSE_EDGE = 0.1e-6  # s
+Event = tuple[str, float]  # port (with index, as in spike[3]) and time, s
+
+
+@dataclass(frozen=True, slots=True)
+class CellState:
+    """Solver state, and how many events fell into the pulse of the one before and were merged with it."""
+
+    solver: State
+    merged: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What a cell did: events in order, and its analog ports at the accepted points.
+
+    `time`: float64[T], s, the start included; `voltage`: float64[T, ports], V, in the cell's `analog` order.
+    """
+
+    events: tuple[Event, ...]
+    time: F64
+    voltage: F64
+
+
+class Cell:
+    """A circuit with its supply; event and analog inputs are driven while it runs.
+
+    `analog`: ports or nodes whose waveforms are kept. `sampled`: input ports that take samples at this
+    rate (Hz). `held`: voltages of analog inputs until something drives them. `start`: voltages (V) near
+    the rest state that is meant, where there are several.
+    """
+
+    def __init__(
+        self,
+        circuit: Circuit,
+        silicon: Silicon,
+        analog: Sequence[str] = (),
+        sampled: Mapping[str, float] | None = None,
+        held: Mapping[str, float] | None = None,
+        rtol: float = DEFAULT_RTOL,
+        start: Mapping[str, float] | None = None,
+    ) -> None:
+        """Lower the circuit and find its rest state; `SolverError` where there is none."""
+        self.v_dd = silicon.process.v_dd
+        sources: list[Source] = []
+        watch: list[str] = []
+        biased = {b.port for b in circuit.biases}
+        for port in circuit.ports:
+            elements = port.elements()
+            if port.direction == "out":
+                watch += elements if port.kind == "event" else []
+                continue
+            for element in elements:
+                if element in (held or {}) or port.name not in biased:
+                    waveform = self._drive(port, element, sampled or {}, held or {})
+                    sources.append(Source(element, element, waveform))
+        bench = Testbench(circuit.name, circuit, tuple(sources), np.inf, tuple(watch))
+        self.machine: Machine = to_kernel(bench, silicon)
+        self.analog = tuple(analog)
+        self.runner = Runner(self.machine, self.analog, rtol)
+        self._columns = [self.machine.column_of(n) for n in self.analog]
+        self._rest = operating_point(self.machine, start=start)
+
+    def _drive(
+        self, port: Port, element: str, sampled: Mapping[str, float], held: Mapping[str, float]
+    ) -> Waveform:
+        if port.kind == "supply":
+            return Constant(self.v_dd)
+        if port.kind == "event":
+            return Driven(0.0)
+        if element in sampled:
+            return Sampled(0.0, sampled[element], np.array([held[element]]))
+        if element in held:
+            return Driven(held[element])
+        raise TopologyError(f"{element}: input port without a bias or a held voltage; give one")
+
+    def begin(self, time: float = 0.0) -> CellState:
+        """At rest at `time` s."""
+        return CellState(self.runner.begin(self._rest, time))
+
+    def drive(self, state: CellState, lines: Mapping[str, Polyline]) -> CellState:
+        """Put polylines (time s, value V) on analog inputs, in force until others replace them."""
+        names = self.machine.source_names
+        held = list(state.solver.lines)
+        for name, line in lines.items():
+            held[names.index(name)] = line
+        return replace(state, solver=replace(state.solver, lines=tuple(held)))
+
+    def next_time(self, state: CellState) -> float:
+        """A circuit cannot know its next event; inf."""
+        return np.inf
+
+    def voltages(self, state: CellState) -> F64:
+        """Present voltages of the analog ports, float64[ports], V."""
+        return np.asarray(state.solver.voltage[0][self._columns])
+
+    def advance(
+        self,
+        state: CellState,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[CellState, float, Output]:
+        """Advance to `until` (s) or to the first output event; returns (state, time reached, output).
+
+        events: new input events at or after the state's time; analog: new polylines of analog inputs.
+        """
+        inputs: dict[str, Polyline] = dict(analog or {})
+        merged = state.merged
+        for port, time in events:
+            line = inputs.get(port) or state.solver.lines[self.machine.source_names.index(port)]
+            inputs[port], clash = add_pulse(line, time, self.v_dd)
+            merged += clash
+        start, first = state.solver.now, self.voltages(state)
+        solver, segment = self.runner.advance(state.solver, until, inputs)
+        output = Output(
+            segment.spikes,
+            np.concatenate([[start], segment.time]),
+            np.concatenate([first[None, :], segment.voltage]),
+        )
+        return replace(state, solver=solver, merged=merged), solver.now, output
+
+
+def add_pulse(line: Polyline, time: float, v_dd: float) -> tuple[Polyline, int]:
+    """Append an event's pulse to a polyline; an event inside the last pulse is merged and counted (1)."""
+    last_time, last_value = float(line[0][-1]), float(line[1][-1])
+    corners = time + np.array([0.0, PULSE_EDGE, PULSE_EDGE + PULSE_WIDTH, 2.0 * PULSE_EDGE + PULSE_WIDTH])
+    if line[0].size > 1 and time <= last_time:
+        return line, 1
+    return (
+        np.concatenate([[min(last_time, time - 1e-9)], corners]),
+        np.array([last_value, last_value, v_dd, v_dd, 0.0]),
+    ), 0

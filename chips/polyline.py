@@ -1,0 +1,40 @@
+"""Thinning of polylines that pass from one part of a system to another."""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.source import Polyline
+
+F64 = NDArray[np.float64]
+
+
+def thin(time: F64, value: F64, tolerance: float) -> Polyline:
+    """Leave out vertices while straight lines stay within `tolerance` of every one left out.
+
+    time: float64[T] rising, s; value: float64[T]. First and last vertex are kept. Swinging-door
+    compression: a vertex is kept when the line to the next one would miss one of those passed over.
+    """
+    keep = np.zeros(time.size, dtype=np.bool_)
+    _mark(time, value, tolerance, keep)
+    return time[keep], value[keep]
+
+
+@nb.njit(cache=True, nogil=True, error_model="numpy")
+def _mark(time: F64, value: F64, tolerance: float, keep: NDArray[np.bool_]) -> None:
+    last = time.size - 1
+    keep[0] = True
+    keep[last] = True
+    anchor = 0
+    low, high = -np.inf, np.inf
+    for k in range(1, last + 1):
+        slope = (value[k] - value[anchor]) / (time[k] - time[anchor])
+        if slope > high or slope < low:
+            anchor = k - 1
+            keep[anchor] = True
+            low, high = -np.inf, np.inf
+        span = time[k] - time[anchor]
+        low = max(low, (value[k] - tolerance - value[anchor]) / span)
+        high = min(high, (value[k] + tolerance - value[anchor]) / span)

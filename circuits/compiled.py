@@ -1,0 +1,48 @@
+"""Compilation of the hot functions with numba, kept on disk from run to run.
+
+numba compares a cached function with the file that it stands in; but machine code also holds what was called,
+from other files. So the cache's stamp here is the contents of every file whose code ends up in a kernel.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba as nb
+
+_HERE = Path(__file__).parent
+_SOURCES = ("compiled.py", "devices/*.py", "lowering/factor.py", "lowering/kernel.py", "solver/*.py")
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def compiled(**options: Any) -> Callable[[F], F]:
+    """Compile a function on its first call; `options` are numba's.
+
+    Without reference counting (numba's `_nrt=False`) the small functions are about three times faster, but
+    may not allocate arrays: it is off unless `_nrt=True` is given.
+    """
+
+    def decorate(function: F) -> F:
+        keywords = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False, **options}
+        dispatcher: Any = nb.njit(**keywords)(function)
+        if not os.environ.get("NUMBA_DISABLE_JIT"):
+            dispatcher._cache._cache_file._source_stamp = source_stamp()  # noqa: SLF001 - numba has no other way
+        return cast("F", dispatcher)
+
+    return decorate
+
+
+@cache
+def source_stamp() -> bytes:
+    """Hash of all files whose code is compiled."""
+    digest = hashlib.sha256()
+    for pattern in _SOURCES:
+        for path in sorted(_HERE.glob(pattern)):
+            digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.digest()

@@ -1,0 +1,109 @@
+"""Direct-current sweep: operating points over the values of one source, each started from the one before.
+
+So a circuit with several rest states stays on a branch as long as the branch goes on, and where it ends
+the sweep follows Newton's method to another one: sweeping up and down shows hysteresis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices.source import vertices
+from circuits.errors import ParameterError, SolverError, unknown_name
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.process import Silicon
+from circuits.solver.operating_point import operating_point, solve_near
+from circuits.solver.outcome import Outcome
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Operating points over `values` of `source`.
+
+    values: float64[N], V or A; voltage: float64[N, nodes], V, in `nodes` order; stable: bool[N].
+    """
+
+    source: str
+    values: F64
+    voltage: F64 = field(repr=False)
+    stable: NDArray[np.bool_] = field(repr=False)
+    nodes: tuple[str, ...] = field(repr=False)
+
+    def __getitem__(self, node: str) -> F64:
+        """Voltage of a node over the sweep, float64[N], V."""
+        try:
+            return np.asarray(self.voltage[:, self.nodes.index(node)])
+        except ValueError:
+            raise unknown_name("node", node, self.nodes) from None
+
+
+def dc_sweep(
+    target: Testbench | Machine,
+    source: str,
+    values: Sequence[float] | F64,
+    silicon: Silicon | None = None,
+    start: Mapping[str, float] | None = None,
+) -> Sweep:
+    """Solve for the operating point at each of `values` (V or A) of the source called `source`.
+
+    Parameters
+    ----------
+    target
+        Testbench or lowered testbench; the other sources keep their values at time 0.
+    source
+        Name of one of its sources, a bias port's included.
+    values
+        float64[N], in the order in which they are visited.
+    silicon
+        The nominal process at 27 degC unless given; of no effect on a lowered testbench.
+    start
+        Voltages (V) by node path to start the first point from.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such source.
+    ParameterError
+        If there are no values, or one is not finite.
+    SolverError
+        If a point has no solution; the text names the value.
+    """
+    machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
+    if source not in machine.source_names:
+        raise unknown_name(f"{machine.testbench.title} source", source, machine.source_names)
+    swept = np.asarray(values, dtype=np.float64).ravel()
+    if swept.size == 0 or not np.isfinite(swept).all():
+        raise ParameterError(f"{source}: values of a sweep must be numbers, at least one")
+    position = machine.source_names.index(source)
+    point = operating_point(_set(machine, position, float(swept[0])), start=start)
+    points = [point]
+    for value in swept[1:]:
+        found = solve_near(_set(machine, position, float(value)), points[-1].voltage)
+        if found is None:
+            unit = "V" if machine.source_quantities[position] == "voltage" else "A"
+            raise SolverError(
+                f"{machine.testbench.title}.{source}: {value:g} {unit}, no operating point;"
+                f" {Outcome.NO_OPERATING_POINT.value}, or sweep in smaller steps"
+            )
+        points.append(found)
+    return Sweep(
+        source,
+        swept,
+        np.array([p.voltage[machine.column] for p in points]),
+        np.array([p.stable for p in points]),
+        machine.names,
+    )
+
+
+def _set(machine: Machine, position: int, value: float) -> Machine:
+    """Hold one source of a machine at a value."""
+    lines = list(machine.polylines)
+    lines[position] = vertices(machine.source_names[position], (0.0,), (value,))
+    return replace(machine, polylines=tuple(lines))

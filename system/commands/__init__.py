@@ -1,0 +1,1 @@
+"""What the commands of `noctule` do, one a file."""

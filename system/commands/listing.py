@@ -1,0 +1,38 @@
+"""`noctule list`: what there is, with a line on each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from chips.registry import CHIPS, load_chip
+from circuits.registry import block_names, load_block
+from system.commands.output import print_json, print_table
+from system.registry import experiment_names, load_experiment, load_system, system_names
+
+
+def list_command(*, as_json: bool) -> None:
+    """Print blocks, chips, systems and experiments."""
+    groups = {
+        "blocks": _summaries(block_names(), load_block),
+        "chips": _summaries(CHIPS, load_chip),
+        "systems": _summaries(system_names(), load_system),
+        "experiments": _summaries(experiment_names(), load_experiment),
+    }
+    if as_json:
+        print_json(groups)
+        return
+    for title, entries in groups.items():
+        print_table(title, ("name", "summary"), [(e["name"], e["summary"]) for e in entries])
+
+
+def _summaries(names: Iterable[str], load: Callable[[str], Any]) -> list[dict[str, str]]:
+    return [{"name": name, "summary": _summary(name, load)} for name in names]
+
+
+def _summary(name: str, load: Callable[[str], Any]) -> str:
+    """One entry that cannot be loaded must not hide the others."""
+    try:
+        return str(load(name).summary)
+    except ImportError as error:
+        return f"cannot be loaded: {error}"

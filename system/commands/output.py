@@ -1,0 +1,86 @@
+"""What commands print: one JSON document, tables for a reader, and a sign of life on stderr."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from circuits.units import format_quantity
+
+_PIPED_WIDTH = 160  # columns of a table that no terminal limits
+
+
+def print_json(document: Mapping[str, Any]) -> None:
+    """Print `document` as one JSON document; what is not finite becomes null."""
+    sys.stdout.write(json.dumps(plain(document), allow_nan=False, indent=2) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """Return `value` in JSON's own types: arrays and tuples as lists, NaN and infinities as None."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def print_line(text: str) -> None:
+    """Print a line, in full width whatever the terminal's."""
+    sys.stdout.write(f"{text}\n")
+
+
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Print a table; columns whose heading ends with `:` stand to the right."""
+    table = Table(box=None, pad_edge=False)
+    for column in columns:
+        table.add_column(column.removesuffix(":"), justify="right" if column.endswith(":") else "left")
+    for row in rows:
+        table.add_row(*(Text("" if cell is None else str(cell)) for cell in row))
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=_PIPED_WIDTH)
+    console.print(Text(title, style="bold"))
+    console.print(table)
+    console.print()
+
+
+def quantity_cell(value: Any, unit: str) -> str:
+    """A value or values for a table: `199.9pA`, the first and last of many, `off` for None."""
+    if value is None:
+        return "off"
+    if isinstance(value, np.ndarray | tuple | list):
+        values = [quantity_cell(float(v), unit) for v in np.ravel(value)]
+        return values[0] if len(set(values)) == 1 else f"{values[0]} .. {values[-1]}"
+    return format_quantity(float(value), unit)
+
+
+@contextlib.contextmanager
+def working(text: str) -> Iterator[None]:
+    """Show `text` with a spinner on stderr while the block runs, if stderr is a terminal."""
+    console = Console(stderr=True)
+    with console.status(text) if console.is_terminal else contextlib.nullcontext():
+        yield
+
+
+@contextlib.contextmanager
+def progress_bar(text: str) -> Iterator[Callable[[float], None]]:
+    """Give a function that takes the fraction done and moves a bar on stderr, if that is a terminal."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+        task = bars.add_task(text, total=1.0)
+        yield lambda fraction: bars.update(task, completed=fraction)

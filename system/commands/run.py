@@ -1,0 +1,99 @@
+"""`noctule run SYSTEM`: a whole system in its world, closed loop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from circuits.errors import ParameterError
+from circuits.process import check_temperature
+from circuits.units import parse_quantity
+from system.approach import LAWS, Scenario, Trace
+from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.plot import check_picture, save_picture
+from system.registry import load_system
+from system.targets import default_scene, describe, read_targets
+
+LEVELS = ("transistor",)
+
+
+def run_command(
+    system: str,
+    targets: str | None,
+    level: str | None,
+    isolation: bool,
+    amplitude_law: str | None,
+    duration: str | None,
+    temperature: str,
+    seed: int,
+    noise: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> None:
+    """Run `system` and print its arrays and summary; `plot` draws it."""
+    loaded = load_system(system)
+    if plot is not None:
+        check_picture(plot)
+    _choice("--level", level or LEVELS[0], LEVELS)
+    scenario = scenario_of(targets, isolation, amplitude_law, duration, temperature, seed, noise)
+    with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
+        trace: Trace = loaded.run(scenario, progress)
+    summary = loaded.summarise(trace)
+    if plot is not None:
+        save_picture(plot, lambda figure: loaded.draw(trace, figure))
+    if as_json:
+        print_json(_document(system, trace, summary))
+        return
+    for target in scenario.targets:
+        print_line(f"{target.name}: {describe(target)}")
+    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
+    print_table(f"{system}, transistor level, {scenario.temperature_c:g} degC", ("quantity", "value:"), rows)
+
+
+def scenario_of(
+    targets: str | None,
+    isolation: bool,
+    amplitude_law: str | None,
+    duration: str | None,
+    temperature: str,
+    seed: int,
+    noise: str | None,
+) -> Scenario:
+    """Scenario from the command line's texts; raises `ParameterError` or `DataError` naming the option."""
+    celsius = parse_quantity(temperature, "degC", "--temperature")
+    check_temperature(celsius)
+    law = _choice("--amplitude-law", amplitude_law or LAWS[0], LAWS)
+    length = parse_quantity(duration or "4s", "s", "--duration")
+    if not 0.0 < length <= 3600.0:
+        raise ParameterError(f"--duration: {length:g} s, must be above 0 and at most 3600 s")
+    rms = parse_quantity(noise or "0V", "V", "--noise")
+    if rms < 0.0:
+        raise ParameterError(f"--noise: {rms:g} V, must be >= 0")
+    scene = default_scene() if targets is None else read_targets(targets)
+    return Scenario(scene, length, celsius, isolation, law, rms, seed)  # type: ignore[arg-type]
+
+
+def _choice(option: str, value: str, known: tuple[str, ...]) -> str:
+    if value not in known:
+        raise ParameterError(f"{option}: {value}, must be {' or '.join(known)}")
+    return value
+
+
+def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+    scenario = trace.scenario
+    arrays = ("time_s", "range_m", "estimate_m", "proximity_V", "call_rate_Hz", "call_amplitude_V")
+    return {
+        "system": system,
+        "level": "transistor",
+        "temperature_C": scenario.temperature_c,
+        "isolation": scenario.isolation,
+        "amplitude_law": scenario.amplitude_law,
+        "noise_rms_V": scenario.noise_rms,
+        "seed": scenario.seed,
+        "targets": [t.name for t in scenario.targets],
+        **{name: getattr(trace, name) for name in arrays},
+        "calls_s": trace.calls[:, 0],
+        "pulses_s": trace.pulses,
+        "echoes_s": trace.echoes,
+        "spikes": [{"time_s": time, "neuron": neuron} for time, neuron in trace.spikes],
+        "summary": {**summary, **trace.counts},
+    }

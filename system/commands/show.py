@@ -1,0 +1,148 @@
+"""`noctule show`: a block's or chip's ports, devices, parameters, biases and stimuli."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from circuits.bias import bias_voltages
+from circuits.circuit import Bias, BiasKind, Port
+from circuits.lowering.flatten import DeviceGroup, flatten
+from circuits.lowering.graph import describe_device
+from system.commands.output import print_json, print_line, print_table, quantity_cell
+from system.options import Choice, bias_unit, choose, parameters
+from system.plot import check_picture, draw_circuit, save_picture
+
+_SIZE_UNITS = {
+    "capacitance": "F",
+    "length": "m",
+    "offset": "V",
+    "output_resistance": "Ohm",
+    "resistance": "Ohm",
+    "transconductance": "S",
+    "width": "m",
+}
+
+
+def show_command(
+    block: str,
+    *,
+    params: Sequence[str],
+    biases: Sequence[str],
+    bias_kind: BiasKind | None,
+    temperature: str,
+    plot: str | None,
+    as_json: bool,
+) -> None:
+    """Print what `block` is made of, and draw its graph into the file `plot`."""
+    if plot is not None:
+        check_picture(plot)
+    choice = choose(block, params, biases, bias_kind, temperature)
+    document = _describe(choice)
+    if plot is not None:
+        save_picture(plot, lambda figure: draw_circuit(choice.circuit, figure))
+    if as_json:
+        print_json(document)
+    else:
+        _print(choice, document)
+
+
+def _describe(choice: Choice) -> dict[str, Any]:
+    flat = flatten(choice.circuit)
+    names = flat.node_names()
+    return {
+        "block": choice.block.name,
+        "summary": choice.block.summary,
+        "temperature_C": choice.silicon.temperature_c,
+        "node_count": flat.count - 1,
+        "device_count": sum(g.nodes.shape[1] for g in flat.groups),
+        "ports": [_port(p) for p in choice.circuit.ports],
+        "parameters": [asdict(p) for p in parameters(choice.params)],
+        "biases": [_bias(b, choice) for b in choice.circuit.biases],
+        "stimuli": [asdict(s) for s in choice.block.stimuli],
+        "devices": [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])],
+    }
+
+
+def _port(port: Port) -> dict[str, Any]:
+    return {"name": port.name, "kind": port.kind, "direction": port.direction, "shape": port.shape}
+
+
+def _bias(bias: Bias, choice: Choice) -> dict[str, Any]:
+    return {
+        "name": bias.name,
+        "port": bias.port,
+        "kind": bias.kind,
+        "value": bias.value,
+        "unit": bias_unit(bias),
+        "device": bias.device,
+        "reference_temperature_C": bias.reference_temperature_c,
+        "voltage_V": bias_voltages(choice.circuit, bias, choice.silicon),
+    }
+
+
+def _device(group: DeviceGroup, k: int, names: list[str]) -> dict[str, Any]:
+    description = describe_device(group.device)
+    nodes = (names[int(node)] for node in group.nodes[:, k])
+    return {
+        "path": group.label(k),
+        "type": description.type,
+        **description.attributes,
+        "terminals": dict(zip(description.terminals, nodes, strict=True)),
+        "sizes": {name: float(value[k]) for name, value in group.parameters.items()},
+    }
+
+
+def _print(choice: Choice, document: dict[str, Any]) -> None:
+    print_line(f"{document['block']}: {document['summary']}")
+    counts = f"{document['device_count']} devices, {document['node_count']} nodes"
+    print_line(f"{counts}, at {choice.silicon.temperature_c:g} degC\n")
+    ports = [(p["name"], p["kind"], p["direction"], _shape(p["shape"])) for p in document["ports"]]
+    print_table("ports", ("name", "kind", "direction", "shape"), ports)
+    numbers = [(p["name"], quantity_cell(p["value"], p["unit"])) for p in document["parameters"]]
+    print_table("parameters (--param)", ("name", "value:"), numbers)
+    columns = ("name", "kind", "value:", "voltage:", "port")
+    print_table("biases (--bias)", columns, [_bias_row(b) for b in document["biases"]])
+    stimuli = [(s["name"], quantity_cell(s["default"], s["unit"]), s["summary"]) for s in document["stimuli"]]
+    print_table("stimuli (--stimulus)", ("name", "default:", "summary"), stimuli)
+    flat = flatten(choice.circuit)
+    names = flat.node_names()
+    rows = [_device_row(group, names) for group in flat.groups]
+    print_table("devices", ("path", "type", "terminals", "sizes"), rows)
+
+
+def _bias_row(bias: dict[str, Any]) -> tuple[str, ...]:
+    value, voltage = quantity_cell(bias["value"], bias["unit"]), quantity_cell(bias["voltage_V"], "V")
+    return bias["name"], bias["kind"], value, voltage, bias["port"]
+
+
+def _device_row(group: DeviceGroup, names: list[str]) -> tuple[str, str, str, str]:
+    """One row for all copies of a device: copies in an array differ in their indices only."""
+    copies = group.nodes.shape[1]
+    description = describe_device(group.device)
+    path = ".".join((*(name + _slices(shape) for name, shape in group.path), group.device.name))
+    kind = f"{description.attributes.get('polarity', '')}FET" if "polarity" in description.attributes else ""
+    first, last = (_terminals(group, k, names) for k in (0, copies - 1))
+    terminals = [
+        f"{t}={a}" if a == b else f"{t}={a} .. {b}"
+        for t, a, b in zip(description.terminals, first, last, strict=True)
+    ]
+    sizes = [
+        f"{name}={quantity_cell(value, _SIZE_UNITS.get(name, ''))}"
+        for name, value in group.parameters.items()
+        if name != "multiplicity" or (value != 1.0).any()
+    ]
+    return path, kind or description.type, " ".join(terminals), " ".join(sizes)
+
+
+def _terminals(group: DeviceGroup, k: int, names: list[str]) -> list[str]:
+    return [names[int(node)] for node in group.nodes[:, k]]
+
+
+def _slices(shape: Sequence[int]) -> str:
+    return f"[{','.join(f'0:{n}' for n in shape)}]" if shape else ""
+
+
+def _shape(shape: Sequence[int]) -> str:
+    return "×".join(map(str, shape)) if len(shape) else "scalar"

@@ -1,0 +1,112 @@
+"""`noctule simulate`: one transient of a block under its testbench."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.process import Silicon
+from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
+from circuits.testbench import Testbench
+from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.files import write_text_atomic
+from system.options import Choice, choose
+from system.plot import check_picture, draw_waveforms, save_picture
+
+
+def simulate_command(
+    block: str,
+    *,
+    params: Sequence[str],
+    biases: Sequence[str],
+    bias_kind: BiasKind | None,
+    temperature: str,
+    stimuli: Sequence[str],
+    rtol: float | None,
+    engine: str,
+    plot: str | None,
+    csv: str | None,
+    as_json: bool,
+) -> None:
+    """Simulate `block`, print its outcome, and write waveforms (`csv`) and a picture (`plot`)."""
+    if plot is not None:
+        check_picture(plot)
+    choice = choose(block, params, biases, bias_kind, temperature, stimuli)
+    run = _engine(engine, rtol)
+    with working(f"simulating {block} (the first run compiles its kernels)"):
+        result = run(choice.testbench(), choice.silicon)
+        document = _describe(choice, result, engine)
+    if csv is not None:
+        write_text_atomic(csv, waveform_table(result))
+    if plot is not None:
+        save_picture(plot, lambda figure: draw_waveforms(result, _plotted(choice, result), figure))
+    if as_json:
+        print_json(document)
+    else:
+        _print(choice, document)
+
+
+def waveform_table(result: Result) -> str:
+    """Waveforms as CSV: `time_s`, then `NODE_V` for every node; a row an accepted point."""
+    text = io.StringIO()
+    names = ["time_s", *(f'"{n}_V"' if "," in n else f"{n}_V" for n in result.nodes)]
+    table = np.column_stack([result.time, result.voltage])
+    np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(names), comments="")
+    return text.getvalue()
+
+
+def _engine(name: str, rtol: float | None) -> Callable[[Testbench, Silicon], Result]:
+    if name == "native":
+        tolerance = DEFAULT_RTOL if rtol is None else rtol
+        return lambda testbench, silicon: simulate(testbench, silicon, rtol=tolerance)
+    if rtol is not None:
+        raise ParameterError(f"--rtol: {rtol:g}, only the native engine takes it; leave it out")
+    # PySpice is slow to import, and the native engine must not wait for it
+    run: Callable[[Testbench, Silicon], Result] = import_module("netlists.engine").simulate
+    return run
+
+
+def _plotted(choice: Choice, result: Result) -> tuple[str, ...]:
+    return choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
+
+
+def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
+    return {
+        "block": choice.block.name,
+        "temperature_C": choice.silicon.temperature_c,
+        "engine": engine,
+        "stimuli": choice.stimuli,
+        "outcome": choice.block.outcome(result),
+        "spikes_s": _spikes(choice, result),
+        "measures": plain(choice.block.measures(result)),
+        "steps": result.steps.accepted,
+        "rejected_steps": result.steps.rejected,
+        "iterations": result.steps.iterations,
+    }
+
+
+def _spikes(choice: Choice, result: Result) -> Any:
+    """A list where one scalar port is watched, else lists by port."""
+    watch = choice.testbench().watch
+    if len(watch) == 1 and list(result.spikes) == list(watch):
+        return result.spikes[watch[0]].tolist()
+    return {port: times.tolist() for port, times in result.spikes.items()}
+
+
+def _print(choice: Choice, document: dict[str, Any]) -> None:
+    spikes = document["spikes_s"]
+    trains = spikes if isinstance(spikes, dict) else {"spikes": spikes}
+    rows = [("outcome", document["outcome"])]
+    rows += [(port, " ".join(f"{t:.9g} s" for t in times) or "none") for port, times in trains.items()]
+    rows += [(k, "not defined" if v is None else f"{v:.6g}") for k, v in document["measures"].items()]
+    rows.append(("steps", f"{document['steps']} ({document['rejected_steps']} rejected)"))
+    title = f"{document['block']} at {document['temperature_C']:g} degC, {document['engine']}"
+    print_table(title, ("quantity", "value"), rows)
+    stimuli = (f"{s.name}={quantity_cell(choice.stimuli[s.name], s.unit)}" for s in choice.block.stimuli)
+    print_line(f"stimuli: {', '.join(stimuli) or 'none'}")

@@ -1,0 +1,58 @@
+"""Experiments: a published figure or table made again, each statement beside the paper's.
+
+A row states its rule and tolerance in the code before it is run, and whether its value was fitted or
+predicted. Only a predicted row that disagrees makes an experiment fail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Value = float | str | None
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One statement: the paper's value, ours, and the rule by which they agree.
+
+    `paper` and `ours` are in the unit that `name` ends with (`best_delay_s`), or words; None where the paper
+    gives none or the run has none. `rule` is a sentence such as `within 10 %`; `tolerance` its number.
+    `fitted`: the value was used to choose parameters, so that its agreement proves nothing.
+    """
+
+    name: str
+    paper: Value
+    ours: Value
+    rule: str
+    tolerance: float | None
+    fitted: bool
+    agrees: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What an experiment found. `draw` fills an empty figure; `notes` are sentences for the reader."""
+
+    rows: tuple[Row, ...]
+    draw: Callable[[Figure], None]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every predicted row agrees."""
+        return all(row.agrees for row in self.rows if not row.fitted)
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """A figure or table of a paper. `run(progress)` reports the fraction done, 0 to 1, as it goes."""
+
+    name: str
+    summary: str
+    run: Callable[[Progress], Report]

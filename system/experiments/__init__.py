@@ -1,0 +1,1 @@
+"""Figures and tables of papers made again, one experiment a file; `system.registry` lists them."""

@@ -1,0 +1,176 @@
+"""Event loop: moves the parts of a running system together, so that no event ever comes late.
+
+All parts stand at one common time t. A round picks a horizon T and advances every part to it, upstream
+of analog wires first. A part that meets an output event stops there, and T shrinks to that event:
+parts already beyond it are advanced again from their state at t. Events at T are delivered when the
+next round starts, so that feedback within a cycle takes effect at the instant of its cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.polyline import thin
+from circuits.devices.source import Polyline
+from circuits.errors import TopologyError
+
+F64 = NDArray[np.float64]
+Event = tuple[str, float]
+
+
+class Advanced(Protocol):
+    """What a part returns: its events in order and its analog ports from the start on."""
+
+    @property
+    def events(self) -> Sequence[Event]:
+        """Output events (port, time s)."""
+
+    @property
+    def time(self) -> F64:
+        """Times of the analog points, s."""
+
+    @property
+    def voltage(self) -> F64:
+        """Analog ports at these times, float64[T, ports], V."""
+
+
+class Part(Protocol):
+    """Something that lives in a run: a cell, a sensor, a robot."""
+
+    @property
+    def analog(self) -> tuple[str, ...]:
+        """Names of the output's columns."""
+
+    def begin(self, time: float = 0.0) -> Any:
+        """Start state; states are values that pickle."""
+
+    def next_time(self, state: Any) -> float:
+        """Next moment at which the part acts by itself, s; inf where it cannot know."""
+
+    def advance(
+        self,
+        state: Any,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[Any, float, Advanced]:
+        """Advance to `until` or to the first output event; returns (state, time reached, output)."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventWire:
+    """Events of one part's port arrive at another's."""
+
+    source: str
+    port: str
+    target: str
+    target_port: str
+
+
+@dataclass(frozen=True, slots=True)
+class AnalogWire:
+    """A part's analog port drives another's; the polyline is thinned to `tolerance` V."""
+
+    source: str
+    port: str
+    target: str
+    target_port: str
+    tolerance: float = 1e-3
+
+
+@dataclass(slots=True)
+class Round:
+    """What happened in one round: the time reached, the events at its end, every part's output."""
+
+    start: float
+    stop: float
+    events: tuple[tuple[str, str, float], ...]  # (part, port, time)
+    outputs: dict[str, Advanced]
+
+
+@dataclass(slots=True)
+class Loop:
+    """Parts, wires and the present states; `horizon` is the longest round (s)."""
+
+    parts: Mapping[str, Part]
+    events: Sequence[EventWire]
+    analog: Sequence[AnalogWire]
+    horizon: float
+    executor: Executor | None = None
+    time: float = 0.0
+    states: dict[str, Any] = field(default_factory=dict)
+    pending: dict[str, list[Event]] = field(default_factory=dict)
+    repeated: int = 0  # part advances that were done again after an event
+    _levels: list[list[str]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Order the parts along the analog wires; `TopologyError` where these form a ring."""
+        self.states = {n: p.begin(self.time) for n, p in self.parts.items()}
+        self._levels = _levels(tuple(self.parts), self.analog)
+
+    def step(self, until: float) -> Round:
+        """Advance all parts together to their first event, or by one horizon, or to `until`."""
+        stop = min(until, self.time + self.horizon)
+        own = [p.next_time(self.states[n]) for n, p in self.parts.items()]
+        stop = min([stop, *(t for t in own if t > self.time)])
+        delivered, self.pending = self.pending, {}
+        results: dict[str, tuple[Any, float, Advanced]] = {}
+        for level in self._levels:
+            results |= self._advance(level, stop, delivered, results)
+            stop = min([stop, *(results[n][1] for n in level)])
+        late = [n for n, r in results.items() if r[1] > stop]
+        for level in self._levels:
+            again = [n for n in level if n in late]
+            self.repeated += len(again)
+            results |= self._advance(again, stop, delivered, results)
+        met = [(n, port, time) for n, r in results.items() for port, time in r[2].events]
+        for wire in self.events:
+            for name, port, _ in met:
+                if name == wire.source and port == wire.port:
+                    self.pending.setdefault(wire.target, []).append((wire.target_port, stop))
+        done = Round(self.time, stop, tuple(met), {n: r[2] for n, r in results.items()})
+        self.states = {n: r[0] for n, r in results.items()}
+        self.time = stop
+        return done
+
+    def _advance(
+        self,
+        names: Sequence[str],
+        stop: float,
+        delivered: Mapping[str, list[Event]],
+        results: Mapping[str, tuple[Any, float, Advanced]],
+    ) -> dict[str, tuple[Any, float, Advanced]]:
+        def one(name: str) -> tuple[Any, float, Advanced]:
+            wires = [w for w in self.analog if w.target == name]
+            inputs = {w.target_port: self._polyline(w, results[w.source][2]) for w in wires}
+            return self.parts[name].advance(self.states[name], stop, delivered.get(name, ()), inputs)
+
+        if self.executor is None or len(names) < 2:
+            return {n: one(n) for n in names}
+        return dict(zip(names, self.executor.map(one, names), strict=True))
+
+    def _polyline(self, wire: AnalogWire, output: Advanced) -> Polyline:
+        column = self.parts[wire.source].analog.index(wire.port)
+        return thin(output.time, output.voltage[:, column], wire.tolerance)
+
+
+def _levels(names: tuple[str, ...], wires: Sequence[AnalogWire]) -> list[list[str]]:
+    """Parts in order of the analog wires, those of one level independent of each other."""
+    placed: set[str] = set()
+    levels: list[list[str]] = []
+    while len(placed) < len(names):
+        ready = [
+            n for n in names if n not in placed and all(w.source in placed for w in wires if w.target == n)
+        ]
+        if not ready:
+            left = ", ".join(n for n in names if n not in placed)
+            raise TopologyError(f"loop: analog wires form a ring through {left}; break it with an event")
+        levels.append(ready)
+        placed |= set(ready)
+    return levels

@@ -1,0 +1,224 @@
+"""Text of the command line -> parameters, biases, stimuli and silicon of a block.
+
+`NAME=VALUE` with SPICE suffixes and the quantity's own unit. A parameter's unit is its field's metadata
+`unit`, else what the last word of its name says (`membrane_capacitance` is in farad). A parameter of a part
+has a dotted name (`neuron.membrane_capacitance`); an array takes one value for all, values with commas
+between them, or one element (`i_inh_tau[3]=150pA`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from circuits.bias import rebias
+from circuits.blocks.block import Block, Stimulus
+from circuits.circuit import Bias, BiasKind, Circuit
+from circuits.errors import ParameterError
+from circuits.process import Silicon
+from circuits.testbench import Testbench
+from circuits.units import parse_quantity
+from system.registry import load_block_or_chip, unknown
+
+_UNITS = {
+    "capacitance": "F",
+    "conductance": "S",
+    "constant": "s",
+    "current": "A",
+    "delay": "s",
+    "duration": "s",
+    "frequency": "Hz",
+    "length": "m",
+    "offset": "V",
+    "period": "s",
+    "rate": "Hz",
+    "resistance": "Ohm",
+    "time": "s",
+    "transconductance": "S",
+    "voltage": "V",
+    "width": "m",
+}
+_ELEMENT = re.compile(r"(.*)\[([0-9]+(?:,[0-9]+)*)\]")
+
+Value = float | tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A settable number of a block: dotted name, value in `unit`."""
+
+    name: str
+    value: Any
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What a user chose: a block with its parameters and biases, on silicon, under stimuli."""
+
+    block: Block
+    params: Any
+    circuit: Circuit
+    silicon: Silicon
+    stimuli: Mapping[str, float | None]
+
+    def testbench(self) -> Testbench:
+        """The block's testbench under the stimuli; raises `ParameterError` unless it takes time."""
+        bench = self.block.testbench(self.circuit, self.stimuli, self.silicon.process.v_dd)
+        if not bench.stop > 0.0:
+            raise ParameterError(f"duration: {bench.stop:g} s, must be > 0; give a longer run")
+        return bench
+
+
+def choose(
+    name: str,
+    params: Iterable[str] = (),
+    biases: Iterable[str] = (),
+    bias_kind: BiasKind | None = None,
+    temperature: str = "27",
+    stimuli: Iterable[str] = (),
+) -> Choice:
+    """Read the options that all commands on a block or chip share.
+
+    params, biases, stimuli: texts `NAME=VALUE`. temperature: degrees Celsius. Raises `ParameterError` or
+    `UnknownNameError` naming what is wrong.
+    """
+    silicon = Silicon(temperature_c=parse_quantity(temperature, "degC", "temperature"))
+    block = load_block_or_chip(name)
+    values = read_params(block.params(), params)
+    circuit = block.build(values)
+    circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
+    return Choice(block, values, circuit, silicon, read_stimuli(block.stimuli, stimuli))
+
+
+def parameters(params: Any) -> Iterator[Parameter]:
+    """Every number of a `Params` value, those of its parts under dotted names."""
+    for field in fields(params):
+        value = getattr(params, field.name)
+        if is_dataclass(value):
+            yield from (replace(inner, name=f"{field.name}.{inner.name}") for inner in parameters(value))
+        else:
+            unit = field.metadata.get("unit", _UNITS.get(field.name.rpartition("_")[2], ""))
+            yield Parameter(field.name, value, unit)
+
+
+def read_params(params: Any, texts: Iterable[str]) -> Any:
+    """Return `params` with the values of `texts` set."""
+    known = {p.name: p for p in parameters(params)}
+    for text in texts:
+        name, value = _split(text, "--param")
+        if name not in known:
+            raise unknown("parameter", name, known)
+        params = _set(params, name, _like(known[name], value))
+    return params
+
+
+def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
+    """Values of biases by name, A, or V for one of kind `voltage`."""
+    known = {b.name: b for b in circuit.biases}
+    values: dict[str, Value] = {}
+    for text in texts:
+        name, value = _split(text, "--bias")
+        element = _ELEMENT.fullmatch(name)
+        name = element.group(1) if element else name
+        if name not in known:
+            raise unknown("bias", name, known)
+        bias = known[name]
+        numbers = _numbers(value, bias_unit(bias), name)
+        shape = circuit.port(bias.port).shape
+        size = int(np.prod(shape, dtype=int))
+        if element and not shape:
+            raise ParameterError(f"{name}[{element.group(2)}]: no array; set {name}")
+        if element:
+            numbers = _with_element(values.get(name, bias.value), size, element.group(2), numbers, name)
+        elif isinstance(numbers, tuple) and len(numbers) != size:
+            raise ParameterError(f"{name}: {len(numbers)} values, must be one or {size}")
+        values[name] = numbers
+    return values
+
+
+def bias_unit(bias: Bias) -> str:
+    """V for a voltage, A for what a current stands behind."""
+    return "V" if bias.kind == "voltage" else "A"
+
+
+def read_stimuli(known: Iterable[Stimulus], texts: Iterable[str]) -> dict[str, float | None]:
+    """A value for each stimulus, its default unless set; None is off."""
+    by_name = {s.name: s for s in known}
+    values = {s.name: s.default for s in by_name.values()}
+    for text in texts:
+        name, value = _split(text, "--stimulus")
+        if name not in by_name:
+            raise unknown("stimulus", name, by_name)
+        values[name] = _stimulus(by_name[name], value)
+    return values
+
+
+def read_voltages(texts: Iterable[str], option: str) -> dict[str, float]:
+    """Voltages by node path, V."""
+    pairs = (_split(text, option, keep=True) for text in texts)
+    return {name: parse_quantity(value, "V", name) for name, value in pairs}
+
+
+def _split(text: str, option: str, *, keep: bool = False) -> tuple[str, str]:
+    """Split `NAME=VALUE`; a hyphen in a name stands for an underscore unless names are kept."""
+    name, sign, value = (part.strip() for part in text.partition("="))
+    if not (name and sign and value):
+        raise ParameterError(f'{option}: "{text}", must be NAME=VALUE; write as in {option} name=1.5')
+    return name if keep else name.replace("-", "_"), value
+
+
+def _stimulus(stimulus: Stimulus, text: str) -> float | None:
+    if text == "off":
+        if stimulus.can_be_off:
+            return None
+        raise ParameterError(
+            f"{stimulus.name}: off, must have a value; give one in {stimulus.unit or 'numbers'}"
+        )
+    if text == "on" and stimulus.can_be_off and stimulus.default is not None:
+        return stimulus.default
+    return parse_quantity(text, stimulus.unit, stimulus.name)
+
+
+def _like(parameter: Parameter, text: str) -> Any:
+    """Read `text` as a value of the parameter's own type."""
+    name, old = parameter.name, parameter.value
+    if isinstance(old, bool) or not isinstance(old, int | float | tuple):
+        raise ParameterError(f"{name}: no number; set it in Python")
+    new = _numbers(text, parameter.unit, name)
+    if isinstance(old, tuple):
+        new = new if isinstance(new, tuple) else (new,) * len(old)
+        if len(new) != len(old):
+            raise ParameterError(f"{name}: {len(new)} values, must be one or {len(old)}")
+        return new
+    if isinstance(new, tuple):
+        raise ParameterError(f"{name}: {len(new)} values, must be one")
+    if isinstance(old, int):
+        if new != int(new):
+            raise ParameterError(f"{name}: {new:g}, must be a whole number")
+        return int(new)
+    return new
+
+
+def _numbers(text: str, unit: str, name: str) -> Value:
+    values = tuple(parse_quantity(part, unit, name) for part in text.split(","))
+    return values if len(values) > 1 else values[0]
+
+
+def _with_element(old: Value, size: int, index: str, value: Value, name: str) -> Value:
+    if isinstance(value, tuple):
+        raise ParameterError(f"{name}[{index}]: {len(value)} values, must be one")
+    if "," in index or int(index) >= size:
+        raise ParameterError(f"{name}[{index}]: no such element; it has {size}, counted from 0")
+    values = list(old) if isinstance(old, tuple) else [old] * size
+    values[int(index)] = value
+    return tuple(values)
+
+
+def _set(params: Any, name: str, value: Any) -> Any:
+    head, _, rest = name.partition(".")
+    return replace(params, **{head: _set(getattr(params, head), rest, value) if rest else value})

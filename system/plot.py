@@ -1,0 +1,223 @@
+"""Pictures: waveforms of a run, graph of a circuit, and files of them.
+
+Every drawing takes the axes or the figure that it fills. matplotlib's Agg draws, so no display is needed; the
+bytes of a file depend on the picture alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import networkx as nx
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from circuits.circuit import Circuit
+from circuits.errors import DataError, ParameterError
+from circuits.lowering.graph import to_graph, to_instance_graph
+from circuits.solver.transient import Result
+from system.files import replace_atomic
+
+SUFFIXES = ("png", "svg", "pdf")
+MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible
+
+# Okabe and Ito (2008): told apart by readers with any kind of colour vision.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
+INK, PALE = "#333333", "#B8B8B8"
+
+Point = tuple[float, float]
+_ROOM = (1.3, 0.7)  # axes of the ellipse that a box takes, where n vertices fill a disc of radius sqrt(n)
+
+_STYLE: Any = {
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "font.size": 9,
+    "legend.frameon": False,
+    "pdf.fonttype": 42,
+    "savefig.dpi": 150,
+    "svg.hashsalt": "noctule",
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+}
+_UNDATED: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+
+def check_picture(path: str) -> None:
+    """Raise before anything is computed if a picture cannot be written to `path`.
+
+    Raises
+    ------
+    ParameterError
+        The suffix names no known format.
+    DataError
+        There is no such folder.
+    """
+    if Path(path).suffix.removeprefix(".").lower() not in SUFFIXES:
+        raise ParameterError(f"--plot: {path}, must end with .{', .'.join(SUFFIXES)}; choose one of them")
+    folder = Path(path).parent
+    if not folder.is_dir():
+        raise DataError(f"{path}: cannot be written, there is no folder {folder}; make it first (mkdir -p)")
+
+
+def save_picture(path: str, draw: Callable[[Figure], None]) -> None:
+    """Make a figure, let `draw` fill it, and write it whole in the format of the suffix of `path`."""
+    check_picture(path)
+    suffix = Path(path).suffix.removeprefix(".").lower()
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure)
+        with replace_atomic(path) as temporary:
+            figure.savefig(temporary, format=suffix, metadata=_UNDATED[suffix])
+
+
+def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None:
+    """Fill `figure` with a panel a node, top to bottom, over one time axis in ms; spikes are marked."""
+    panels = len(nodes)
+    figure.set_size_inches(7.0, max(1.05 * panels + 0.6, 2.2))
+    stack = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
+    for k, (node, ax) in enumerate(zip(nodes, stack, strict=True)):
+        draw_waveform(result.time, result[node], node, ax, COLOURS[k % 5])
+        mark_spikes(result.spikes.get(node, np.zeros(0)), float(result[node].max()), ax)
+        ax.tick_params(axis="x", bottom=k == panels - 1)
+    stack[-1].set_xlabel("time (ms)")
+    stack[-1].set_xlim(0.0, 1e3 * float(result.time[-1]))
+    figure.align_ylabels(stack)
+
+
+def draw_waveform(
+    time: NDArray[np.float64], voltage: NDArray[np.float64], label: str, ax: Axes, colour: str = COLOURS[0]
+) -> None:
+    """Draw a voltage (V) over time (s, drawn in ms)."""
+    ax.plot(1e3 * time, voltage, color=colour, linewidth=1.2)
+    ax.set_ylabel(f"{label} (V)")
+    low, high = float(voltage.min()), float(voltage.max())
+    room = max(0.08 * (high - low), 0.02)
+    ax.set_ylim(low - room, high + 2.0 * room)
+
+
+def mark_spikes(times: NDArray[np.float64], height: float, ax: Axes) -> None:
+    """Mark spikes (s) with a triangle above the trace."""
+    if times.size:
+        marks = ax.plot(1e3 * times, np.full(times.size, height), linestyle="", marker="v", markersize=5)
+        marks[0].set(color=INK, clip_on=False, zorder=3)
+        words = "1 spike" if times.size == 1 else f"{times.size} spikes"
+        ax.annotate(words, (1.0, 1.0), xycoords="axes fraction", ha="right", va="top", fontsize=8)
+
+
+def draw_circuit(circuit: Circuit, figure: Figure) -> None:
+    """Fill `figure` with the graph of `circuit`: its devices, or its instances where devices are many."""
+    graph = to_graph(circuit)
+    devices = sum(1 for _, kind in graph.nodes(data="kind") if kind == "device")
+    if devices > MANY_DEVICES or any(instance.shape for instance in circuit.instances):
+        graph = to_instance_graph(circuit)
+    figure.set_size_inches(10.0, 7.5)
+    draw_graph(graph, figure.subplots())
+
+
+def draw_graph(graph: nx.MultiGraph, ax: Axes) -> None:
+    """Draw a circuit's graph: boxes are devices or instances, in a colour each part; dots are nodes.
+
+    Ground and supplies reach nearly everything, so they are left out. Where only a gate or a bulk touches a
+    node the edge is dotted: no current flows there.
+    """
+    rails = [v for v, port in graph.nodes(data="port") if port in {"ground", "supply"}]
+    shown = graph.copy()  # a subgraph view would lose the order of the vertices, and with it the picture's
+    shown.remove_nodes_from(rails)
+    place = _layout(nx.Graph(shown))
+    parts = sorted({d["instance"] for _, d in shown.nodes(data=True) if d["kind"] == "device"})
+    colour = {part: COLOURS[k % len(COLOURS)] for k, part in enumerate(parts)}
+    for a, b in nx.Graph(shown).edges:
+        terminals = {data["terminal"] for data in shown.get_edge_data(a, b).values()}
+        style = ":" if terminals <= {"gate", "bulk"} else "-"
+        ax.plot(*zip(place[a], place[b], strict=True), color=PALE, linewidth=1.0, linestyle=style, zorder=1)
+    for vertex, data in shown.nodes(data=True):
+        if data["kind"] == "node":
+            _draw_node(place[vertex], [place[v] for v in shown.neighbors(vertex)], data, ax)
+        else:
+            _draw_box(place[vertex], data, colour.get(data.get("instance", ""), COLOURS[0]), ax)
+    inner = any(d["kind"] == "node" and not d["port"] for _, d in shown.nodes(data=True))
+    _draw_key(colour, [graph.nodes[v]["label"] for v in rails], ["port", "inner node"][: 1 + inner], ax)
+    ax.set_axis_off()
+    ax.margins(0.1, 0.06)
+    ax.set_title(str(graph.graph["name"]).replace("_", " "))
+
+
+def _layout(graph: nx.Graph) -> dict[Any, Point]:
+    """Place vertices so that distance follows the number of edges between them; parts side by side."""
+    place: dict[Any, Point] = {}
+    left = 0.0
+    for members in sorted(nx.connected_components(graph), key=lambda found: (-len(found), min(found))):
+        part = nx.Graph()
+        part.add_nodes_from(sorted(members))
+        part.add_edges_from(graph.subgraph(members).edges)
+        spread = float(np.sqrt(len(members)))
+        found = nx.kamada_kawai_layout(part, scale=spread)
+        points = _apart(np.array([found[v] for v in part]))
+        points[:, 0] += left - points[:, 0].min()
+        place |= {v: (float(x), float(y)) for v, (x, y) in zip(part, points, strict=True)}
+        left = float(points[:, 0].max()) + 1.0
+    return place
+
+
+def _apart(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Push points apart until none lie in the ellipse that another's box takes; float64[n, 2]."""
+    moved = points / _ROOM
+    for _ in range(100):
+        gap = moved[:, None, :] - moved[None, :, :]
+        distance = np.hypot(gap[..., 0], gap[..., 1]) + np.eye(len(moved))
+        push = np.maximum(1.0 - distance, 0.0) / (2.0 * np.maximum(distance, 1e-9))
+        moved += (push[..., None] * gap).sum(axis=1)
+    return np.asarray(moved * _ROOM)
+
+
+def _draw_node(at: Point, neighbours: list[Point], data: dict[str, Any], ax: Axes) -> None:
+    """Draw a dot with its name on the side where the fewest edges leave."""
+    size, weight = (5.0, "bold") if data["port"] else (3.0, "normal")
+    ax.plot(*at, marker="o", markersize=size, color=INK, zorder=3)
+    away = np.sum([_unit(at[0] - x, at[1] - y) for x, y in neighbours], axis=0)
+    right, up = away[0] >= 0.0, away[1] >= 0.0
+    text = ax.annotate(
+        _with_shape(data), at, (5 if right else -5, 3 if up else -3), textcoords="offset points",
+        ha="left" if right else "right", va="bottom" if up else "top",
+        fontsize=7, fontweight=weight, zorder=5,
+    )  # fmt: skip
+    text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+
+
+def _draw_box(at: Point, data: dict[str, Any], colour: str, ax: Axes) -> None:
+    box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "linewidth": 1.4}
+    ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=7, zorder=4, bbox=box)
+
+
+def _with_shape(data: dict[str, Any]) -> str:
+    """The label, and how many there are of an array."""
+    return " ×".join([data["label"], *map(str, data.get("shape", ()))])
+
+
+def _unit(x: float, y: float) -> tuple[float, float]:
+    length = float(np.hypot(x, y)) or 1.0
+    return x / length, y / length
+
+
+def _draw_key(colour: dict[str, str], rails: list[str], dots: list[str], ax: Axes) -> None:
+    lines = [Line2D([], [], color=c, linewidth=3, label=part or "top level") for part, c in colour.items()]
+    for size, label in zip((5, 3), dots, strict=False):
+        lines.append(Line2D([], [], color=INK, marker="o", linestyle="", markersize=size, label=label))
+    if colour:
+        lines.append(Line2D([], [], color=PALE, linestyle=":", label="gate or bulk only"))
+    note = f"not drawn: {', '.join('ground' if r == '0' else r for r in rails)}" if rails else None
+    figure = ax.get_figure(root=True)
+    if figure is not None:
+        figure.legend(handles=lines, title=note, loc="outside right upper", fontsize=8, title_fontsize=8)

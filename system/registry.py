@@ -1,0 +1,90 @@
+"""Systems and experiments by command-line name, and everything that the command line can list.
+
+Users add theirs under the entry points `noctule.systems` and `noctule.experiments`.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Any
+
+from chips.registry import CHIPS, load_chip
+from circuits.errors import UnknownNameError
+from circuits.registry import block_names, load_block
+
+if TYPE_CHECKING:
+    from circuits.blocks.block import Block
+    from system.experiment import Experiment
+
+SYSTEMS: dict[str, str] = {
+    "approach": "system.approach:SYSTEM",
+}
+
+EXPERIMENTS: dict[str, str] = {
+    "cheely2003-fig4": "system.experiments.cheely2003_fig4:EXPERIMENT",
+    "cheely2003-fig5": "system.experiments.cheely2003_fig5:EXPERIMENT",
+    "cheely2003-fig8": "system.experiments.cheely2003_fig8:EXPERIMENT",
+    "cheely2003-fig9": "system.experiments.cheely2003_fig9:EXPERIMENT",
+    "cheely2003-fig10": "system.experiments.cheely2003_fig10:EXPERIMENT",
+    "cheely2003-fig11": "system.experiments.cheely2003_fig11:EXPERIMENT",
+    "agreement": "system.experiments.agreement:EXPERIMENT",
+}
+
+
+def system_names() -> list[str]:
+    """Names of all systems, the users' own included, in the table's order."""
+    return _names(SYSTEMS, "noctule.systems")
+
+
+def experiment_names() -> list[str]:
+    """Names of all experiments, the users' own included, in the table's order."""
+    return _names(EXPERIMENTS, "noctule.experiments")
+
+
+def load_system(name: str) -> Any:
+    """Load a system, whose `summary` is a line and whose `run(**options)` runs it."""
+    return _load("system", name, SYSTEMS, "noctule.systems")
+
+
+def load_experiment(name: str) -> Experiment:
+    """Load an experiment; raises `UnknownNameError`."""
+    experiment: Experiment = _load("experiment", name, EXPERIMENTS, "noctule.experiments")
+    return experiment
+
+
+def load_block_or_chip(name: str) -> Block:
+    """Load a block, or a chip, which is a block too; raises `UnknownNameError` with near names."""
+    if name in CHIPS:
+        return load_chip(name)
+    known = block_names()
+    if name not in known:
+        raise unknown("block", name, [*known, *CHIPS])
+    return load_block(name)
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
+    """Build the error for `name`: the nearest known names, then all of them unless they are many."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if name in n]
+    guess = f"; did you mean {near[0]}?" if near else ""
+    if not names:
+        return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
+    listed = ", ".join(names) if len(names) <= 20 else f"{', '.join(names[:20])} and {len(names) - 20} more"
+    return UnknownNameError(f"{kind} {name}: unknown{guess or ';'} known are {listed}")
+
+
+def _names(table: Mapping[str, str], group: str) -> list[str]:
+    return [*table, *sorted({e.name for e in entry_points(group=group)} - set(table))]
+
+
+def _load(kind: str, name: str, table: Mapping[str, str], group: str) -> Any:
+    if name in table:
+        module, attribute = table[name].split(":")
+        return getattr(import_module(module), attribute)
+    for entry in entry_points(group=group):
+        if entry.name == name:
+            return entry.load()
+    raise unknown(kind, name, _names(table, group))

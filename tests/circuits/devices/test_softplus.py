@@ -1,0 +1,65 @@
+"""The packed softplus against forty-digit decimal arithmetic."""
+
+import math
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from circuits.devices.softplus import LIMIT, exp_negative, inverse_softplus, softplus
+
+# a polynomial's fit (2e-15) and a dozen roundings (1e-16 each)
+TOLERANCE = 1e-14
+
+
+def both(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    value, slope = np.empty_like(x), np.empty_like(x)
+    softplus(x, value, slope)
+    return value, slope
+
+
+def exact(x: float) -> tuple[float, float]:
+    """ln(1 + e^x) and 1 / (1 + e^-x), rounded once."""
+    with localcontext() as context:
+        context.prec = 350  # ln(1 + e^-340) keeps its digits
+        grown = Decimal(x).exp()
+        return float((1 + grown).ln()), float(grown / (1 + grown))
+
+
+@pytest.mark.parametrize(
+    "x", [-LIMIT, -339.7, -100.3, -37.0, -1.0, -1e-3, 0.0, 1e-9, 0.5, 1.0, 20.0, 36.7, 100.3, LIMIT]
+)
+def test_value_and_slope_in_both_tails(x: float) -> None:
+    value, slope = both(np.array([x]))
+    assert (value[0], slope[0]) == pytest.approx(exact(x), rel=TOLERANCE, abs=0.0)
+
+
+def test_dense_sample_against_the_standard_library() -> None:
+    x = np.linspace(-300.0, 300.0, 20011)
+    value, slope = both(x)
+    reference = [max(a, 0.0) + math.log1p(math.exp(-abs(a))) for a in x]
+    np.testing.assert_allclose(value, reference, rtol=TOLERANCE, atol=0.0)
+    np.testing.assert_allclose(slope, 1.0 / (1.0 + np.exp(-x)), rtol=TOLERANCE, atol=0.0)
+
+
+def test_beyond_the_limit_nothing_overflows() -> None:
+    value, slope = both(np.array([-1e6, -LIMIT, 1e6]))
+    assert value[0] == value[1] > 0.0
+    assert value[2] == 1e6
+    assert slope[2] == 1.0
+    assert slope[0] < 1e-140
+
+
+def test_exponential_of_a_negative() -> None:
+    assert exp_negative(0.0) == 1.0
+    assert exp_negative(123.456) == pytest.approx(math.exp(-123.456), rel=TOLERANCE, abs=0.0)
+
+
+@given(st.floats(min_value=-200.0, max_value=200.0))
+def test_inverse(x: float) -> None:
+    # a rounding of y moves x by 1e-16 y / slope, and the slope is at least y / 2 below 0
+    y, _ = both(np.array([x]))
+    assert inverse_softplus(float(y[0])) == pytest.approx(x, rel=1e-13, abs=1e-12)

@@ -1,0 +1,100 @@
+"""Text of the command line becomes parameters, biases and stimuli, or one line that names the mistake."""
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from chips.ranging_chip import CHIP
+from circuits.blocks.block import Stimulus
+from circuits.blocks.rebound_neuron import BLOCK
+from circuits.errors import CircuitError, ParameterError, UnknownNameError
+from system.options import choose, parameters, read_biases, read_params, read_stimuli, read_voltages
+
+
+@dataclass(frozen=True, slots=True)
+class Inner:
+    length: float = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Outer:
+    stages: int = 3
+    weights: tuple[float, ...] = (1.0, 2.0)
+    gain: float = 10.0
+    cut: float = field(default=1.0, metadata={"unit": "Hz"})
+    inner: Inner = field(default_factory=Inner)
+
+
+def test_units_come_from_metadata_or_the_name() -> None:
+    units = {p.name: p.unit for p in parameters(Outer())}
+    assert units == {"stages": "", "weights": "", "gain": "", "cut": "Hz", "inner.length": "m"}
+    assert {p.unit for p in parameters(BLOCK.params())} == {"F"}
+
+
+def test_parameters_of_every_type() -> None:
+    texts = ["stages=4", "weights=3", "gain=2k", "cut=3Hz", "inner.length=2um"]
+    assert read_params(Outer(), texts) == Outer(4, (3.0, 3.0), 2000.0, 3.0, Inner(2e-6))
+    assert read_params(Outer(), ["weights=1,5"]).weights == (1.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("stages=1.5", "must be a whole number"),
+        ("weights=1,2,3", "must be one or 2"),
+        ("gain=1,2", "must be one"),
+        ("gain=2V", "must be a plain number"),
+        ("inner.length=1V", "must be a length in m"),
+        ("inner=1", "did you mean inner.length"),
+        ("gain", "must be NAME=VALUE"),
+        ("gain=", "must be NAME=VALUE"),
+        ("=1", "must be NAME=VALUE"),
+    ],
+)
+def test_bad_parameters(text: str, words: str) -> None:
+    with pytest.raises(CircuitError, match=words):
+        read_params(Outer(), [text])
+
+
+def test_biases() -> None:
+    circuit = BLOCK.build(BLOCK.params())
+    assert read_biases(circuit, ["i_inh_tau=199.9p", "v-th=2.4V"]) == {"i_inh_tau": 199.9e-12, "v_th": 2.4}
+    for text in ("i_lim[0]=1uA", "i_lim=1uA,2uA", "v_th=1A"):
+        with pytest.raises(ParameterError):
+            read_biases(circuit, [text])
+
+
+def test_one_element_of_a_bias() -> None:
+    circuit = CHIP.build(CHIP.params())
+    old = circuit.bias("i_inh_tau").value
+    assert isinstance(old, tuple)
+    new = read_biases(circuit, ["i_inh_tau[3]=1pA", "i_inh_tau[4]=2pA"])["i_inh_tau"]
+    assert new == (*old[:3], 1e-12, 2e-12, *old[5:])
+    with pytest.raises(ParameterError, match="it has 13"):
+        read_biases(circuit, ["i_inh_tau[13]=1pA"])
+
+
+def test_stimuli() -> None:
+    known = (Stimulus("delay", "s", 1.0, ""), Stimulus("call", "", 1.0, "", can_be_off=True))
+    assert read_stimuli(known, []) == {"delay": 1.0, "call": 1.0}
+    assert read_stimuli(known, ["delay=2ms", "call=off"]) == {"delay": 2e-3, "call": None}
+    assert read_stimuli(known, ["call=off", "call=on"])["call"] == 1.0
+    with pytest.raises(ParameterError, match="must have a value"):
+        read_stimuli(known, ["delay=off"])
+
+
+def test_voltages_keep_node_paths() -> None:
+    assert read_voltages(["axon.x=1.5V", "v[2]=-1"], "--start") == {"axon.x": 1.5, "v[2]": -1.0}
+
+
+def test_a_choice_carries_it_all() -> None:
+    choice = choose(
+        "rebound-neuron", ["membrane-capacitance=700fF"], ["v_th=2.4"], "generator", "-20", ["delay=3ms"]
+    )
+    assert choice.params.membrane_capacitance == 700e-15
+    assert choice.circuit.bias("v_th").value == 2.4
+    assert {b.kind for b in choice.circuit.biases} == {"generator", "voltage"}
+    assert choice.silicon.temperature_c == -20.0
+    assert choice.stimuli["delay"] == 3e-3
+    with pytest.raises(UnknownNameError, match="did you mean rebound-neuron"):
+        choose("rebound_neuron")

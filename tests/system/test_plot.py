@@ -1,0 +1,63 @@
+"""Pictures are written whole, in the format that was asked for, and show what they should."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from chips.ranging_chip import CHIP
+from circuits.blocks.rebound_neuron import BLOCK
+from circuits.errors import DataError, ParameterError
+from system.plot import check_picture, draw_circuit, draw_waveform, mark_spikes, save_picture
+
+BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+def draw_line(figure: Figure) -> None:
+    draw_waveform(np.array([0.0, 1e-3]), np.array([0.0, 5.0]), "v_mem", figure.subplots())
+
+
+@pytest.mark.parametrize("suffix", BEGINNINGS)
+def test_formats(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"picture.{suffix}"
+    save_picture(str(path), draw_line)
+    first = path.read_bytes()
+    assert first.startswith(BEGINNINGS[suffix])
+    save_picture(str(path), draw_line)
+    assert path.read_bytes() == first, "equal pictures are equal files"
+
+
+@pytest.mark.parametrize("name", ["picture.gif", "picture", "png"])
+def test_an_unknown_suffix_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"must end with \.png"):
+        check_picture(str(tmp_path / name))
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="there is no folder"):
+        check_picture(str(tmp_path / "nowhere" / "picture.png"))
+
+
+def test_time_is_in_ms_and_spikes_are_marked() -> None:
+    ax = Figure().subplots()
+    draw_waveform(np.array([0.0, 2e-3]), np.array([0.0, 5.0]), "spike", ax)
+    mark_spikes(np.array([1e-3, 1.5e-3]), 5.0, ax)
+    trace, marks = ax.get_lines()
+    assert np.asarray(trace.get_xdata()).tolist() == [0.0, 2.0]
+    assert np.asarray(marks.get_xdata()).tolist() == [1.0, 1.5]
+    assert ax.get_ylabel() == "spike (V)"
+    assert [text.get_text() for text in ax.texts] == ["2 spikes"]
+
+
+def labels(figure: Figure) -> set[str]:
+    return {text.get_text() for text in figure.axes[0].texts}
+
+
+def test_a_block_shows_devices_and_a_chip_instances() -> None:
+    block, chip = Figure(layout="constrained"), Figure(layout="constrained")
+    draw_circuit(BLOCK.build(BLOCK.params()), block)
+    draw_circuit(CHIP.build(CHIP.params()), chip)
+    assert {"mi5", "c_m", "v_mem", "spike"} <= labels(block)
+    assert "vdd" not in labels(block), "rails are left out"
+    assert {"neuron ×13", "spike ×13", "call"} <= labels(chip)
