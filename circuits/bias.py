@@ -7,7 +7,7 @@ pinch-off law; a pFET's is mirrored at the supply. The drain is taken in saturat
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 
 from circuits.circuit import Bias, BiasKind, Circuit
 from circuits.devices.softplus import inverse_softplus
-from circuits.devices.transistor import Transistor
+from circuits.devices.transistor import Transistor, drain_current
+from circuits.die import NOMINAL
 from circuits.errors import ParameterError, TopologyError
-from circuits.process import Silicon, TransistorAtTemperature, at_temperature, kelvin
+from circuits.process import TransistorAtTemperature, at_temperature, kelvin
+from circuits.silicon import Silicon
 
 
 def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:
@@ -61,16 +63,51 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.
         raise TopologyError(
             f"{circuit.name}.{bias.port}: {device.name} is no transistor; a current bias needs one"
         )
+    gates = _gates(circuit.name, bias, device, np.broadcast_to(values, shape), silicon)
+    return silicon.process.v_dd - gates if device.polarity == "p" else gates
+
+
+def _gates(
+    circuit: str, bias: Bias, device: Transistor, current: NDArray[np.float64], silicon: Silicon
+) -> NDArray[np.float64]:
+    """Gate voltages above the bulk, V. Only a generator's copy of the device is on the die."""
     process, reference = silicon.process, bias.reference_temperature_c
-    hot = bias.kind == "generator"
-    law = at_temperature(process.model(device.polarity), process, silicon.temperature_c if hot else reference)
-    scale = kelvin(silicon.temperature_c) / kelvin(reference) if hot else 1.0
-    gates = np.array([gate_voltage(law, device, float(i) * scale) for i in values.ravel()]).reshape(
-        values.shape
-    )
-    if device.polarity == "p":
-        gates = process.v_dd - gates
-    return np.broadcast_to(gates, shape).copy()
+    if bias.kind == "gate":
+        law = at_temperature(process.model(device.polarity), process, reference)
+        return _each(lambda i, _: gate_voltage(law, device, i), current)
+    area = device.width * device.length * device.multiplicity
+    path = (("bias", ()), (bias.port, current.shape), (device.name, ()))
+    deviation = silicon.deviation(circuit, path, area)
+    v_t0, beta = (np.broadcast_to(d, current.size) for d in deviation)
+    law = silicon.law(device.polarity)
+    scale = kelvin(silicon.temperature_c) / kelvin(reference)
+
+    def copy(amperes: float, k: int) -> float:
+        own = replace(law, square_current=law.square_current * (1.0 + float(beta[k])))
+        return gate_voltage(own, device, amperes * scale) + float(v_t0[k])
+
+    return _each(copy, current)
+
+
+def _each(gate: Callable[[float, int], float], current: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.array([gate(float(i), k) for k, i in enumerate(current.ravel())]).reshape(current.shape)
+
+
+def saturation_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.float64]:
+    """Current that a bias gives in the nominal device at the silicon's temperature, A, of the port's shape.
+
+    Not defined for a bias of kind `voltage`: raises `TopologyError`.
+    """
+    device = circuit.device(bias.device or "")
+    if bias.kind == "voltage" or not isinstance(device, Transistor):
+        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias")
+    nominal = replace(silicon, die=NOMINAL)
+    gates = bias_voltages(circuit, bias, nominal)
+    law = nominal.law(device.polarity)
+    v_dd = silicon.process.v_dd if device.polarity == "p" else 0.0
+    high = 0.0 if device.polarity == "p" else silicon.process.v_dd
+    size = device.width * device.multiplicity, device.length
+    return np.abs(drain_current(law, device.polarity, *size, high, gates, v_dd, v_dd)).reshape(gates.shape)
 
 
 def rebias(

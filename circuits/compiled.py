@@ -16,7 +16,14 @@ from typing import Any, TypeVar, cast
 import numba as nb
 
 _HERE = Path(__file__).parent
-_SOURCES = ("compiled.py", "devices/*.py", "lowering/factor.py", "lowering/kernel.py", "solver/*.py")
+_SOURCES = (
+    "compiled.py",
+    "die.py",
+    "devices/*.py",
+    "lowering/factor.py",
+    "lowering/kernel.py",
+    "solver/*.py",
+)
 
 F = TypeVar("F", bound=Callable[..., Any])
 

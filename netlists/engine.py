@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from circuits.circuit import GROUND
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver import operating_point as native
 from circuits.solver.integrate import source_values
 from circuits.solver.operating_point import OperatingPoint
@@ -51,10 +51,10 @@ def simulate(
 
     Returns
     -------
-    What the solver would return: all nodes at ngspice's accepted points; `spikes` are upward crossings of half
-    the supply by linear interpolation, rearmed below 0.8 of it; `steps.accepted` counts the points after the
-    first (ngspice does not tell rejections and iterations: 0). `operating_point` has ngspice's voltages at
-    time 0; whether it is stable is our own test at the rest state next to it.
+    What the solver would return: all nodes at ngspice's accepted points; `spikes` are upward crossings of
+    half the supply by linear interpolation, rearmed below 0.8 of it; `steps.accepted` counts the points after
+    the first (ngspice does not tell rejections and iterations: 0). `operating_point` has ngspice's voltages
+    at time 0; whether it is stable is our own test at the rest state next to it.
 
     Raises
     ------

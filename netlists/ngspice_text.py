@@ -15,6 +15,7 @@ ngspice's own are 200 us off.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial, singledispatch
 from typing import Literal
 
@@ -26,7 +27,7 @@ from circuits.devices.device import Device
 from circuits.devices.source import polyline
 from circuits.devices.transistor import capacitances
 from circuits.errors import TopologyError
-from circuits.process import Silicon, at_temperature
+from circuits.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists import law
 from netlists.traversal import Call, Definition, element, split_path, to_design
@@ -42,6 +43,7 @@ _WIDTH = 100
 # gnd is ground; time is the axis of a run; the others crash ngspice's parser inside v(...)
 _RESERVED = frozenset({"gnd", "time", "temper", "hertz", "limit", "agauss", "aunif", "gauss", "unif"})
 _TERMINALS = "dgsb"
+_NONE = Deviation(0.0, 0.0)
 
 
 def format_testbench(
@@ -123,15 +125,20 @@ def node_path(name: str) -> str:
 
 
 @singledispatch
-def format_device(device: Device, silicon: Silicon) -> list[str]:
-    """Element lines of one device."""
+def format_device(device: Device, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
+    """Element lines of one device, deviating by what its place on the die adds to it."""
     raise TypeError(f"{type(device).__name__}: no lowering to ngspice text")
 
 
 @format_device.register
-def _(device: Transistor, silicon: Silicon) -> list[str]:
+def _(device: Transistor, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
     model = silicon.process.model(device.polarity)
-    at = at_temperature(model, silicon.process, silicon.temperature_c)
+    shared = silicon.law(device.polarity)
+    at = replace(
+        shared,
+        v_t0=float(shared.v_t0 + deviation.v_t0),
+        square_current=float(shared.square_current * (1.0 + deviation.beta)),
+    )
     drain, _, source, bulk = device.terminals()
     current = partial(_current, reverse=device.polarity == "p")
     lines = [current(device.name, drain, source, law.channel_current(device, at, _difference))]
@@ -149,22 +156,22 @@ def _(device: Transistor, silicon: Silicon) -> list[str]:
 
 
 @format_device.register
-def _(device: Capacitor, silicon: Silicon) -> list[str]:
+def _(device: Capacitor, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
     return [_element("c", device.name, device.terminals(), device.capacitance)]
 
 
 @format_device.register
-def _(device: Resistor, silicon: Silicon) -> list[str]:
+def _(device: Resistor, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
     return [_element("r", device.name, device.terminals(), device.resistance)]
 
 
 @format_device.register
-def _(device: ControlledSource, silicon: Silicon) -> list[str]:
+def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
     return [_element("g", device.name, device.terminals(), device.transconductance)]
 
 
 @format_device.register
-def _(device: OperationalAmplifier, silicon: Silicon) -> list[str]:
+def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
     up, down = law.amplifier_currents(device, _difference)
     return [
         _current(f"{device.name}#up", device.output, device.vdd, up),
@@ -173,7 +180,7 @@ def _(device: OperationalAmplifier, silicon: Silicon) -> list[str]:
 
 
 @format_device.register
-def _(device: Source, silicon: Silicon) -> list[str]:
+def _(device: Source, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
     """Write a source whose vertices before time 0 are cut off there: ngspice starts at 0."""
     time, value = polyline(device.name, device.waveform)
     first = float(np.interp(0.0, time, value))
@@ -190,20 +197,21 @@ def _(device: Source, silicon: Silicon) -> list[str]:
 
 def _title(what: str, circuit: str, silicon: Silicon) -> str:
     """First line of a deck; `what` is folded into one line."""
+    place = "" if silicon.place is None else " at " + "/".join(element(*part) for part in silicon.place)
     return (
-        f"* {' '.join(what.split())}: circuit {circuit}, process {silicon.process.name}, die nominal,"
+        f"* {' '.join(what.split())}: circuit {circuit}{place}, process {silicon.process.name}, {silicon.die},"
         f" temperature {silicon.temperature_c!r} degC"
     )
 
 
 def _definition(definition: Definition, silicon: Silicon) -> list[str]:
     name = node_name(definition.name)
-    return [
-        *_wrap([".subckt", name, *map(node_name, definition.ports)]),
-        *(line for device in definition.devices for line in format_device(device, silicon)),
-        *(line for call in definition.calls for line in _wrap(_call(call))),
-        f".ends {name}",
-    ]
+    lines = _wrap([".subckt", name, *map(node_name, definition.ports)])
+    for device, deviation in definition.devices:
+        lines += format_device(device, silicon, deviation)
+    for call in definition.calls:
+        lines += _wrap(_call(call))
+    return [*lines, f".ends {name}"]
 
 
 def _call(call: Call) -> list[str]:

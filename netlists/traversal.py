@@ -1,31 +1,36 @@
 """Testbench -> definitions, calls and sources in the order in which a netlist lists them; no dialect's text.
 
-Every circuit becomes one definition for each distinct content: an instance whose parameters differ gets its
-own definition, and two circuits of equal content share one. Arrays become one call an element. Values are
+Every circuit becomes one definition for each distinct content: an instance whose parameters or transistors
+differ gets its own definition, and two circuits of equal content share one. So the nominal die has one
+definition a circuit, and every other die one an instance. Arrays become one call an element. Values are
 literal: a definition has no parameters. Names are ours (`v_mem[3]`); a dialect turns them into its own.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circuits.circuit import GROUND, Circuit, Instance, InstanceArray, Shape, references, split_reference
+from circuits.devices import Transistor
 from circuits.devices.device import Device
 from circuits.devices.source import Source
-from circuits.errors import ParameterError, TopologyError, unknown_name
-from circuits.lowering.flatten import flatten
+from circuits.errors import TopologyError
+from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources
-from circuits.process import Silicon
+from circuits.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 
 Overrides = Mapping[str, float]
-Names = NDArray[np.object_]
+Names = tuple[str, ...]
+References = NDArray[np.object_]
+
+_NONE = Deviation(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +45,14 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """A circuit with literal values. `ports` are scalar: an array port is listed element by element."""
+    """A circuit with literal values. `ports` are scalar: an array port is listed element by element.
+
+    `devices` stand with what their place on the die adds to them: nothing but for transistors of a die.
+    """
 
     name: str
     ports: tuple[str, ...]
-    devices: tuple[Device, ...]
+    devices: tuple[tuple[Device, Deviation], ...]
     calls: tuple[Call, ...]
 
 
@@ -79,8 +87,8 @@ def to_design(testbench: Testbench, silicon: Silicon) -> Design:
         An array's parameter that no device has.
     """
     flat = flatten(testbench.circuit)
-    walk = _Walk()
-    walk.visit(testbench.circuit, {})
+    walk = _Walk(_deviations(flat, silicon))
+    walk.visit(testbench.circuit, {}, (), 0)
     sources = tuple(
         element
         for source in complete_sources(testbench, flat, silicon)
@@ -102,28 +110,36 @@ def element(name: str, index: Shape) -> str:
 
 @dataclass(slots=True)
 class _Walk:
-    """Definitions met so far, and the way to them from a circuit with parameters and from a content."""
+    """Definitions met so far, and the way to them from a circuit at its place and from a content."""
 
+    deviations: Mapping[Names, Deviation]  # of all copies of a device; empty for the nominal die
     definitions: list[Definition] = field(default_factory=list)
-    visited: dict[tuple[int, tuple[tuple[str, float], ...]], str] = field(default_factory=dict)
+    visited: dict[tuple[Any, ...], str] = field(default_factory=dict)
     contents: dict[tuple[Any, ...], str] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
 
-    def visit(self, circuit: Circuit, overrides: Overrides) -> str:
-        """Name of the definition of `circuit` with `overrides`; children come first."""
-        # a circuit lives as long as the testbench that is walked, so that its id stands for it
-        place = (id(circuit), tuple(sorted(overrides.items())))
-        if place not in self.visited:
-            self.visited[place] = self._define(circuit, overrides)
-        return self.visited[place]
+    def visit(self, circuit: Circuit, overrides: Overrides, path: Names, place: int) -> str:
+        """Name of the definition of `circuit` with `overrides`; children come first.
 
-    def _define(self, circuit: Circuit, overrides: Overrides) -> str:
+        `place`: which copy it is of all that stand at `path`, as the devices' arrays count them.
+        """
+        # a circuit lives as long as the testbench that is walked, so that its id stands for it
+        key = (id(circuit), tuple(sorted(overrides.items())), *((path, place) if self.deviations else ()))
+        if key not in self.visited:
+            self.visited[key] = self._define(circuit, overrides, path, place)
+        return self.visited[key]
+
+    def _define(self, circuit: Circuit, overrides: Overrides, path: Names, place: int) -> str:
         used = [split_reference(r)[0] for _, r in references(circuit) if r != GROUND]
         _require_distinct(circuit.name, "node", list(dict.fromkeys([*circuit.shapes(), *used])))
-        devices = tuple(_with_overrides(circuit, device, overrides) for device in circuit.devices)
-        calls = tuple(chain.from_iterable(self._calls(circuit, i, overrides) for i in circuit.instances))
+        devices = tuple(
+            (_with_overrides(device, overrides), self._deviation((*path, device.name), place))
+            for device in circuit.devices
+        )
+        calls = tuple(
+            call for i in circuit.instances for call in self._calls(circuit, i, overrides, path, place)
+        )
         ports = tuple(element(p.name, index) for p in circuit.ports for index in np.ndindex(p.shape))
-        _require_used(circuit, overrides)
         content = (circuit.name, ports, devices, calls)
         if content not in self.contents:
             self.contents[content] = name = self._free_name(circuit.name)
@@ -131,7 +147,12 @@ class _Walk:
         return self.contents[content]
 
     def _calls(
-        self, circuit: Circuit, instance: Instance | InstanceArray, overrides: Overrides
+        self,
+        circuit: Circuit,
+        instance: Instance | InstanceArray,
+        overrides: Overrides,
+        path: Names,
+        place: int,
     ) -> Iterator[Call]:
         shape, shapes, ports = instance.shape, circuit.shapes(), instance.circuit.ports
         nodes = [_broadcast(instance.connections[p.name], shapes, shape, p.shape) for p in ports]
@@ -140,10 +161,16 @@ class _Walk:
         }
         prefix = f"{instance.name}."
         outer = {k.removeprefix(prefix): v for k, v in overrides.items() if k.startswith(prefix)}
-        for index in np.ndindex(shape):
-            inner = {k: float(v[index]) for k, v in parameters.items()} | outer
+        for k, index in enumerate(np.ndindex(shape)):
+            inner = {name: float(v[index]) for name, v in parameters.items()} | outer
             connected = tuple(str(n) for port in nodes for n in port[(*index, ...)].ravel())
-            yield Call(instance.name, index, self.visit(instance.circuit, inner), connected)
+            there = place * math.prod(shape) + k
+            definition = self.visit(instance.circuit, inner, (*path, instance.name), there)
+            yield Call(instance.name, index, definition, connected)
+
+    def _deviation(self, path: Names, place: int) -> Deviation:
+        found = self.deviations.get(path, _NONE)
+        return Deviation(*(float(np.ravel(x)[place] if np.ndim(x) else x) for x in found))
 
     def _free_name(self, wanted: str) -> str:
         """`wanted`, or `wanted_2`, `wanted_3`, ... where it is taken; case does not count."""
@@ -155,29 +182,29 @@ class _Walk:
         return name
 
 
-def _with_overrides(circuit: Circuit, device: Device, overrides: Overrides) -> Device:
-    known = device.parameters()
-    own = {a: overrides[f"{device.name}.{a}"] for a in known if f"{device.name}.{a}" in overrides}
-    if not own:
-        return device
+def _deviations(flat: FlatCircuit, silicon: Silicon) -> dict[Names, Deviation]:
+    """Deviations of all copies of each transistor, by the names on its path; empty for the nominal die."""
+    found = {}
+    for group in flat.groups if silicon.die.number is not None else ():
+        if isinstance(group.device, Transistor):
+            size = group.parameters
+            area = size["width"] * size["length"] * size["multiplicity"]
+            path = (*group.path, (group.device.name, ()))
+            found[tuple(name for name, _ in path)] = silicon.deviation(flat.circuit.name, path, area)
+    return found
+
+
+def _with_overrides(device: Device, overrides: Overrides) -> Device:
+    """`device` with the parameters of its place; numbering the nodes has checked names and values."""
+    own = {
+        a: overrides[f"{device.name}.{a}"] for a in device.parameters() if f"{device.name}.{a}" in overrides
+    }
     frozen: Any = device
-    changed: Device = replace(frozen, **own)
-    try:
-        changed.check()
-    except ParameterError as error:
-        raise ParameterError(f"{circuit.name}.{error}") from None
+    changed: Device = replace(frozen, **own) if own else device
     return changed
 
 
-def _require_used(circuit: Circuit, overrides: Overrides) -> None:
-    own = {f"{d.name}.{a}" for d in circuit.devices for a in d.parameters()}
-    inside = tuple(f"{i.name}." for i in circuit.instances)
-    for key in overrides:
-        if key not in own and not (inside and key.startswith(inside)):
-            raise unknown_name(f"{circuit.name} parameter", key, own)
-
-
-def _broadcast(reference: str, shapes: Mapping[str, Shape], outer: Shape, port: Shape) -> Names:
+def _broadcast(reference: str, shapes: Mapping[str, Shape], outer: Shape, port: Shape) -> References:
     """References of a connection at every element: object[*outer, *port]."""
     name, index = (reference, ()) if reference == GROUND else split_reference(reference)
     own = () if index else shapes.get(name, ())

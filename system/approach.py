@@ -33,7 +33,8 @@ from circuits.blocks import (
     rebound_neuron,
     vocalization_controller,
 )
-from circuits.process import ZERO_CELSIUS, Silicon
+from circuits.process import ZERO_CELSIUS
+from circuits.silicon import Silicon
 from system.acoustics import Air, speed_of_sound
 from system.ear import SAMPLE_RATE, Ear
 from system.loop import AnalogWire, EventWire, Loop, Part, Round
@@ -48,8 +49,8 @@ LAWS: tuple[Law, ...] = ("linear", "d4")
 HORIZON = 4e-3  # s, longest round; ours, a matter of speed only
 ENVELOPE_TOLERANCE = 1e-3  # V, thinning of the envelope between detector and neurons; ours
 GRID = 10e-3  # s, spacing of the reported arrays
-# Ours. The chip's tolerance is the solver's default; boards are slow and linear and need less.
-CHIP_RTOL = 1e-4
+# Ours: the neurons' spikes come within 5 us of the converged ones, the boards' rates within 0.1 %.
+CHIP_RTOL = 3e-4
 BOARD_RTOL = 1e-3
 
 

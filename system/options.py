@@ -19,7 +19,7 @@ from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
 from circuits.circuit import Bias, BiasKind, Circuit
 from circuits.errors import ParameterError
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity
 from system.registry import load_block_or_chip, unknown

@@ -25,7 +25,7 @@ from circuits.errors import TopologyError
 from circuits.lowering.check import check_flat, check_supplies
 from circuits.lowering.factor import Factor, elimination_order, factor_program
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
-from circuits.process import Silicon, at_temperature
+from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 
 F64 = NDArray[np.float64]
@@ -110,6 +110,7 @@ class _Parts:
     """What the device types add while the circuit is lowered; rows and columns are node columns."""
 
     silicon: Silicon
+    circuit: str
     column: I64
     transistors: list[TransistorArrays] = field(default_factory=list)
     amplifier_terminal: list[I64] = field(default_factory=list)
@@ -137,7 +138,7 @@ def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
     column[0] = columns - 1
     for number, k in fixed:
         column[number] = unknowns + k
-    parts = _Parts(silicon, column)
+    parts = _Parts(silicon, testbench.circuit.name, column)
     for group in flat.groups:
         add_device(group.device, group, parts)
     for k, source in enumerate(sources):
@@ -184,13 +185,24 @@ def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
 
 @add_device.register
 def _(device: Transistor, group: DeviceGroup, parts: _Parts) -> None:
-    process = parts.silicon.process
-    model = process.model(device.polarity)
-    law = at_temperature(model, process, parts.silicon.temperature_c)
-    size = [group.parameters[k] for k in ("width", "length", "multiplicity")]
+    silicon, model = parts.silicon, parts.silicon.process.model(device.polarity)
+    width, length, multiplicity = (group.parameters[k] for k in ("width", "length", "multiplicity"))
     terminal = parts.column[group.nodes]
-    parts.transistors.append(transistor_arrays(terminal.astype(np.int32), device.polarity, law, *size))
-    for (i, j), value in capacitances(model, *size).items():
+    path = (*group.path, (device.name, ()))
+    deviation = silicon.deviation(parts.circuit, path, width * length * multiplicity)
+    parts.transistors.append(
+        transistor_arrays(
+            terminal.astype(np.int32),
+            device.polarity,
+            silicon.law(device.polarity),
+            width,
+            length,
+            multiplicity,
+            deviation.v_t0,
+            deviation.beta,
+        )
+    )
+    for (i, j), value in capacitances(model, width, length, multiplicity).items():
         _two_terminal(parts.charge, terminal[i], terminal[j], value)
 
 
@@ -251,7 +263,7 @@ def _order(flat: FlatCircuit, free: I64) -> I64:
 
 def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
     empty = np.zeros(0)
-    law = at_temperature(parts.silicon.process.n, parts.silicon.process, parts.silicon.temperature_c)
+    law = parts.silicon.law("n")
     transistors = (
         join_arrays(parts.transistors)
         if parts.transistors

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from circuits.compiled import compiled
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Kernel, Machine, to_kernel
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
 from circuits.solver.outcome import Outcome
@@ -271,6 +271,8 @@ def natural_rates(conductance: F64, charge: F64) -> NDArray[np.complex128]:
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
     share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
     loaded = share > _CHARGELESS
+    if not loaded.any():
+        return np.zeros(0, dtype=np.complex128)
     turned = modes.T @ (scale[:, None] * conductance * scale) @ modes
     inner = turned[np.ix_(loaded, loaded)]
     if not loaded.all():

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from circuits.devices.source import vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.process import Silicon
-from circuits.solver.operating_point import operating_point, solve_near
+from circuits.silicon import Silicon
+from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench
 
@@ -82,10 +82,10 @@ def dc_sweep(
     if swept.size == 0 or not np.isfinite(swept).all():
         raise ParameterError(f"{source}: values of a sweep must be numbers, at least one")
     position = machine.source_names.index(source)
-    point = operating_point(_set(machine, position, float(swept[0])), start=start)
-    points = [point]
-    for value in swept[1:]:
-        found = solve_near(_set(machine, position, float(value)), points[-1].voltage)
+    points: list[OperatingPoint] = []
+    for value in swept:
+        at_value = _set(machine, position, float(value))
+        found = solve_near(at_value, points[-1].voltage) if points else _first(at_value, start)
         if found is None:
             unit = "V" if machine.source_quantities[position] == "voltage" else "A"
             raise SolverError(
@@ -100,6 +100,13 @@ def dc_sweep(
         np.array([p.stable for p in points]),
         machine.names,
     )
+
+
+def _first(machine: Machine, start: Mapping[str, float] | None) -> OperatingPoint | None:
+    try:
+        return operating_point(machine, start=start)
+    except SolverError:
+        return None
 
 
 def _set(machine: Machine, position: int, value: float) -> Machine:

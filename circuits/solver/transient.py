@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from circuits.devices.source import Polyline, vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver import integrate as core
 from circuits.solver.newton import Work, allocate
 from circuits.solver.operating_point import OperatingPoint, operating_point
@@ -26,7 +26,7 @@ from circuits.testbench import Testbench
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-DEFAULT_RTOL = 1e-4  # ours: spike times of the rebound neuron within 1 us of the converged ones
+DEFAULT_RTOL = 2e-5  # ours: spike times of the rebound neuron within 1 us of the converged ones
 MAX_STEPS = 10_000_000
 _CHUNK = 4096
 

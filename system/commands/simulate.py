@@ -11,7 +11,7 @@ import numpy as np
 
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working

@@ -1,8 +1,8 @@
 """Figure 10 of Cheely & Horiuchi 2003: amplitude and rate of the vocalization against the proximity voltage.
 
-The vocalization controller at constant proximity voltages over the used range, that of the look-up table. Both
-laws are compared with their straight lines by least squares; the largest departure counts, as a share of
-full scale, which is the span of the quantity over the used range (stricter than its largest value).
+The vocalization controller at constant proximity voltages over the used range, that of the look-up table.
+Both laws are compared with their straight lines by least squares; the largest departure counts, as a share
+of full scale, which is the span of the quantity over the used range (stricter than its largest value).
 
 A voltage stands for the range, or echo delay, that the linear look-up assigns to it. The caption asks that an
 echo from there has returned before the next call; the board's values were chosen so that even the farthest
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from chips.ranging_chip import BEST_DELAYS
 from circuits.blocks import centroid_board, vocalization_controller
 from circuits.errors import SolverError
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
@@ -34,7 +34,7 @@ LINEAR = 0.02  # of full scale
 
 @dataclass(frozen=True, slots=True)
 class Laws:
-    """Measured at every proximity voltage (V): call rate (Hz), amplitude (V), and the echo delay it stands for (s)."""
+    """At every proximity voltage (V): call rate (Hz), amplitude (V), and the echo delay it stands for (s)."""
 
     proximity: F64
     rate: F64
@@ -57,11 +57,11 @@ def run_on_grid(progress: Progress, points: int) -> Report:
         progress((k + 1) / points)
     delay = np.interp(proximity, table[::-1], BEST_DELAYS[::-1])
     laws = Laws(proximity, measured[:, 0], measured[:, 1], delay)
-    notes = (
+    note = (
         f"Rate {laws.rate[0]:.3g} to {laws.rate[-1]:.3g} Hz, amplitude {laws.amplitude[0]:.3g} to"
-        f" {laws.amplitude[-1]:.3g} V over {proximity[0]:g} to {proximity[-1]:g} V; the board's values are ours.",
+        f" {laws.amplitude[-1]:.3g} V over {table[-1]:g} to {table[0]:g} V; the board's values are ours."
     )
-    return Report(_rows(laws), lambda figure: _draw(laws, figure), notes)
+    return Report(_rows(laws), lambda figure: _draw(laws, figure), (note,))
 
 
 def _measure(proximity: float) -> tuple[float, float]:
@@ -84,17 +84,43 @@ def _rows(laws: Laws) -> tuple[Row, ...]:
     return (
         _linear_row("rate_departure_from_line", laws.proximity, laws.rate),
         _linear_row("amplitude_departure_from_line", laws.proximity, laws.amplitude),
-        Row("smallest_step_of_rate_Hz", "rises", rise, "above 0 at every step", 0.0, fitted=False, agrees=rise > 0.0),
-        Row("largest_step_of_amplitude_V", "falls", fall, "below 0 at every step", 0.0, fitted=False, agrees=fall < 0.0),
         Row(
-            "smallest_interval_less_echo_delay_s", "above 0", margin, "above 0 at every proximity voltage", 0.0,
-            fitted=True, agrees=margin > 0.0,
+            "smallest_step_of_rate_Hz",
+            "rises",
+            rise,
+            "above 0 at every step",
+            0.0,
+            fitted=False,
+            agrees=rise > 0.0,
         ),
         Row(
-            "shortest_interval_s", longest, shortest, "longer than the longest best delay", None,
-            fitted=True, agrees=shortest > longest,
+            "largest_step_of_amplitude_V",
+            "falls",
+            fall,
+            "below 0 at every step",
+            0.0,
+            fitted=False,
+            agrees=fall < 0.0,
         ),
-    )  # fmt: skip
+        Row(
+            "smallest_interval_less_echo_delay_s",
+            "above 0",
+            margin,
+            "above 0 at every proximity voltage",
+            0.0,
+            fitted=True,
+            agrees=margin > 0.0,
+        ),
+        Row(
+            "shortest_interval_s",
+            longest,
+            shortest,
+            "longer than the longest best delay",
+            None,
+            fitted=True,
+            agrees=shortest > longest,
+        ),
+    )
 
 
 def _linear_row(name: str, x: F64, y: F64) -> Row:
@@ -124,4 +150,6 @@ def _draw(laws: Laws, figure: Figure) -> None:
     right.set_title("(b)", fontsize=9, loc="left")
 
 
-EXPERIMENT = Experiment("cheely2003-fig10", "rate and amplitude of the vocalization against proximity voltage", run)
+EXPERIMENT = Experiment(
+    "cheely2003-fig10", "rate and amplitude of the vocalization against proximity voltage", run
+)

@@ -1,12 +1,12 @@
-"""Figure 4 of Cheely & Horiuchi 2003: a rebound neuron's answer to an echo before, after and at its best delay.
+"""Figure 4 of Cheely & Horiuchi 2003: a rebound neuron's answer to an echo before, after and at best delay.
 
 The paper shows call, echo, V_mem and output of one neuron for (a) a shorter, (b) a longer and (c) a
 facilitative delay and gives no numbers; the delays 3, 9 and 6.4 ms are ours, for neuron 2 of the array
 (best delay 6.33 ms). Runs are at rtol 1e-6, so that two of them can be compared to well below 1 mV.
 
-Inhibition lasts from the end of the call's pulse to the fall of the inhibition's gate through half the supply.
-What the biases were chosen for proves nothing and is marked as fitted: that the neuron fires at 6.4 ms
-(I_inh_tau), that it rebounds, and that neither the rebound nor the echo by itself reaches the threshold.
+Inhibition lasts from the end of the call's pulse to the fall of the inhibition's gate through half the
+supply. What the biases were chosen for proves nothing and is marked as fitted: that the neuron fires at
+6.4 ms (I_inh_tau), that it rebounds, and that neither the rebound nor the echo alone reaches the threshold.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from circuits.blocks import rebound_neuron
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
@@ -65,7 +65,7 @@ def run(progress: Progress) -> Report:
     echo = results[ECHO_ALONE.name]
     reach = float((echo["v_mem"] - echo["v_mem"][0]).max())
     notes = (
-        f"An echo without a call moves V_mem by {1e3 * reach:.1f} mV; the same echo during inhibition is suppressed.",
+        f"An echo without a call moves V_mem by {1e3 * reach:.1f} mV; during inhibition it is suppressed.",
         "Delays are ours; the paper gives none for this figure.",
     )
     return Report(rows, lambda figure: _draw(results, figure), notes)
@@ -82,7 +82,13 @@ def _simulate(case: Case) -> Result:
 def _spike_row(case: Case, result: Result) -> Row:
     count = int(result.spikes["spike"].size)
     return Row(
-        f"spikes_{case.name}", case.spikes, count, "as many", 0.0, fitted=case.fitted, agrees=count == case.spikes
+        f"spikes_{case.name}",
+        case.spikes,
+        count,
+        "as many",
+        0.0,
+        fitted=case.fitted,
+        agrees=count == case.spikes,
     )
 
 
@@ -92,13 +98,26 @@ def _membrane_rows(results: dict[str, Result]) -> tuple[Row, ...]:
     rest = float(results[CALL_ALONE.name].operating_point["v_rest"])
     peak = rebound_neuron.measures(results[CALL_ALONE.name])["v_mem_peak_V"] or 0.0
     return (
-        Row("v_mem_during_inhibition_V", 0.0, held, f"below {GROUNDED:g} V", GROUNDED, fitted=False, agrees=held < GROUNDED),
         Row(
-            "v_mem_moved_by_echo_at_3_ms_V", None, moved, f"less than {MOVED:g} V before the release", MOVED,
-            fitted=False, agrees=moved < MOVED,
+            "v_mem_during_inhibition_V",
+            0.0,
+            held,
+            f"below {GROUNDED:g} V",
+            GROUNDED,
+            fitted=False,
+            agrees=held < GROUNDED,
+        ),
+        Row(
+            "v_mem_moved_by_echo_at_3_ms_V",
+            None,
+            moved,
+            f"less than {MOVED:g} V before the release",
+            MOVED,
+            fitted=False,
+            agrees=moved < MOVED,
         ),
         Row("v_mem_peak_after_release_V", rest, peak, "above V_rest", None, fitted=True, agrees=peak > rest),
-    )  # fmt: skip
+    )
 
 
 def _held(result: Result) -> float:
@@ -163,9 +182,14 @@ def _draw_levels(result: Result, panels: F64) -> None:
         for ax in panels:
             ax.axhline(level, color=PALE, linewidth=0.8, linestyle="--", zorder=0)
         panels[-1].annotate(
-            label, (1.0, level), xycoords=("axes fraction", "data"), xytext=(3, 0), textcoords="offset points",
-            va="center", fontsize=8,
-        )  # fmt: skip
+            label,
+            (1.0, level),
+            xycoords=("axes fraction", "data"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+        )
 
 
 EXPERIMENT = Experiment("cheely2003-fig4", "rebound neuron: delay shorter, longer, and facilitative", run)

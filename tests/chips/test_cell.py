@@ -10,7 +10,7 @@ import pytest
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Cell, CellState, add_pulse
 from circuits.blocks import rebound_neuron
 from circuits.errors import TopologyError
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.transient import simulate
 
 CALL, ECHO = 1e-3, 7.4e-3

@@ -10,7 +10,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.lowering.check import check_circuit
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench

@@ -7,7 +7,8 @@ from circuits.blocks.onset_neuron import BIASES, BLOCK, build
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.lowering.check import check_circuit
-from circuits.process import AMI_1500, Silicon
+from circuits.process import AMI_1500
+from circuits.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 

@@ -9,7 +9,8 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.lowering.check import check_circuit
-from circuits.process import AMI_1500, Silicon
+from circuits.process import AMI_1500
+from circuits.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 

@@ -4,7 +4,7 @@ import pytest
 from circuits.blocks import vocalization_controller as board
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.lowering.check import check_circuit
-from circuits.process import Silicon
+from circuits.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
 V_DD = 5.0

@@ -20,6 +20,7 @@ from circuits.devices import (
 from circuits.devices.source import Constant
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering import graph, kernel
+from netlists import ngspice_text
 
 EXAMPLES: dict[type[Device], Device] = {
     Transistor: Transistor("m", "n", "d", "g", "s", "0", 1e-6, 1e-6),
@@ -30,7 +31,11 @@ EXAMPLES: dict[type[Device], Device] = {
     Source: Source("v", "a", Constant(1.0)),
 }
 # Generic functions of a device's type, the base's implementation being the refusal
-LOWERINGS: dict[str, Any] = {"kernel": kernel.add_device, "graph": graph.describe_device}
+LOWERINGS: dict[str, Any] = {
+    "kernel": kernel.add_device,
+    "graph": graph.describe_device,
+    "ngspice": ngspice_text.format_device,
+}
 NAMED: list[tuple[Device, str]] = [
     (Capacitor("c", "a", "b", 0.0), "c.capacitance: 0 F, must be > 0"),
     (Resistor("r", "a", "b", -1.0), "r.resistance: -1 ohm, must be > 0"),
@@ -54,8 +59,9 @@ def test_every_type_has_every_lowering(kind: type[Device], lowering: str) -> Non
 def test_examples_are_sound_frozen_and_consistent(kind: type[Device]) -> None:
     device = EXAMPLES[kind]
     device.check()
+    attribute = "name"
     with pytest.raises((FrozenInstanceError, TypeError)):
-        device.name = "other"
+        setattr(device, attribute, "other")
     count = len(device.terminals())
     assert all(-1 <= i < count and -1 <= j < count for i, j in device.conducting())
     for attribute in device.parameters():

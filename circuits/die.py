@@ -1,0 +1,164 @@
+"""A die is a key, not a stream.
+
+The deviation of a parameter of a device is a pure function of (lot, die, instance path, parameter): the
+counter-based generator Philox4x32-10 with a key hashed from lot, die, the names in the path and the
+parameter, and the array indices of the path as its counter. Order, edits elsewhere, subsets and worker counts
+change nothing, and whole arrays are drawn at once.
+
+Local mismatch follows area (Pelgrom 1989): a published A is the pair's figure, so that one device has
+`sigma = A / sqrt(2 m W L)`. Process variation is one draw a die, polarity and parameter; corners set it to
+plus or minus 3 sigma instead.
+Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (2011), Philox4x32-10.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from circuits.compiled import compiled
+from circuits.errors import ParameterError
+from circuits.process import Polarity, Process
+
+F64 = NDArray[np.float64]
+U32 = NDArray[np.uint32]
+Path = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, shape), ...): all places of an array
+Place = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, index), ...): one place
+
+Corner = Literal["random", "typical", "ss", "ff", "sf", "fs"]
+CORNERS: tuple[Corner, ...] = ("random", "typical", "ss", "ff", "sf", "fs")
+CORNER_SIGMAS = 3.0
+# Direction of (n, p) at each corner: slow is a higher |V_T0| and a lower beta.
+_SLOW = {"typical": (0, 0), "ss": (1, 1), "ff": (-1, -1), "sf": (1, -1), "fs": (-1, 1)}
+
+_COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may have
+
+
+@dataclass(frozen=True, slots=True)
+class Die:
+    """A die: `lot` and `number` choose the silicon.
+
+    `number` None is the nominal die: no mismatch, and process as the corner says (`random` is typical
+    then). `mismatch` and `process` switch local and shared variation off separately.
+    """
+
+    lot: str = "A"
+    number: int | None = None
+    corner: Corner = "random"
+    mismatch: bool = True
+    process: bool = True
+
+    def __post_init__(self) -> None:
+        if self.number is not None and not 0 <= self.number < 2**63:
+            raise ParameterError(f"die: {self.number}, must be a whole number from 0 to 2^63 - 1")
+        if self.corner not in CORNERS:
+            raise ParameterError(f"corner: {self.corner}, must be one of {', '.join(CORNERS)}")
+
+    def __str__(self) -> str:
+        """As in a netlist's title: `die A/1003`, with the corner where one is set."""
+        name = "die nominal" if self.number is None else f"die {self.lot}/{self.number}"
+        parts = [name, "" if self.corner == "random" else self.corner]
+        if self.number is not None:
+            parts += ["" if self.mismatch else "no mismatch", "" if self.process else "no process variation"]
+        return " ".join(p for p in parts if p)
+
+
+NOMINAL = Die()
+
+
+class Shift(NamedTuple):
+    """Shared process deviation of one polarity: V_T0 (V, of the magnitude) and relative beta."""
+
+    v_t0: float
+    beta: float
+
+
+def standard_normals(die: Die, place: Place, path: Path, parameter: str) -> F64:
+    """Standard normal draws of one device at all its places, float64[product of the path's shapes].
+
+    place: where the circuit stands, ((chip, ()), (instance, index), ...); path: ((name, shape), ...) from
+    there on, the device last with shape (); row-major over the shapes. Raises `ParameterError` for more than
+    four index dimensions in all.
+    """
+    names = [(name, len(dimensions)) for name, dimensions in (*place, *path)]
+    fixed = tuple(i for _, index in place for i in index)
+    shape = tuple(n for _, s in path for n in s)
+    if len(fixed) + len(shape) > _COUNTERS:
+        label = ".".join(name for name, _ in names)
+        raise ParameterError(
+            f"{label}: {len(fixed) + len(shape)} index dimensions, must be at most {_COUNTERS}"
+        )
+    return _normals(_key(die.lot, die.number, names, parameter), fixed, shape)
+
+
+def mismatch(
+    die: Die, process: Process, place: Place, path: Path, area: F64 | float
+) -> tuple[F64 | float, F64 | float]:
+    """Local deviations (V_T0 V, relative beta) of a transistor of area m W L (m^2), float64[count]."""
+    if die.number is None or not die.mismatch:
+        return 0.0, 0.0
+    root = np.sqrt(2.0 * np.asarray(area))
+    return (
+        standard_normals(die, place, path, "v_t0") * process.pair_a_vt / root,
+        standard_normals(die, place, path, "beta") * process.pair_a_beta / root,
+    )
+
+
+def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
+    """Process deviation of a polarity on this die."""
+    variation = process.variation
+    if die.corner != "random":
+        slow = CORNER_SIGMAS * _SLOW[die.corner][0 if polarity == "n" else 1]
+        return Shift(slow * variation.sigma_v_t0, -slow * variation.sigma_beta)
+    if die.number is None or not die.process:
+        return Shift(0.0, 0.0)
+    place = (("process", ()),)
+    draw = [float(standard_normals(die, place, ((polarity, ()),), name)[0]) for name in ("v_t0", "beta")]
+    return Shift(draw[0] * variation.sigma_v_t0, draw[1] * variation.sigma_beta)
+
+
+def _key(lot: str, number: int | None, names: Sequence[tuple[str, int]], parameter: str) -> tuple[int, int]:
+    """64-bit key: a hash over an encoding in which no two different inputs look alike."""
+    text = repr((lot, number, tuple(names), parameter))
+    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"noctule-die").digest()
+    return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
+
+
+def _normals(key: tuple[int, int], fixed: tuple[int, ...], shape: tuple[int, ...]) -> F64:
+    count = int(np.prod(shape, dtype=np.int64)) if shape else 1
+    counters = np.zeros((_COUNTERS, count), dtype=np.uint32)
+    counters[: len(fixed)] = np.array(fixed, dtype=np.uint32)[:, None]
+    if shape:
+        rows = slice(len(fixed), len(fixed) + len(shape))
+        counters[rows] = np.array(np.unravel_index(np.arange(count), shape), dtype=np.uint32)
+    words = np.empty((2, count), dtype=np.uint32)
+    philox(np.uint32(key[0]), np.uint32(key[1]), counters, words)
+    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
+    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
+    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
+
+
+@compiled()
+def philox(key_low: np.uint32, key_high: np.uint32, counters: U32, words: U32) -> None:
+    """First output words of Philox4x32-10 at every counter.
+
+    counters: uint32[4, n]; words: uint32[up to 4, n], filled.
+    """
+    mask, shift = np.uint64(0xFFFFFFFF), np.uint64(32)
+    for i in range(counters.shape[1]):
+        c0, c1 = np.uint64(counters[0, i]), np.uint64(counters[1, i])
+        c2, c3 = np.uint64(counters[2, i]), np.uint64(counters[3, i])
+        k0, k1 = np.uint64(key_low), np.uint64(key_high)
+        for _ in range(10):
+            p0, p1 = np.uint64(0xD2511F53) * c0, np.uint64(0xCD9E8D57) * c2
+            c0, c1, c2, c3 = (p1 >> shift) ^ c1 ^ k0, p1 & mask, (p0 >> shift) ^ c3 ^ k1, p0 & mask
+            k0, k1 = (k0 + np.uint64(0x9E3779B9)) & mask, (k1 + np.uint64(0xBB67AE85)) & mask
+        out = (c0, c1, c2, c3)
+        for w in range(words.shape[0]):
+            words[w, i] = np.uint32(out[w])

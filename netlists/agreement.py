@@ -1,0 +1,262 @@
+"""Agreement of the solver with ngspice: the same testbench, the same equations, both converged.
+
+ngspice is converged where halving its reltol and its largest step moves nothing by more than a quarter of
+what is allowed; where it moves more, both are tightened (reltol tenfold, the step fourfold) and halved again.
+The solver runs at one tight rtol and is compared with the finest of these runs.
+
+Allowed: spikes equally many, each within 1 us + 0.01 % of its time; every node that no source fixes within
+1 mV rms over time; operating points within 0.1 mV.
+
+Edges. An edge of 5 V in 50 ns that comes 0.1 us late is 12 mV rms over 16 ms, though its time is well within
+what is allowed. So voltages are compared on 20,001 equally spaced times without those within w of an edge: a
+vertex of a stimulus (samples are none), or a crossing of half the supply by any node, in either direction and
+in either run. w is 50 us, or less where the windows together would cover more than 10 % of the run:
+`w = min(50 us, 10 % of the run / (2 edges))`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.blocks.block import Block
+from circuits.silicon import Silicon
+from circuits.solver.transient import Result
+from circuits.solver.transient import simulate as solve
+from circuits.testbench import Testbench
+from netlists import engine
+from netlists.ngspice_text import DEFAULT_RELTOL, POINTS
+
+F64 = NDArray[np.float64]
+
+SPIKE_TIME, SPIKE_SHARE = 1e-6, 1e-4  # s, and share of the spike's time
+NODE_RMS = 1e-3  # V
+OPERATING_POINT = 1e-4  # V
+CONVERGED = 0.25  # share of what is allowed, by which halving may move ngspice
+SOLVER_RTOL = 1e-6
+
+_SAMPLES = 20_001
+_WINDOW = 50e-6  # s
+_EXCLUDED = 0.1  # largest share of the run left out around edges
+_TRIES = 4  # tightenings of ngspice before it counts as not converging
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """How far two runs of a testbench are apart.
+
+    `spike_time` is the worst difference (s) by its share of `spike_allowance` (s), 0 without spikes;
+    `node_rms` in V by node; `operating_point` the worst difference in V; `excluded` the share of the time
+    left out of `node_rms`.
+    """
+
+    same_count: bool
+    spike_time: float
+    spike_allowance: float
+    node_rms: Mapping[str, float] = field(repr=False)
+    operating_point: float
+    excluded: float
+
+    @property
+    def worst_node(self) -> str:
+        """The node that differs most."""
+        return max(self.node_rms, key=lambda node: self.node_rms[node])
+
+    @property
+    def worst_rms(self) -> float:
+        """Difference of the worst node, V rms."""
+        return self.node_rms[self.worst_node]
+
+    @property
+    def share(self) -> float:
+        """The largest difference as a share of what is allowed for it; infinite if a spike is missing."""
+        if not self.same_count:
+            return float("inf")
+        return max(
+            self.spike_time / self.spike_allowance,
+            self.worst_rms / NODE_RMS,
+            self.operating_point / OPERATING_POINT,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """The solver beside ngspice on one testbench.
+
+    `difference`: solver against ngspice's finest run; `convergence`: that run against the one with twice its
+    `reltol` and `tmax` (s).
+    """
+
+    name: str
+    temperature_c: float
+    difference: Difference
+    convergence: Difference
+    reltol: float
+    tmax: float
+    solver: Result = field(repr=False)
+    ngspice: Result = field(repr=False)
+
+    @property
+    def converged(self) -> bool:
+        """Whether ngspice's answer stays where it is when its tolerances are halved."""
+        return self.convergence.share <= CONVERGED
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both are converged and within all that is allowed."""
+        return self.converged and self.difference.share <= 1.0
+
+
+def compare(
+    target: Block | Testbench,
+    silicon: Silicon,
+    *,
+    rtol: float = SOLVER_RTOL,
+    reltol: float = DEFAULT_RELTOL,
+    points: int = POINTS,
+    deadline_s: float | None = None,
+) -> Agreement:
+    """Run a testbench, or a block's with its stimuli scaled to the temperature, in both engines.
+
+    Parameters
+    ----------
+    target
+        A testbench, or a block with its default parameters and stimuli (see `scaled_testbench`).
+    silicon
+        Process and temperature.
+    rtol
+        The solver's.
+    reltol, points
+        Where ngspice begins: its reltol, and steps at least in a run.
+    deadline_s
+        Wall-clock seconds for each run of ngspice.
+
+    Raises
+    ------
+    SimulatorError
+        ngspice is missing, fails, or is too slow.
+    """
+    testbench = scaled_testbench(target, silicon) if isinstance(target, Block) else target
+    ours = solve(testbench, silicon, rtol=rtol)
+    tmax = testbench.stop / points
+    found = _beside(ours, reltol, tmax, deadline_s)
+    for k in range(1, _TRIES):
+        if found.converged:
+            break
+        found = _beside(ours, reltol / 10.0**k, tmax / 4.0**k, deadline_s)
+    return found
+
+
+def scaled_testbench(block: Block, silicon: Silicon) -> Testbench:
+    """Testbench of a block with its defaults, its delay scaled to the temperature.
+
+    A block that measures `t_inh_s` has delays that follow it: `delay` is multiplied by
+    `t_inh(T) / t_inh(27 degC)` of the nominal block, pulse widths stay, and the run gets longer by that ratio
+    where it is above 1. Other blocks keep their stimuli.
+    """
+    circuit = block.build(block.params())
+    v_dd = silicon.process.v_dd
+    stimuli: dict[str, float | None] = {s.name: s.default for s in block.stimuli}
+    nominal = block.testbench(circuit, stimuli, v_dd)
+    ratio = delay_ratio(block, silicon) if "delay" in stimuli else 1.0
+    if ratio == 1.0:
+        return nominal
+    stimuli["delay"] = ratio * (stimuli["delay"] or 0.0)
+    if ratio > 1.0:
+        stimuli["duration"] = ratio * nominal.stop
+    return block.testbench(circuit, stimuli, v_dd)
+
+
+def delay_ratio(block: Block, silicon: Silicon) -> float:
+    """`t_inh(T) / t_inh(27 degC)` of the nominal block after a call alone; 1 where it measures no t_inh."""
+    nominal = _inhibition(block, Silicon(silicon.process))
+    here = _inhibition(block, silicon)
+    return 1.0 if nominal is None or here is None else here / nominal
+
+
+def _inhibition(block: Block, silicon: Silicon) -> float | None:
+    """t_inh, s, from the first of ever longer runs that reaches the release; None without one."""
+    circuit = block.build(block.params())
+    stimuli: dict[str, float | None] = {s.name: s.default for s in block.stimuli}
+    if "echo" not in stimuli:
+        return None
+    stimuli["echo"] = None
+    stop = block.testbench(circuit, stimuli, silicon.process.v_dd).stop
+    for factor in (1.0, 4.0, 16.0, 64.0):
+        stimuli["duration"] = factor * stop
+        result = solve(block.testbench(circuit, stimuli, silicon.process.v_dd), silicon)
+        found = block.measures(result).get("t_inh_s")
+        if found is not None:
+            return found
+    return None
+
+
+def difference(one: Result, other: Result) -> Difference:
+    """Compare two runs of one testbench."""
+    same, late, allowed = _spike_difference(one, other)
+    keep = _kept(one, other)
+    grid = np.linspace(0.0, one.machine.testbench.stop, _SAMPLES)[keep]
+    solved = [n for n in one.nodes if one.machine.column_of(n) < one.machine.kernel.unknowns]
+    rms = {n: _rms(np.interp(grid, one.time, one[n]) - np.interp(grid, other.time, other[n])) for n in solved}
+    rest, again = one.operating_point.voltages(), other.operating_point.voltages()
+    apart = max(abs(rest[node] - again[node]) for node in rest)
+    return Difference(same, late, allowed, rms, apart, 1.0 - float(np.mean(keep)))
+
+
+def _beside(ours: Result, reltol: float, tmax: float, deadline_s: float | None) -> Agreement:
+    """Set the solver's run beside ngspice's at `reltol` and `tmax` (s) and at half of both."""
+    testbench, silicon = ours.machine.testbench, ours.machine.silicon
+    coarse, fine = (
+        engine.simulate(testbench, silicon, reltol=reltol / h, tmax=tmax / h, deadline_s=deadline_s)
+        for h in (1.0, 2.0)
+    )
+    return Agreement(
+        testbench.title, silicon.temperature_c, difference(ours, fine), difference(coarse, fine),
+        0.5 * reltol, 0.5 * tmax, ours, fine,
+    )  # fmt: skip
+
+
+def _rms(values: F64) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _spike_difference(one: Result, other: Result) -> tuple[bool, float, float]:
+    """Whether counts are equal; the worst difference and what is allowed for it, s."""
+    worst = (0.0, SPIKE_TIME)
+    for port, times in one.spikes.items():
+        again = other.spikes[port]
+        if times.size != again.size:
+            return False, float("inf"), SPIKE_TIME
+        for a, b in zip(times.tolist(), again.tolist(), strict=True):
+            found = (abs(a - b), SPIKE_TIME + SPIKE_SHARE * b)
+            worst = max(worst, found, key=lambda w: w[0] / w[1])
+    return True, *worst
+
+
+def _kept(one: Result, other: Result) -> NDArray[np.bool_]:
+    """Samples that are not within the window of an edge."""
+    stop = one.machine.testbench.stop
+    edges = np.sort(np.concatenate([_vertices(one), _crossings(one), _crossings(other), [-np.inf, np.inf]]))
+    count = edges.size - 2
+    window = min(_WINDOW, _EXCLUDED * stop / (2.0 * max(count, 1)))
+    grid = np.linspace(0.0, stop, _SAMPLES)
+    after = np.searchsorted(edges, grid)
+    return np.asarray(np.minimum(grid - edges[after - 1], edges[after] - grid) > window)
+
+
+def _vertices(result: Result) -> F64:
+    """Times of the stimuli's vertices within the run, s."""
+    machine = result.machine
+    lines = [t for (t, _), sampled in zip(machine.polylines, machine.sampled, strict=True) if not sampled]
+    times = np.concatenate([np.zeros(0), *lines])
+    return times[(times > 0.0) & (times < machine.testbench.stop)]
+
+
+def _crossings(result: Result) -> F64:
+    """Times at which any node crosses half the supply, s; crossings of one step of a run count once."""
+    above = result.voltage >= 0.5 * result.machine.silicon.process.v_dd
+    k = np.flatnonzero((above[1:] != above[:-1]).any(axis=1))
+    return np.asarray(0.5 * (result.time[k] + result.time[k + 1]))

@@ -1,0 +1,195 @@
+"""Operating points: Kirchhoff's law, several rest states and their stability, temperatures, failure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from circuits.bias import rebias
+from circuits.blocks import rebound_neuron
+from circuits.circuit import BiasKind, Circuit, Port
+from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import SolverError, UnknownNameError
+from circuits.lowering.kernel import to_kernel
+from circuits.silicon import Silicon
+from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
+from circuits.solver.operating_point import (
+    OperatingPoint,
+    _dense,
+    natural_rates,
+    operating_point,
+    solve_dense,
+)
+from circuits.testbench import Testbench
+from tests.circuits.solver.examples import SUPPLY, TAU, C, R, inverter, latch, low_pass, neuron
+
+
+def remaining_update(point: OperatingPoint) -> float:
+    """Largest Newton update that Kirchhoff's current law still asks for at a point, V."""
+    k, w = point.machine.kernel, allocate(point.machine.kernel)
+    set_base(k, 0.0, w)
+    evaluate(k, point.voltage, w)
+    fill_jacobian(k, w)
+    matrix = np.zeros((k.unknowns, k.unknowns))
+    _dense(k, w, matrix)
+    scale = np.abs(matrix).max(axis=1)
+    return float(np.abs(np.linalg.solve(matrix / scale[:, None], w.residual / scale)).max())
+
+
+@pytest.mark.parametrize("temperature_c", [-40.0, 0.0, 27.0, 85.0, 125.0])
+def test_the_neuron_rests_at_every_temperature_from_a_cold_start(temperature_c: float) -> None:
+    point = operating_point(neuron(), Silicon(temperature_c=temperature_c))
+    assert point.stable
+    assert point.others == ()
+    assert remaining_update(point) < 1e-9  # V, the solver's own tolerance
+    assert point["v_mem"] == pytest.approx(1.8, abs=0.02)  # V_rest
+    assert point["spike"] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("temperature_c", [-40.0, 125.0])
+def test_kirchhoff_holds_whatever_the_biases(kind: BiasKind, temperature_c: float) -> None:
+    bench = neuron()
+    circuit = rebias(bench.circuit, {"i_inh_tau": 40.1e-12, "i_ex_tau": 19.7e-12}, kind)
+    point = operating_point(replace(bench, circuit=circuit), Silicon(temperature_c=temperature_c))
+    assert remaining_update(point) < 1e-9
+    assert point.stable
+
+
+def test_divider() -> None:
+    ports = (Port("a", "analog"), Port("y", "analog", "out"))
+    circuit = Circuit("divider", ports, (Resistor("r", "a", "y", 1e3), Resistor("s", "y", "0", 3e3)))
+    point = operating_point(Testbench("t", circuit, (Source("a", "a", Constant(4.0)),), 1.0))
+    assert point["y"] == pytest.approx(3.0, rel=1e-12)
+    assert point["0"] == 0.0
+    assert point.voltages() == {"0": 0.0, "a": 4.0, "y": point["y"]}
+
+
+def test_a_current_flows_into_its_node() -> None:
+    circuit = Circuit("r", (Port("a", "analog"),), (Resistor("r", "a", "0", 1e3),))
+    point = operating_point(Testbench("t", circuit, (Source("i", "a", Constant(2e-3), "current"),), 1.0))
+    assert point["a"] == pytest.approx(2.0, rel=1e-12)
+
+
+def test_sources_are_taken_at_the_time_given() -> None:
+    bench = low_pass(PiecewiseLinear((0.0, 1.0), (0.0, 4.0)), 1.0)
+    assert operating_point(bench, time=0.25)["y"] == pytest.approx(1.0, rel=1e-9)
+
+
+def test_the_start_decides_between_rest_states() -> None:
+    for high, low in (("a", "b"), ("b", "a")):
+        point = operating_point(latch(), start={high: 5.0})
+        assert point.stable
+        assert point[high] > 4.99
+        assert point[low] < 0.01
+        (other,) = point.others  # what is found without a start
+        assert not other.stable
+        assert other[high] == pytest.approx(operating_point(latch())[high], abs=1e-6)
+
+
+def test_the_start_may_stand_in_the_testbench() -> None:
+    assert operating_point(latch({"a": 5.0}))["a"] > 4.99
+    assert operating_point(latch({"a": 5.0}), start={"b": 5.0})["b"] > 4.99
+
+
+@pytest.mark.parametrize("width", [6.0, 20.0])
+def test_the_metastable_middle_of_a_latch_is_told_unstable(width: float) -> None:
+    middle = operating_point(latch(width=width))
+    assert not middle.stable
+    assert remaining_update(middle) < 1e-9
+    assert 1.0 < middle["a"] < 4.0
+    assert 1.0 < middle["b"] < 4.0
+
+
+def test_a_start_that_leads_to_the_same_state_has_no_others() -> None:
+    point = operating_point(neuron(), start={"v_mem": 2.5})
+    assert point.others == ()
+
+
+def test_an_unknown_start_node_is_named() -> None:
+    with pytest.raises(UnknownNameError, match="latch node c: unknown"):
+        operating_point(latch(), start={"c": 1.0})
+
+
+def test_no_answer_is_an_error_with_a_remedy() -> None:
+    circuit = Circuit("r", (Port("a", "analog"),), (Resistor("r", "a", "0", 1e3),))
+    bench = Testbench("bench", circuit, (Source("i", "a", Constant(1.0), "current"),), 1.0)  # 1000 V
+    with pytest.raises(SolverError, match=r"^bench: no operating point; give start voltages"):
+        operating_point(bench)
+    with pytest.raises(SolverError, match=r"^bench: no operating point"):
+        operating_point(bench, start={"a": 1.0})
+
+
+def test_an_amplifier_with_positive_feedback_has_two_rails() -> None:
+    ports = (Port("vdd", "supply"), Port("y", "analog", "out"))
+    devices = (
+        OperationalAmplifier("x", "p", "half", "y", "vdd"),
+        Resistor("f", "y", "p", 1e4),
+        Resistor("g", "p", "half", 1e4),
+        *(Resistor(f"h{k}", "half", k, 1e3) for k in ("vdd", "0")),
+        Capacitor("c", "p", "0", 1e-12),
+    )
+    bench = Testbench("schmitt", Circuit("schmitt", ports, devices), (SUPPLY,), 1.0)
+    for level in (0.0, 5.0):
+        point = operating_point(bench, start={"y": level, "p": level, "half": 2.5})
+        assert point.stable
+        assert point["y"] == pytest.approx(level, abs=0.1)  # 100 ohm into 10 kohm
+    middle = operating_point(bench, start={"y": 2.5, "p": 2.5, "half": 2.5})
+    assert middle["y"] == pytest.approx(2.5, abs=1e-3)
+    assert not middle.stable
+
+
+def test_unpowered_amplifier() -> None:
+    ports = (Port("vdd", "supply"), Port("y", "analog", "out"))
+    devices = (
+        OperationalAmplifier("x", "vdd", "y", "y", "rail"),
+        Resistor("s", "vdd", "rail", 10.0),
+        Resistor("l", "y", "0", 1e4),
+    )
+    bench = Testbench("follower", Circuit("follower", ports, devices), (SUPPLY,), 1.0)
+    assert operating_point(bench)["y"] == pytest.approx(5.0, abs=0.1)  # the rail starts at 0 V
+
+
+def test_natural_rate_of_a_low_pass_filter() -> None:
+    machine = to_kernel(low_pass(Constant(0.0), 1.0))
+    assert machine.kernel.unknowns == 1
+    assert natural_rates(np.array([[1.0 / R]]), np.array([[C]])).real == pytest.approx(
+        [-1.0 / TAU], rel=1e-12
+    )
+
+
+def test_natural_rates_leave_out_nodes_without_charge() -> None:
+    # C at one end of two resistors in series, the middle without charge: 1 / (2 R C)
+    g = 1.0 / R
+    conductance = np.array([[g, -g], [-g, 2.0 * g]])
+    rates = natural_rates(conductance, np.diag([C, 0.0]))
+    assert rates.real == pytest.approx([-1.0 / (2.0 * TAU)], rel=1e-12)
+
+
+def test_natural_rates_of_a_floating_capacitor() -> None:
+    # both nodes have capacitance, their sum has none: R to ground at each end gives 1 / (2 R C)
+    g = 1.0 / R
+    rates = natural_rates(np.diag([g, g]), C * np.array([[1.0, -1.0], [-1.0, 1.0]]))
+    assert rates.real == pytest.approx([-1.0 / (2.0 * TAU)], rel=1e-9)
+
+
+def test_dense_solver_pivots_and_reports_a_singular_matrix() -> None:
+    a = np.array([[0.0, 2.0], [3.0, 1.0]])
+    b = np.array([4.0, 5.0])
+    assert solve_dense(a.copy(), b)
+    assert b == pytest.approx([1.0, 2.0])
+    assert not solve_dense(np.array([[1.0, 1.0], [1.0, 1.0]]), np.ones(2))
+
+
+def test_inverter_threshold_is_between_the_rails() -> None:
+    circuit = Circuit("inverter", (Port("vdd", "supply"), Port("a", "analog")), inverter("i", "a", "y"))
+    bench = Testbench("t", circuit, (SUPPLY, Source("a", "a", Constant(0.0))), 1.0)
+    assert operating_point(bench)["y"] == pytest.approx(5.0, abs=1e-6)
+
+
+def test_biases_of_the_neuron_sit_where_its_block_says() -> None:
+    point = operating_point(neuron())
+    for bias in rebound_neuron.BIASES:
+        if bias.kind == "voltage":
+            assert point[bias.port] == bias.value

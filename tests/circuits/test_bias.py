@@ -1,0 +1,157 @@
+"""Biases: gate voltages invert the law, generators are proportional to absolute temperature."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from circuits.bias import bias_voltages, gate_voltage, rebias
+from circuits.circuit import Bias, BiasKind, Circuit, Port
+from circuits.devices import Resistor, Transistor
+from circuits.devices.transistor import drain_current
+from circuits.errors import ParameterError, TopologyError, UnknownNameError
+from circuits.process import AMI_1500, Law, Polarity, at_temperature
+from circuits.silicon import Silicon
+
+UM = 1e-6
+CURRENTS = st.floats(min_value=-13.0, max_value=-4.0).map(lambda x: 10.0**x)  # 0.1 pA to 100 uA
+TEMPERATURES = st.floats(min_value=-40.0, max_value=125.0)
+
+
+def mirror(polarity: Polarity = "n", multiplicity: float = 1.0) -> Transistor:
+    bulk = "0" if polarity == "n" else "vdd"
+    return Transistor("m1", polarity, "out", "gate", bulk, bulk, 6 * UM, 6 * UM, multiplicity)
+
+
+def cell(kind: BiasKind, value: float | tuple[float, ...], polarity: Polarity = "n", **port: Any) -> Circuit:
+    ports = (Port("vdd", "supply"), Port("out", "analog"), Port("gate", "bias", **port))
+    device = mirror(polarity)
+    if "shape" in port:
+        device = replace(device, gate="gate[0]")
+    name = None if kind == "voltage" else "m1"
+    return Circuit("cell", ports, (device,), biases=(Bias("i_b", "gate", kind, value, name),))
+
+
+@given(
+    CURRENTS,
+    TEMPERATURES,
+    st.sampled_from(["n", "p"]),
+    st.sampled_from(["ekv", "ekv-gamma"]),
+    st.floats(1.0, 9.0),
+)
+def test_gate_voltage_inverts_the_law(
+    current: float, temperature_c: float, polarity: Polarity, law_name: Law, multiplicity: float
+) -> None:
+    model = replace(AMI_1500.model(polarity), law=law_name)
+    law = at_temperature(model, AMI_1500, temperature_c)
+    device = mirror(polarity, multiplicity)
+    v_g = gate_voltage(law, device, current)
+    sign = 1.0 if polarity == "n" else -1.0
+    # drain far in saturation (I_r < e^-1000), so that only the inversion's rounding is left: 1e-16 V_G / U_T
+    i = sign * drain_current(law, polarity, 6 * UM, 6 * UM, sign * 60.0, sign * v_g, 0.0)[0]
+    assert i * multiplicity == pytest.approx(current, rel=1e-11)
+
+
+@pytest.mark.parametrize("current", [0.0, -1e-9, float("nan"), float("inf")])
+def test_a_current_must_be_positive(current: float) -> None:
+    law = at_temperature(AMI_1500.n, AMI_1500, 27.0)
+    with pytest.raises(ParameterError, match=r"m1: bias current .* must be > 0"):
+        gate_voltage(law, mirror(), current)
+
+
+def test_a_current_below_that_at_flat_band_is_refused() -> None:
+    law = at_temperature(replace(AMI_1500.n, law="ekv-gamma"), AMI_1500, 27.0)
+    with pytest.raises(ParameterError, match="current at flat band"):
+        gate_voltage(law, mirror(), 1e-21)
+
+
+def test_a_gate_bias_stays_where_it_is_and_its_current_drifts() -> None:
+    circuit = cell("gate", 200e-12)
+    cold, hot = (bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=t)) for t in (0.0, 60.0))
+    assert cold == hot
+    drift = [
+        drain_current(
+            at_temperature(AMI_1500.n, AMI_1500, t), "n", 6 * UM, 6 * UM, 2.0, float(cold), 0.0
+        ).item()
+        for t in (0.0, 27.0, 60.0)
+    ]
+    assert drift[1] == pytest.approx(200e-12, rel=1e-9)
+    # from the delays of the design: 137, 27 and 5.5 ms; 20 % covers what else moves with temperature
+    assert drift[1] / drift[0] == pytest.approx(137.0 / 27.0, rel=0.2)
+    assert drift[2] / drift[1] == pytest.approx(27.0 / 5.5, rel=0.2)
+
+
+@given(TEMPERATURES, st.sampled_from(["n", "p"]))
+def test_a_generator_is_proportional_to_absolute_temperature(
+    temperature_c: float, polarity: Polarity
+) -> None:
+    circuit = cell("generator", 200e-12, polarity)
+    v_gate = float(bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=temperature_c)))
+    law = at_temperature(AMI_1500.model(polarity), AMI_1500, temperature_c)
+    source = 0.0 if polarity == "n" else AMI_1500.v_dd
+    drain = AMI_1500.v_dd - source
+    current = drain_current(law, polarity, 6 * UM, 6 * UM, drain, v_gate, source, source)
+    expected = 200e-12 * (temperature_c + 273.15) / 300.15
+    # 5 V are 145 U_T at 125 degC, so that only rounding is left
+    assert abs(current[0]) == pytest.approx(expected, rel=1e-11)
+
+
+def test_a_voltage_is_passed_on() -> None:
+    circuit = cell("voltage", 1.8)
+    assert float(bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=-40.0))) == 1.8
+
+
+def test_an_array_takes_one_value_or_one_an_element() -> None:
+    silicon = Silicon()
+    one = bias_voltages(*_array((100e-12,) * 3), silicon)
+    shared = bias_voltages(*_array(100e-12), silicon)
+    assert one.shape == shared.shape == (3,)
+    np.testing.assert_array_equal(one, shared)
+    rising = bias_voltages(*_array((1e-12, 1e-11, 1e-10)), silicon)
+    # weak inversion: a decade of current is U_T ln(10) / kappa of gate voltage, up to e^(u_f / 2) = 2 %
+    decade = silicon.thermal_voltage * np.log(10.0) / 0.70
+    np.testing.assert_allclose(np.diff(rising), decade, rtol=0.02)
+
+
+def test_a_wrong_number_of_values_is_named() -> None:
+    with pytest.raises(TopologyError, match=r"cell\.gate: values of shape \(2,\) for a port of shape \(3,\)"):
+        bias_voltages(*_array((1e-12, 1e-11)), Silicon())
+
+
+def test_a_current_bias_needs_a_transistor() -> None:
+    circuit = cell("gate", 1e-9)
+    circuit = replace(circuit, devices=(*circuit.devices, Resistor("r1", "gate", "0", 1e6)))
+    wrong = replace(circuit.biases[0], device="r1")
+    with pytest.raises(TopologyError, match="r1 is no transistor"):
+        bias_voltages(circuit, wrong, Silicon())
+
+
+def test_a_bias_needs_a_bias_port_and_a_known_device() -> None:
+    circuit = cell("gate", 1e-9)
+    with pytest.raises(TopologyError, match=r"cell\.out: a bias on a port of kind analog"):
+        replace(circuit, biases=(Bias("b", "out", "voltage", 1.0),))
+    with pytest.raises(TopologyError, match=r"cell\.gate: a gate bias must name the device"):
+        replace(circuit, biases=(Bias("b", "gate", "gate", 1.0),))
+    with pytest.raises(UnknownNameError, match="cell device m9: unknown; known are m1"):
+        replace(circuit, biases=(Bias("b", "gate", "gate", 1.0, "m9"),))
+    with pytest.raises(UnknownNameError, match="cell port nowhere"):
+        replace(circuit, biases=(Bias("b", "nowhere", "voltage", 1.0),))
+
+
+def test_rebias_sets_values_and_kind() -> None:
+    circuit = cell("gate", 1e-9)
+    changed = rebias(circuit, {"i_b": 2e-9}, "generator")
+    assert changed.bias("i_b") == Bias("i_b", "gate", "generator", 2e-9, "m1")
+    assert circuit.bias("i_b").value == 1e-9
+    assert rebias(cell("voltage", 1.0), kind="generator").bias("i_b").kind == "voltage"
+    assert rebias(circuit) == circuit
+    with pytest.raises(UnknownNameError, match="cell bias i_x: unknown; known are i_b"):
+        rebias(circuit, {"i_x": 1.0})
+
+
+def _array(value: float | tuple[float, ...]) -> tuple[Circuit, Bias]:
+    circuit = cell("gate", value, shape=(3,))
+    return circuit, circuit.biases[0]

@@ -1,0 +1,43 @@
+"""Compiled functions: what is kept on disk goes stale with any file whose code it holds."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from circuits import compiled as module
+from circuits.compiled import compiled, source_stamp
+from circuits.devices.transistor import drain_currents
+from circuits.solver.integrate import integrate
+from circuits.solver.operating_point import rest_state
+
+
+@pytest.mark.parametrize("function", [drain_currents, integrate, rest_state])
+def test_the_cache_of_every_function_carries_the_common_stamp(function: Any) -> None:
+    assert function._cache._cache_file._source_stamp == source_stamp()
+
+
+def test_the_stamp_follows_the_contents_of_every_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "devices").mkdir()
+    (tmp_path / "solver").mkdir()
+    device, solver = tmp_path / "devices" / "transistor.py", tmp_path / "solver" / "integrate.py"
+    device.write_text("a", encoding="utf-8")
+    solver.write_text("b", encoding="utf-8")
+    monkeypatch.setattr(module, "_HERE", tmp_path)
+    stamps = [source_stamp.__wrapped__()]
+    for path in (device, solver):
+        path.write_text("changed", encoding="utf-8")
+        stamps.append(source_stamp.__wrapped__())
+    assert len(set(stamps)) == 3
+    device.touch()
+    assert source_stamp.__wrapped__() == stamps[-1]
+
+
+def test_a_compiled_function_computes() -> None:
+    @compiled()
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    assert twice(1.5) == 3.0

@@ -1,0 +1,19 @@
+"""What the tests of netlists share."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from netlists import ngspice
+
+
+@pytest.fixture
+def ngspice_library() -> None:
+    """Skip without the library on a desk; fail in CI, where the set-up must have installed it."""
+    if ngspice.find_library() is None:
+        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
