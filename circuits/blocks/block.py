@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from circuits.circuit import Circuit
+from circuits.silicon import Silicon
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -22,6 +23,16 @@ class Stimulus:
     default: float | None
     summary: str
     can_be_off: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ClosedForm:
+    """A quantity by an equation of the paper: as printed, and corrected (None where the print holds), SI."""
+
+    equation: int
+    name: str
+    printed: float
+    corrected: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,3 +53,4 @@ class Block:
     measures: Callable[[Result], dict[str, float | None]]
     outcome: Callable[[Result], str]
     plotted: tuple[str, ...] = ()  # nodes drawn by default, from top to bottom
+    closed_forms: Callable[[Circuit, Silicon], tuple[ClosedForm, ...]] | None = None

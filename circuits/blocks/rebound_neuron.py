@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.rebound_analysis import closed_forms
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, Pulse, Waveform
@@ -280,4 +281,5 @@ BLOCK = Block(
     measures=measures,
     outcome=outcome,
     plotted=("call", "echo", "v_mem", "spike"),
+    closed_forms=closed_forms,
 )

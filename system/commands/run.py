@@ -44,7 +44,7 @@ def run_command(
         print_json(_document(system, trace, summary))
         return
     for target in scenario.targets:
-        print_line(f"{target.name}: {describe(target)}")
+        print_line(describe(target))
     rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
     print_table(f"{system}, transistor level, {scenario.temperature_c:g} degC", ("quantity", "value:"), rows)
 

@@ -61,8 +61,14 @@ def _describe(choice: Choice) -> dict[str, Any]:
         "parameters": [asdict(p) for p in parameters(choice.params)],
         "biases": [_bias(b, choice) for b in choice.circuit.biases],
         "stimuli": [asdict(s) for s in choice.block.stimuli],
+        "closed_forms": _closed_forms(choice),
         "devices": [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])],
     }
+
+
+def _closed_forms(choice: Choice) -> list[dict[str, Any]]:
+    forms = choice.block.closed_forms
+    return [] if forms is None else [asdict(f) for f in forms(choice.circuit, choice.silicon)]
 
 
 def _port(port: Port) -> dict[str, Any]:
@@ -106,10 +112,20 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     print_table("biases (--bias)", columns, [_bias_row(b) for b in document["biases"]])
     stimuli = [(s["name"], quantity_cell(s["default"], s["unit"]), s["summary"]) for s in document["stimuli"]]
     print_table("stimuli (--stimulus)", ("name", "default:", "summary"), stimuli)
+    forms = [
+        (f"({f['equation']})", f["name"], f"{f['printed']:.4g}", _corrected(f["corrected"]))
+        for f in document["closed_forms"]
+    ]
+    if forms:
+        print_table("closed forms (SI)", ("equation", "quantity", "as printed:", "corrected:"), forms)
     flat = flatten(choice.circuit)
     names = flat.node_names()
     rows = [_device_row(group, names) for group in flat.groups]
     print_table("devices", ("path", "type", "terminals", "sizes"), rows)
+
+
+def _corrected(value: float | None) -> str:
+    return "as printed" if value is None else f"{value:.4g}"
 
 
 def _bias_row(bias: dict[str, Any]) -> tuple[str, ...]:

@@ -1,0 +1,112 @@
+"""Circuit -> closed forms: each device's equation as text, and the capacitance that loads each node.
+
+One registration a device type, as in the other lowerings.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.circuit import Circuit
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices.device import Device
+from circuits.devices.transistor import capacitances
+from circuits.errors import unknown_name
+from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
+from circuits.silicon import Silicon
+
+F64 = NDArray[np.float64]
+Pairs = dict[tuple[int, int], F64]
+
+
+@singledispatch
+def to_equation(device: Device, silicon: Silicon) -> str:
+    """The device's constitutive relation with its numbers, SI units, at the silicon's temperature."""
+    raise TypeError(f"{type(device).__name__}: no closed form")
+
+
+@to_equation.register
+def _(device: Transistor, silicon: Silicon) -> str:
+    law = silicon.law(device.polarity)
+    specific = law.square_current * device.multiplicity * device.width / device.length
+    sign = "" if device.polarity == "n" else "-"
+    pinch_off = f"{law.kappa:g} ({sign}(v_g - v_b) - {law.v_t0:g})"
+    if law.gamma > 0.0:
+        pinch_off = f"pinch-off voltage with gamma {law.gamma:.4g} V^0.5"
+    early = f" (1 + {law.early:g} |v_ds|)" if law.early > 0.0 else ""
+    return (
+        f"I_d = {sign}{specific:.4g} [F((v_p - {sign}(v_s - v_b)) / {law.u_t:.6g})"
+        f" - F((v_p - {sign}(v_d - v_b)) / {law.u_t:.6g})]{early}, v_p = {pinch_off},"
+        " F(u) = ln^2(1 + e^(u/2))"
+    )
+
+
+@to_equation.register
+def _(device: Capacitor, silicon: Silicon) -> str:
+    return f"q = {device.capacitance:.4g} (v_a - v_b)"
+
+
+@to_equation.register
+def _(device: Resistor, silicon: Silicon) -> str:
+    return f"I = (v_a - v_b) / {device.resistance:.4g}"
+
+
+@to_equation.register
+def _(device: ControlledSource, silicon: Silicon) -> str:
+    return f"I = {device.transconductance:.4g} (v_cp - v_cn)"
+
+
+@to_equation.register
+def _(device: OperationalAmplifier, silicon: Silicon) -> str:
+    return (
+        f"I_out = (v_out - v_mid - h tanh({device.gain:g} (v_p - v_n + {device.offset:g}) / h))"
+        f" / {device.output_resistance:g}, v_mid = (v_dd + v_ss) / 2, h = (v_dd - v_ss) / 2"
+    )
+
+
+@to_equation.register
+def _(device: Source, silicon: Silicon) -> str:
+    return f"{'v' if device.quantity == 'voltage' else 'I'} = {type(device.waveform).__name__.lower()}(t)"
+
+
+def node_capacitances(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
+    """Capacitance between each node and all others together, F, by node path; 0 where there is none."""
+    flat = flatten(circuit)
+    total = np.zeros(flat.count)
+    for group in flat.groups:
+        for pair, value in _pairs(group, silicon).items():
+            ends = group.nodes[list(pair)]
+            apart = ends[0] != ends[1]
+            for end in ends:
+                np.add.at(total, end[apart], value[apart])
+    return dict(zip(flat.node_names()[1:], (float(c) for c in total[1:]), strict=True))
+
+
+def node_capacitance(circuit: Circuit, silicon: Silicon, node: str) -> float:
+    """Capacitance between one node and all others together, F."""
+    found = node_capacitances(circuit, silicon)
+    if node not in found:
+        raise unknown_name(f"{circuit.name} node", node, found)
+    return found[node]
+
+
+def find_transistor(flat: FlatCircuit, label: str) -> Transistor:
+    """The transistor at an instance path, as in `membrane.m1`."""
+    groups = {group.label(0): group.device for group in flat.groups}
+    device = groups.get(label)
+    if not isinstance(device, Transistor):
+        raise unknown_name(f"{flat.circuit.name} transistor", label, groups)
+    return device
+
+
+def _pairs(group: DeviceGroup, silicon: Silicon) -> Pairs:
+    parameters = group.parameters
+    if isinstance(group.device, Capacitor):
+        return {(0, 1): parameters["capacitance"]}
+    if isinstance(group.device, Transistor):
+        model = silicon.process.model(group.device.polarity)
+        return capacitances(model, *(parameters[k] for k in ("width", "length", "multiplicity")))
+    return {}
