@@ -3,7 +3,8 @@
 The deviation of a parameter of a device is a pure function of (lot, die, instance path, parameter): the
 counter-based generator Philox4x32-10 with a key hashed from lot, die, the names in the path and the
 parameter, and the array indices of the path as its counter. Order, edits elsewhere, subsets and worker counts
-change nothing, and whole arrays are drawn at once.
+change nothing, and whole arrays are drawn at once. A place of a path counts as an array by how many indices
+it has: `neuron` and `neuron[0]` are two places, `neuron[0]` of 1 and of 13 are one.
 
 Local mismatch follows area (Pelgrom 1989): a published A is the pair's figure, so that one device has
 `sigma = A / sqrt(2 m W L)`. Process variation is one draw a die, polarity and parameter; corners set it to
@@ -14,6 +15,8 @@ Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3
 from __future__ import annotations
 
 import hashlib
+import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -55,8 +58,10 @@ class Die:
     process: bool = True
 
     def __post_init__(self) -> None:
-        if self.number is not None and not 0 <= self.number < 2**63:
-            raise ParameterError(f"die: {self.number}, must be a whole number from 0 to 2^63 - 1")
+        """Keep lot and number in Python's own types: the key is made of their text."""
+        object.__setattr__(self, "lot", str(self.lot))
+        if self.number is not None:
+            object.__setattr__(self, "number", _whole(self.number))
         if self.corner not in CORNERS:
             raise ParameterError(f"corner: {self.corner}, must be one of {', '.join(CORNERS)}")
 
@@ -79,34 +84,46 @@ class Shift(NamedTuple):
     beta: float
 
 
-def standard_normals(die: Die, place: Place, path: Path, parameter: str) -> F64:
-    """Standard normal draws of one device at all its places, float64[product of the path's shapes].
+def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: str) -> F64:
+    """Standard normal draws of devices at all their places, float64[sum of the products of their shapes].
 
-    place: where the circuit stands, ((chip, ()), (instance, index), ...); path: ((name, shape), ...) from
-    there on, the device last with shape (); row-major over the shapes. Raises `ParameterError` for more than
-    four index dimensions in all.
+    place: where the circuit stands, ((chip, ()), (instance, index), ...); paths: ((name, shape), ...) from
+    there on, a device's name last with shape (); one after the other, row-major over the shapes. Raises
+    `ParameterError` for more than four index dimensions in all.
     """
-    names = [(name, len(dimensions)) for name, dimensions in (*place, *path)]
-    fixed = tuple(i for _, index in place for i in index)
-    shape = tuple(n for _, s in path for n in s)
-    if len(fixed) + len(shape) > _COUNTERS:
-        label = ".".join(name for name, _ in names)
-        raise ParameterError(
-            f"{label}: {len(fixed) + len(shape)} index dimensions, must be at most {_COUNTERS}"
-        )
-    return _normals(_key(die.lot, die.number, names, parameter), fixed, shape)
+    keys, counters = [], []
+    for path in paths:
+        names = [(str(name), len(dimensions)) for name, dimensions in (*place, *path)]
+        if sum(n for _, n in names) > _COUNTERS:
+            label = ".".join(name for name, _ in names)
+            raise ParameterError(
+                f"{label}: {sum(n for _, n in names)} index dimensions, must be at most {_COUNTERS}"
+            )
+        places = _places([i for _, index in place for i in index], [n for _, shape in path for n in shape])
+        keys.append(np.full((2, places.shape[1]), _key(die, names, parameter)[:, None]))
+        counters.append(places)
+    if not counters:
+        return np.zeros(0)
+    words = np.empty((2, sum(c.shape[1] for c in counters)), dtype=np.uint32)
+    philox(np.concatenate(keys, axis=1), np.concatenate(counters, axis=1), words)
+    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
+    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
+    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
 
 
 def mismatch(
-    die: Die, process: Process, place: Place, path: Path, area: F64 | float
+    die: Die, process: Process, place: Place, paths: Sequence[Path], area: F64 | float
 ) -> tuple[F64 | float, F64 | float]:
-    """Local deviations (V_T0 V, relative beta) of a transistor of area m W L (m^2), float64[count]."""
+    """Local deviations (V_T0 V, relative beta) of transistors, float64[count] in the order of the paths.
+
+    area: m W L of each, m^2, or of all.
+    """
     if die.number is None or not die.mismatch:
         return 0.0, 0.0
     root = np.sqrt(2.0 * np.asarray(area))
     return (
-        standard_normals(die, place, path, "v_t0") * process.pair_a_vt / root,
-        standard_normals(die, place, path, "beta") * process.pair_a_beta / root,
+        standard_normals(die, place, paths, "v_t0") * process.pair_a_vt / root,
+        standard_normals(die, place, paths, "beta") * process.pair_a_beta / root,
     )
 
 
@@ -118,43 +135,54 @@ def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
         return Shift(slow * variation.sigma_v_t0, -slow * variation.sigma_beta)
     if die.number is None or not die.process:
         return Shift(0.0, 0.0)
-    place = (("process", ()),)
-    draw = [float(standard_normals(die, place, ((polarity, ()),), name)[0]) for name in ("v_t0", "beta")]
-    return Shift(draw[0] * variation.sigma_v_t0, draw[1] * variation.sigma_beta)
+    # no device has a dotted parameter, so that a circuit called `process` shares no key with this
+    path: Path = ((polarity, ()),)
+    v_t0, beta = (
+        float(standard_normals(die, (("process", ()),), [path], f"shared.{name}")[0])
+        for name in ("v_t0", "beta")
+    )
+    return Shift(v_t0 * variation.sigma_v_t0, beta * variation.sigma_beta)
 
 
-def _key(lot: str, number: int | None, names: Sequence[tuple[str, int]], parameter: str) -> tuple[int, int]:
-    """64-bit key: a hash over an encoding in which no two different inputs look alike."""
-    text = repr((lot, number, tuple(names), parameter))
+def _whole(number: object) -> int:
+    try:
+        whole = operator.index(number)  # type: ignore[arg-type]  # whatever is no whole number raises
+    except TypeError:
+        whole = -1
+    if not 0 <= whole < 2**63:
+        raise ParameterError(f"die: {number}, must be a whole number from 0 to 2^63 - 1")
+    return whole
+
+
+def _key(die: Die, names: Sequence[tuple[str, int]], parameter: str) -> U32:
+    """64-bit key in two words: a hash over an encoding in which no two different inputs look alike."""
+    text = repr((die.lot, die.number, tuple(names), parameter))
     digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"noctule-die").digest()
-    return int.from_bytes(digest[:4], "little"), int.from_bytes(digest[4:], "little")
+    return np.frombuffer(digest, dtype="<u4").astype(np.uint32)
 
 
-def _normals(key: tuple[int, int], fixed: tuple[int, ...], shape: tuple[int, ...]) -> F64:
-    count = int(np.prod(shape, dtype=np.int64)) if shape else 1
+def _places(fixed: Sequence[int], shape: Sequence[int]) -> U32:
+    """Counters of all places of an array that stands at the indices `fixed`, uint32[4, places]."""
+    count = math.prod(shape)
     counters = np.zeros((_COUNTERS, count), dtype=np.uint32)
-    counters[: len(fixed)] = np.array(fixed, dtype=np.uint32)[:, None]
+    for row, index in enumerate(fixed):
+        counters[row] = index
     if shape:
-        rows = slice(len(fixed), len(fixed) + len(shape))
-        counters[rows] = np.array(np.unravel_index(np.arange(count), shape), dtype=np.uint32)
-    words = np.empty((2, count), dtype=np.uint32)
-    philox(np.uint32(key[0]), np.uint32(key[1]), counters, words)
-    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
-    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
-    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
+        counters[len(fixed) : len(fixed) + len(shape)] = np.unravel_index(np.arange(count), shape)
+    return counters
 
 
 @compiled()
-def philox(key_low: np.uint32, key_high: np.uint32, counters: U32, words: U32) -> None:
-    """First output words of Philox4x32-10 at every counter.
+def philox(keys: U32, counters: U32, words: U32) -> None:
+    """First output words of Philox4x32-10, one key and counter a column.
 
-    counters: uint32[4, n]; words: uint32[up to 4, n], filled.
+    keys: uint32[2, n]; counters: uint32[4, n]; words: uint32[up to 4, n], filled.
     """
     mask, shift = np.uint64(0xFFFFFFFF), np.uint64(32)
     for i in range(counters.shape[1]):
         c0, c1 = np.uint64(counters[0, i]), np.uint64(counters[1, i])
         c2, c3 = np.uint64(counters[2, i]), np.uint64(counters[3, i])
-        k0, k1 = np.uint64(key_low), np.uint64(key_high)
+        k0, k1 = np.uint64(keys[0, i]), np.uint64(keys[1, i])
         for _ in range(10):
             p0, p1 = np.uint64(0xD2511F53) * c0, np.uint64(0xCD9E8D57) * c2
             c0, c1, c2, c3 = (p1 >> shift) ^ c1 ^ k0, p1 & mask, (p0 >> shift) ^ c3 ^ k1, p0 & mask

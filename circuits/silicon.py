@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -63,5 +64,9 @@ class Silicon:
 
         path: ((instance name, shape), ..., (device name, ())); area: m W L of one or of each, m^2.
         """
+        return self.deviations(circuit, (path,), area)
+
+    def deviations(self, circuit: str, paths: Sequence[Path], area: F64 | float) -> Deviation:
+        """Local deviations of the transistors at several paths, one after the other; area as above."""
         place = ((circuit, ()),) if self.place is None else self.place
-        return Deviation(*mismatch(self.die, self.process, place, path, area))
+        return Deviation(*mismatch(self.die, self.process, place, paths, area))

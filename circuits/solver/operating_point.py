@@ -29,6 +29,7 @@ F64 = NDArray[np.float64]
 _DECADES = tuple(10.0**-k for k in range(3, 20))
 _TOLERANCE = 1e-9  # V, last update of a converged solve
 _SAME_STATE = 1e-3  # V, closer states are one
+_NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
 _MAX_UPDATE = 0.2  # V, of each node in one iteration
 _FAR = 100.0  # V, where a solve has run away
 _CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
@@ -147,9 +148,13 @@ def solve_dense(a: F64, b: F64) -> bool:  # noqa: C901 - Gaussian elimination as
 
 
 @compiled(_nrt=True)
-def _settle(k: Kernel, v: F64, w: Work, history: F64) -> bool:
-    """Backward Euler with growing steps from v until a step of 1000 s succeeds."""
-    h, old = 1e-9, v.copy()
+def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
+    """Backward Euler with steps that grow by `growth` from v until a step of 1000 s succeeds.
+
+    Backward Euler turns an unstable mode into a decaying one once the step is longer than its time constant
+    tau. Until then the mode has had about tau / (1 - 1/growth), so that slow growth lets it leave.
+    """
+    h, old = 1e-12, v.copy()
     for _ in range(2000):
         for i in range(k.columns):
             history[i] = -old[i] / h
@@ -160,7 +165,7 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64) -> bool:
             old[:] = v
             if h > 1e3:
                 return True
-            h *= 2.0 if moved < 0.2 else 1.0 if moved < 0.5 else 0.5
+            h *= growth if moved < 0.2 else 1.0 if moved < 0.5 else 0.5
         else:
             v[:] = old
             h *= 0.25
@@ -182,7 +187,7 @@ def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     if found and _direct(k, v, anchor, 0.0, w, matrix, right, 200):
         return True
     v[:] = anchor
-    return _settle(k, v, w, history) and _direct(k, v, anchor, 0.0, w, matrix, right, 60)
+    return _settle(k, v, w, history, 2.0) and _direct(k, v, anchor, 0.0, w, matrix, right, 60)
 
 
 def operating_point(
@@ -193,29 +198,30 @@ def operating_point(
 ) -> OperatingPoint:
     """Rest state with the sources at their values at `time` (s).
 
-    start: voltages (V) by node path; nodes left out start at 0 V. Raises `SolverError` where no
-    state is found.
+    start: voltages (V) by node path; nodes left out start at 0 V. Without a start a state that is not stable
+    is left along the circuit's own dynamics where these settle (a latch does, an oscillator does not), and is
+    reported among `others`. Raises `SolverError` where no state is found.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
     given = dict(start) if start is not None else dict(machine.testbench.start)
-    default = _cold(machine, time)
-    if not given:
-        if default is None:
-            raise SolverError(
-                f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}"
-            )
-        return default
-    guess = np.zeros(machine.kernel.columns)
-    for node, value in given.items():
-        guess[machine.column_of(node)] = value
-    found = solve_near(machine, guess, time)
+    cold = _cold(machine, time)
+    settled = None if cold is None or cold.stable else _leave(cold, time)
+    met = [state for state in (settled, cold) if state is not None]
+    if given:
+        guess = np.zeros(machine.kernel.columns)
+        for node, value in given.items():
+            guess[machine.column_of(node)] = value
+        found = solve_near(machine, guess, time)
+    else:
+        found = met[0] if met else None
     if found is None:
-        raise SolverError(
-            f"{machine.testbench.title}: no operating point; {Outcome.NO_OPERATING_POINT.value}"
-        )
-    if default is not None and np.abs(default.voltage - found.voltage).max() > _SAME_STATE:
-        return replace(found, others=(default,))
-    return found
+        remedy = Outcome.NO_OPERATING_POINT.value
+        raise SolverError(f"{machine.testbench.title}: no operating point; {remedy}")
+    return replace(found, others=tuple(s for s in met if _apart(s, found)))
+
+
+def _apart(one: OperatingPoint, other: OperatingPoint) -> bool:
+    return bool(np.abs(one.voltage - other.voltage).max(initial=0.0) > _SAME_STATE)
 
 
 def _cold(machine: Machine, time: float) -> OperatingPoint | None:
@@ -226,6 +232,18 @@ def _cold(machine: Machine, time: float) -> OperatingPoint | None:
         if found is not None:
             return found
     return None
+
+
+def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:
+    """Stable state that the circuit settles to from beside an unstable one; None where it does not settle."""
+    machine = point.machine
+    k = machine.kernel
+    v = point.voltage.copy()
+    v[: k.unknowns] += _NUDGE * np.where(np.arange(k.unknowns) % 2 == 0, 1.0, -1.0)
+    if not _settle(k, v, allocate(k), np.zeros_like(v), 1.15):
+        return None
+    found = solve_near(machine, v, time)
+    return found if found is not None and found.stable else None
 
 
 def solve_near(machine: Machine, start: F64, time: float = 0.0) -> OperatingPoint | None:

@@ -19,7 +19,7 @@ from circuits.devices import (
 )
 from circuits.devices.source import Constant
 from circuits.errors import CircuitError, ParameterError
-from circuits.lowering import graph, kernel
+from circuits.lowering import analysis, graph, kernel
 from netlists import ngspice_text
 
 EXAMPLES: dict[type[Device], Device] = {
@@ -35,6 +35,7 @@ LOWERINGS: dict[str, Any] = {
     "kernel": kernel.add_device,
     "graph": graph.describe_device,
     "ngspice": ngspice_text.format_device,
+    "analysis": analysis.to_equation,
 }
 NAMED: list[tuple[Device, str]] = [
     (Capacitor("c", "a", "b", 0.0), "c.capacitance: 0 F, must be > 0"),

@@ -1,0 +1,28 @@
+"""When does a range-tuned neuron fire? Scan the echo's delay and print the facilitating interval."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from circuits.blocks import rebound_neuron
+from circuits.solver.transient import simulate
+
+
+def main() -> None:
+    """Print one line a delay, then the interval."""
+    circuit = rebound_neuron.build()
+    stimuli = {s.name: s.default for s in rebound_neuron.BLOCK.stimuli}
+    fired = []
+    for delay in np.arange(4e-3, 9.01e-3, 0.5e-3):
+        result = simulate(rebound_neuron.testbench(circuit, {**stimuli, "delay": float(delay)}, 5.0))
+        spikes = result.spikes["spike"]
+        print(
+            f"echo at {delay * 1e3:.1f} ms: {rebound_neuron.outcome(result)}, peak {result['v_mem'].max():.3f} V"
+        )
+        if spikes.size:
+            fired.append(float(delay))
+    print(f"fires for echoes from {min(fired) * 1e3:.1f} to {max(fired) * 1e3:.1f} ms")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,59 @@
+"""The agreement experiment: its rows say what the comparison found; the picture shows both engines."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from circuits.registry import load_block
+from circuits.silicon import Silicon
+from netlists import ngspice
+from netlists.agreement import Agreement, compare
+from system.experiments import agreement
+from system.plot import save_picture
+
+
+@pytest.fixture(scope="module")
+def found() -> Agreement:
+    if ngspice.find_library() is None:
+        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return compare(load_block("high-threshold-neuron"), Silicon(temperature_c=-20.0))
+
+
+def test_rows_state_what_agrees(found: Agreement) -> None:
+    rows = agreement._rows("high-threshold-neuron", found)
+    begin = "high_threshold_neuron_at_minus_20_degC"
+    assert [row.name for row in rows] == [
+        f"{begin}_spike_time_s", f"{begin}_node_rms_V", f"{begin}_operating_point_V",
+    ]  # fmt: skip
+    assert all(row.agrees and not row.fitted and row.paper is None for row in rows)
+    assert rows[0].ours == found.difference.spike_time
+
+
+def test_nothing_agrees_with_an_unconverged_peer_and_a_missing_spike_is_no_number(found: Agreement) -> None:
+    far = replace(found.difference, same_count=False)
+    lost = agreement._rows("x", replace(found, difference=far))
+    assert lost[0].ours is None
+    assert not lost[0].agrees
+    assert lost[1].agrees
+    assert not any(row.agrees for row in agreement._rows("x", replace(found, convergence=far)))
+
+
+def test_the_note_tells_how_ngspice_converged(found: Agreement) -> None:
+    note = agreement._note("high-threshold-neuron", found)
+    assert "1 spikes" in note
+    assert "ngspice converged at reltol 5e-06" in note
+    far = replace(found.convergence, same_count=False)
+    assert "not converged" in agreement._note("x", replace(found, convergence=far))
+
+
+def test_the_picture_shows_a_node_in_both(found: Agreement, tmp_path: Path) -> None:
+    file = tmp_path / "agreement.png"
+    save_picture(str(file), lambda figure: agreement.draw_beside(found, "spike", figure))
+    assert file.stat().st_size > 10_000

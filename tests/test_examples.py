@@ -1,0 +1,21 @@
+"""Every example runs and prints what it is about."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+SAYS = {"facilitation": "fires for echoes from 5.5 to 7.0 ms", "latch": "unstable"}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_the_example_runs(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(path), run_name="__main__")
+    assert SAYS.get(path.stem, "") in capsys.readouterr().out
+
+
+def test_every_example_has_its_statement() -> None:
+    assert {p.stem for p in EXAMPLES} >= set(SAYS)
