@@ -198,10 +198,8 @@ def _(device: Source, silicon: Silicon, deviation: Deviation = _NONE) -> list[st
 def _title(what: str, circuit: str, silicon: Silicon) -> str:
     """First line of a deck; `what` is folded into one line."""
     place = "" if silicon.place is None else " at " + "/".join(element(*part) for part in silicon.place)
-    return (
-        f"* {' '.join(what.split())}: circuit {circuit}{place}, process {silicon.process.name}, {silicon.die},"
-        f" temperature {silicon.temperature_c!r} degC"
-    )
+    made = f"process {silicon.process.name}, {silicon.die}, temperature {silicon.temperature_c!r} degC"
+    return f"* {' '.join(what.split())}: circuit {circuit}{place}, {made}"
 
 
 def _definition(definition: Definition, silicon: Silicon) -> list[str]:
