@@ -17,6 +17,7 @@ from circuits.blocks.rebound_analysis import closed_forms
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.errors import ParameterError
 from circuits.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -214,6 +215,8 @@ def pulse(times: tuple[float, ...], v_dd: float) -> Waveform:
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A call at 1 ms and an echo `delay` later; either can be off. `duration` overrides the length."""
     delay = stimuli["delay"] or 0.0
+    if delay < 0.0:
+        raise ParameterError(f"delay: {delay:g} s, must be >= 0; the echo follows the call")
     call = (CALL_TIME,) if stimuli["call"] is not None else ()
     echo = (CALL_TIME + delay,) if stimuli["echo"] is not None else ()
     stop = stimuli["duration"] or CALL_TIME + max(delay, NOMINAL_RELEASE) + AFTER_RELEASE

@@ -14,6 +14,7 @@ from circuits.bias import rebias
 from circuits.blocks import rebound_neuron as block
 from circuits.circuit import Circuit, Instance
 from circuits.devices import Capacitor, Transistor
+from circuits.errors import ParameterError
 from circuits.lowering.check import check_circuit
 from circuits.lowering.kernel import to_kernel
 from circuits.process import AMI_1500, Process
@@ -249,3 +250,9 @@ def test_crossings() -> None:
     assert block.falling_crossing(time, v, 1.0) == pytest.approx(1.75)
     assert block.rising_crossing(time, v, 5.0) is None
     assert block.falling_crossing(time, -v, -5.0) is None
+
+
+def test_an_echo_before_the_call_is_refused() -> None:
+    stimuli = {s.name: s.default for s in block.BLOCK.stimuli} | {"delay": -2e-3}
+    with pytest.raises(ParameterError, match=r"delay: -0\.002 s, must be >= 0"):
+        block.testbench(block.build(), stimuli, V_DD)
