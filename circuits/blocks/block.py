@@ -36,6 +36,17 @@ class ClosedForm:
 
 
 @dataclass(frozen=True, slots=True)
+class EquationText:
+    """An equation of the paper as printed, as corrected (None where the print holds), and what differs."""
+
+    number: int
+    name: str
+    printed: str
+    corrected: str | None
+    difference: str
+
+
+@dataclass(frozen=True, slots=True)
 class Block:
     """A circuit with its parameters, testbench and metrics.
 
@@ -54,3 +65,4 @@ class Block:
     outcome: Callable[[Result], str]
     plotted: tuple[str, ...] = ()  # nodes drawn by default, from top to bottom
     closed_forms: Callable[[Circuit, Silicon], tuple[ClosedForm, ...]] | None = None
+    equations: tuple[EquationText, ...] = ()

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Block, EquationText, Stimulus, Values
 from circuits.blocks.rebound_analysis import closed_forms
+from circuits.blocks.rebound_equation_table import EQUATIONS
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, Pulse, Waveform
@@ -285,4 +286,7 @@ BLOCK = Block(
     outcome=outcome,
     plotted=("call", "echo", "v_mem", "spike"),
     closed_forms=closed_forms,
+    equations=tuple(
+        EquationText(e.number, e.name, e.printed_form, e.corrected_form, e.difference) for e in EQUATIONS
+    ),
 )
