@@ -31,8 +31,10 @@ from circuits.bias import bias_voltages
 from circuits.blocks import rebound_neuron
 from circuits.devices import Capacitor, Source, Transistor
 from circuits.devices.source import Constant
+from circuits.die import Path
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources, to_kernel
+from circuits.process import TransistorAtTemperature
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner, simulate
@@ -203,10 +205,10 @@ def cpu(work: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def ekv_deck(testbench: Testbench) -> Callable[[Setting], str]:
-    """Flat deck with our equations."""
+def ekv_deck(testbench: Testbench, silicon: Silicon = SILICON) -> Callable[[Setting], str]:
+    """Flat deck with our equations, each transistor as it is on the die."""
     flat = flatten(testbench.circuit)
-    folded = _folded(testbench, flat)
+    folded = _folded(testbench, flat, silicon)
 
     def difference(a: str, b: str) -> str:
         if a == b:
@@ -222,16 +224,26 @@ def ekv_deck(testbench: Testbench) -> Callable[[Setting], str]:
         return repr(folded[node]) if node in folded else "" if node == "0" else f"v({node})"
 
     lines = []
-    for device in _devices(flat):
+    for group, device in zip(flat.groups, _devices(flat), strict=True):
         if isinstance(device, Transistor):
             ends = (device.drain, device.source) if device.polarity == "n" else (device.source, device.drain)
-            current = law.channel_current(
-                device, SILICON.law(device.polarity), difference, law.quick_softplus
-            )
+            at = _on_die(device, flat.circuit.name, (*group.path, (group.device.name, ())), silicon)
+            current = law.channel_current(device, at, difference, law.quick_softplus)
             lines += [f"b{device.name} {' '.join(ends)} i={current}", *format_device(device, SILICON)[1:]]
         else:
             lines += format_device(device, SILICON)
     return _assembled(lines, testbench, flat, folded)
+
+
+def _on_die(device: Transistor, circuit: str, path: Path, silicon: Silicon) -> TransistorAtTemperature:
+    """The law of one transistor with its deviation on the die."""
+    shared = silicon.law(device.polarity)
+    v_t0, beta = silicon.deviation(circuit, path, device.width * device.length * device.multiplicity)
+    return replace(
+        shared,
+        v_t0=shared.v_t0 + float(np.ravel(v_t0)[0]),
+        square_current=shared.square_current * (1.0 + float(np.ravel(beta)[0])),
+    )
 
 
 def bsim3_deck(testbench: Testbench) -> Callable[[Setting], str]:
@@ -270,11 +282,11 @@ def _bsim3_biases(testbench: Testbench, flat: FlatCircuit) -> dict[str, float]:
     return voltages | {node: float(found[node][0]) for node in wanted}
 
 
-def _folded(testbench: Testbench, flat: FlatCircuit) -> dict[str, float]:
+def _folded(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> dict[str, float]:
     """Voltages of the nodes that constant sources fix."""
     return {
         f"n{int(flat.port_nodes(s.node)[0])}": s.waveform.value
-        for s in complete_sources(testbench, flat, SILICON)
+        for s in complete_sources(testbench, flat, silicon)
         if isinstance(s.waveform, Constant)
     }
 

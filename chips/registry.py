@@ -10,7 +10,10 @@ from circuits.errors import unknown_name
 if TYPE_CHECKING:
     from circuits.blocks.block import Block
 
-CHIPS: dict[str, str] = {"ranging-chip": "chips.ranging_chip:CHIP"}
+CHIPS: dict[str, str] = {
+    "ranging-chip": "chips.ranging_chip:CHIP",
+    "ranging-chip-biased": "chips.ranging_chip:BIASED_CHIP",
+}
 
 
 def load_chip(name: str) -> Block:

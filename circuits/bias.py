@@ -18,6 +18,7 @@ from circuits.devices.softplus import inverse_softplus
 from circuits.devices.transistor import Transistor, drain_current
 from circuits.die import NOMINAL
 from circuits.errors import ParameterError, TopologyError
+from circuits.place import bias_path
 from circuits.process import TransistorAtTemperature, at_temperature, kelvin
 from circuits.silicon import Silicon
 
@@ -64,6 +65,13 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.
             f"{circuit.name}.{bias.port}: {device.name} is no transistor; a current bias needs one"
         )
     gates = _gates(circuit.name, bias, device, np.broadcast_to(values, shape), silicon)
+    if gates.max(initial=0.0) > silicon.process.v_dd:
+        k = int(np.argmax(gates))
+        current, needed = np.broadcast_to(values, shape).ravel()[k], gates.ravel()[k]
+        raise ParameterError(
+            f"{circuit.name}.{bias.name}: {current:g} A needs {needed:.3g} V on the gate of {device.name},"
+            f" beyond the supply of {silicon.process.v_dd:g} V; give a smaller current"
+        )
     return silicon.process.v_dd - gates if device.polarity == "p" else gates
 
 
@@ -76,8 +84,11 @@ def _gates(
         law = at_temperature(process.model(device.polarity), process, reference)
         return _each(lambda i, _: gate_voltage(law, device, i), current)
     area = device.width * device.length * device.multiplicity
-    path = (("bias", ()), (bias.port, current.shape), (device.name, ()))
-    deviation = silicon.deviation(circuit, path, area)
+    if bias.place is None:
+        path = (*bias_path(bias.port, current.shape), (device.name, ()))
+        deviation = silicon.deviation(circuit, path, area)
+    else:
+        deviation = replace(silicon, place=bias.place).deviation(circuit, ((device.name, ()),), area)
     v_t0, beta = (np.broadcast_to(d, current.size) for d in deviation)
     law = silicon.law(device.polarity)
     scale = kelvin(silicon.temperature_c) / kelvin(reference)

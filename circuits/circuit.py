@@ -65,6 +65,8 @@ class Bias:
     reference temperature, and stays there. `generator`: an ideal current of `value` (A) at the
     reference temperature, proportional to absolute temperature, into a diode-connected copy of
     `device`. `voltage`: `value` in volt. `value` is a number, or one number an element of the port.
+    `place`: where the generator's copy stands on the die, for a block that shares its chip's biases
+    (see `circuits.place`); in the circuit itself unless given.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Bias:
     value: float | tuple[float, ...]
     device: str | None = None
     reference_temperature_c: float = 27.0
+    place: tuple[tuple[str, Shape], ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,24 +91,7 @@ def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: s
     there on, a device's name last with shape (); one after the other, row-major over the shapes. Raises
     `ParameterError` for more than four index dimensions in all.
     """
-    keys, counters = [], []
-    for path in paths:
-        names = [(str(name), len(dimensions)) for name, dimensions in (*place, *path)]
-        if sum(n for _, n in names) > _COUNTERS:
-            label = ".".join(name for name, _ in names)
-            raise ParameterError(
-                f"{label}: {sum(n for _, n in names)} index dimensions, must be at most {_COUNTERS}"
-            )
-        places = _places([i for _, index in place for i in index], [n for _, shape in path for n in shape])
-        keys.append(np.full((2, places.shape[1]), _key(die, names, parameter)[:, None]))
-        counters.append(places)
-    if not counters:
-        return np.zeros(0)
-    words = np.empty((2, sum(c.shape[1] for c in counters)), dtype=np.uint32)
-    philox(np.concatenate(keys, axis=1), np.concatenate(counters, axis=1), words)
-    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
-    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
-    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
+    return _normals(die, [_names(place, path) for path in paths], _places(place, paths), parameter)
 
 
 def mismatch(
@@ -121,9 +104,10 @@ def mismatch(
     if die.number is None or not die.mismatch:
         return 0.0, 0.0
     root = np.sqrt(2.0 * np.asarray(area))
+    names, places = [_names(place, path) for path in paths], _places(place, paths)
     return (
-        standard_normals(die, place, paths, "v_t0") * process.pair_a_vt / root,
-        standard_normals(die, place, paths, "beta") * process.pair_a_beta / root,
+        _normals(die, names, places, "v_t0") * process.pair_a_vt / root,
+        _normals(die, names, places, "beta") * process.pair_a_beta / root,
     )
 
 
@@ -154,22 +138,52 @@ def _whole(number: object) -> int:
     return whole
 
 
-def _key(die: Die, names: Sequence[tuple[str, int]], parameter: str) -> U32:
-    """64-bit key in two words: a hash over an encoding in which no two different inputs look alike."""
-    text = repr((die.lot, die.number, tuple(names), parameter))
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"noctule-die").digest()
-    return np.frombuffer(digest, dtype="<u4").astype(np.uint32)
+class _Places(NamedTuple):
+    """Counters of all places of some paths, uint32[4, places], and how many each path has."""
+
+    counters: U32
+    counts: list[int]
 
 
-def _places(fixed: Sequence[int], shape: Sequence[int]) -> U32:
-    """Counters of all places of an array that stands at the indices `fixed`, uint32[4, places]."""
-    count = math.prod(shape)
-    counters = np.zeros((_COUNTERS, count), dtype=np.uint32)
+def _names(place: Place, path: Path) -> str:
+    """Names with their numbers of indices, as text in which no two different paths look alike."""
+    return repr(tuple((str(name), len(dimensions)) for name, dimensions in (*place, *path)))
+
+
+def _places(place: Place, paths: Sequence[Path]) -> _Places:
+    fixed = [i for _, index in place for i in index]
+    shapes = [[n for _, shape in path for n in shape] for path in paths]
+    for path, shape in zip(paths, shapes, strict=True):
+        if len(fixed) + len(shape) > _COUNTERS:
+            label = ".".join(name for name, _ in (*place, *path))
+            dimensions = len(fixed) + len(shape)
+            raise ParameterError(f"{label}: {dimensions} index dimensions, must be at most {_COUNTERS}")
+    counts = [math.prod(shape) for shape in shapes]
+    counters = np.zeros((_COUNTERS, sum(counts)), dtype=np.uint32)
     for row, index in enumerate(fixed):
         counters[row] = index
-    if shape:
-        counters[len(fixed) : len(fixed) + len(shape)] = np.unravel_index(np.arange(count), shape)
-    return counters
+    start = 0
+    for shape, count in zip(shapes, counts, strict=True):
+        if shape:
+            rows = slice(len(fixed), len(fixed) + len(shape))
+            counters[rows, start : start + count] = np.unravel_index(np.arange(count), shape)
+        start += count
+    return _Places(counters, counts)
+
+
+def _normals(die: Die, names: Sequence[str], places: _Places, parameter: str) -> F64:
+    """Draws at all places, the 64-bit key of each path being a hash of die, names and parameter."""
+    before, after = f"({die.lot!r}, {die.number!r}, ", f", {parameter!r})"
+    digests = [
+        hashlib.blake2b((before + n + after).encode(), digest_size=8, person=b"noctule-die").digest()
+        for n in names
+    ]
+    keys = np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T
+    words = np.empty((2, places.counters.shape[1]), dtype=np.uint32)
+    philox(np.repeat(keys, places.counts, axis=1), places.counters, words)
+    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
+    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
+    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
 
 
 @compiled()

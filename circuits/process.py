@@ -19,6 +19,7 @@ ZERO_CELSIUS = 273.15  # K
 LOWEST_C, HIGHEST_C = -40.0, 125.0
 
 Polarity = Literal["n", "p"]
+POLARITIES: tuple[Polarity, ...] = ("n", "p")
 Law = Literal["ekv", "ekv-gamma"]
 
 

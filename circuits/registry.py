@@ -1,15 +1,20 @@
-"""Blocks by command-line name, loaded on use; users add theirs under the entry point `noctule.blocks`."""
+"""Blocks and metrics by command-line name, loaded on use.
+
+Users add theirs under the entry points `noctule.blocks` and `noctule.metrics`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from circuits.errors import unknown_name
 
 if TYPE_CHECKING:
     from circuits.blocks.block import Block
+    from circuits.blocks.metric import Metric
 
 BLOCKS: dict[str, str] = {
     "rebound-neuron": "circuits.blocks.rebound_neuron:BLOCK",
@@ -18,7 +23,17 @@ BLOCKS: dict[str, str] = {
     "envelope-detector": "circuits.blocks.envelope_detector:BLOCK",
     "onset-neuron": "circuits.blocks.onset_neuron:BLOCK",
     "high-threshold-neuron": "circuits.blocks.high_threshold_neuron:BLOCK",
+    "bias-generator": "circuits.blocks.bias_generator:BLOCK",
+    "bias-chain": "circuits.blocks.bias_chain:BLOCK",
     "first-target-isolation": "circuits.blocks.first_target_isolation:BLOCK",
+}
+
+METRICS: dict[str, str] = {
+    "best_delay": "circuits.blocks.tuning_metrics:BEST_DELAY",
+    "width": "circuits.blocks.tuning_metrics:WIDTH",
+    "t_inh": "circuits.blocks.tuning_metrics:T_INH",
+    "t_reb": "circuits.blocks.tuning_metrics:T_REB",
+    "class": "circuits.blocks.tuning_metrics:CLASS",
 }
 
 
@@ -29,13 +44,26 @@ def block_names() -> list[str]:
 
 def load_block(name: str) -> Block:
     """Load a block by name; raises `UnknownNameError` for a name that nobody registered."""
-    target = BLOCKS.get(name)
-    if target is None:
-        for entry in entry_points(group="noctule.blocks"):
-            if entry.name == name:
-                block: Block = entry.load()
-                return block
-        raise unknown_name("block", name, block_names())
-    module, attribute = target.split(":")
-    loaded: Block = getattr(import_module(module), attribute)
-    return loaded
+    block: Block = _load("block", name, BLOCKS, "noctule.blocks")
+    return block
+
+
+def metric_names() -> list[str]:
+    """Names of all metrics, the users' own included, in the table's order."""
+    return [*METRICS, *sorted({e.name for e in entry_points(group="noctule.metrics")} - set(METRICS))]
+
+
+def load_metric(name: str) -> Metric:
+    """Load a metric by name; raises `UnknownNameError` for a name that nobody registered."""
+    metric: Metric = _load("metric", name, METRICS, "noctule.metrics")
+    return metric
+
+
+def _load(kind: str, name: str, table: Mapping[str, str], group: str) -> Any:
+    if name in table:
+        module, attribute = table[name].split(":")
+        return getattr(import_module(module), attribute)
+    entries = {e.name: e for e in entry_points(group=group)}
+    if name in entries:
+        return entries[name].load()
+    raise unknown_name(kind, name, [*table, *entries])

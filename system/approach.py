@@ -6,7 +6,9 @@ controller -> rate and amplitude of the next call. First-target isolation cuts t
 the first spike until the next call. The amplitude follows the proximity voltage linearly, or the fourth
 power of range through a second look-up table (the paper: possible, not done).
 
-Every box is its own circuit, stepped at transistor level; see `system.loop` for how they move together.
+At transistor level every box is its own circuit; at behavioural level the boards, the hearing and the chip
+are their measured models, single boxes at transistor level where `Scenario.transistors` says so. See
+`system.loop` for how the parts move together.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -22,7 +24,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from chips import ranging_chip
+from chips.behavioural_ranging_chip import RangingChip
 from chips.cell import Cell
+from chips.centroid_model import CentroidModel
+from chips.hearing_model import hearing_on
+from chips.isolation_model import IsolationModel
+from chips.vocalization_model import VocalizationModel
 from circuits.bias import rebias
 from circuits.blocks import (
     centroid_board,
@@ -30,13 +37,15 @@ from circuits.blocks import (
     first_target_isolation,
     high_threshold_neuron,
     onset_neuron,
-    rebound_neuron,
     vocalization_controller,
 )
+from circuits.die import NOMINAL, Die
+from circuits.place import circuit_at
 from circuits.process import ZERO_CELSIUS
 from circuits.silicon import Silicon
 from system.acoustics import Air, speed_of_sound
 from system.ear import SAMPLE_RATE, Ear
+from system.hearing import Hearing
 from system.loop import AnalogWire, EventWire, Loop, Part, Round
 from system.microphone import Microphone
 from system.plot import COLOURS, PALE
@@ -45,8 +54,13 @@ from system.targets import Target, default_scene, range_at
 F64 = NDArray[np.float64]
 Law = Literal["linear", "d4"]
 LAWS: tuple[Law, ...] = ("linear", "d4")
+Level = Literal["transistor", "behavioural"]
+LEVELS: tuple[Level, ...] = ("transistor", "behavioural")
+Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
 
-HORIZON = 4e-3  # s, longest round; ours, a matter of speed only
+# Longest round, s; ours, a matter of speed only.
+HORIZON = 4e-3
+BEHAVIOURAL_HORIZON = 20e-3
 ENVELOPE_TOLERANCE = 1e-3  # V, thinning of the envelope between detector and neurons; ours
 GRID = 10e-3  # s, spacing of the reported arrays
 # Ours: the neurons' spikes come within 5 us of the converged ones, the boards' rates within 0.1 %.
@@ -56,7 +70,11 @@ BOARD_RTOL = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output."""
+    """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
+
+    `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
+    `transistors`: boxes at transistor level in a behavioural run.
+    """
 
     targets: tuple[Target, ...] = field(default_factory=default_scene)
     duration: float = 4.0
@@ -65,6 +83,13 @@ class Scenario:
     amplitude_law: Law = "linear"
     noise_rms: float = 0.0
     seed: int = 0
+    die: Die = NOMINAL
+    level: Level = "transistor"
+    transistors: frozenset[Box] = frozenset()
+
+    def level_of(self, box: Box) -> Level:
+        """Level of a box."""
+        return "transistor" if box in self.transistors else self.level
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +131,7 @@ def run(
 ) -> Trace:
     """Run a scenario; the answer does not depend on `workers` (threads, all cores unless given)."""
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
-        loop = build(scenario, executor)
+        loop = build(scenario, None if _all_behavioural(scenario) else executor)
         log = _Log()
         while loop.time < scenario.duration:
             _note(log, loop, loop.step(scenario.duration))
@@ -118,15 +143,21 @@ def run(
 def _note(log: _Log, loop: Loop, done: Round) -> None:
     amplitude = float(done.outputs["vocalization"].voltage[-1, 0])
     log.boards.append((done.stop, float(done.outputs["centroid"].voltage[-1, 0]), amplitude))
-    for part, _, time in done.events:
+    for part, port, time in done.events:
         if part == "vocalization":
             log.calls.append((time, amplitude))
-        elif part == "high_threshold":
+        elif "high_threshold" in {part, port}:
             log.pulses.append(time)
-        elif part == "onset":
+        elif "onset" in {part, port}:
             log.echoes.append(time)
         elif part.startswith("neuron"):
-            log.spikes.append((time, int(part[len("neuron[") : -1])))
+            log.spikes.append((time, _index(part)))
+        elif part == "chip":
+            log.spikes.append((time, _index(port)))
+
+
+def _index(name: str) -> int:
+    return int(name[name.index("[") + 1 : -1])
 
 
 def _trace(scenario: Scenario, loop: Loop, log: _Log) -> Trace:
@@ -139,7 +170,6 @@ def _trace(scenario: Scenario, loop: Loop, log: _Log) -> Trace:
         last = np.searchsorted(calls[:, 0], time, side="right") - 1
         interval = np.diff(calls[:, 0])
         rate = np.where(last >= 1, 1.0 / interval[np.maximum(last - 1, 0)], np.nan)
-    cells = {n: p for n, p in loop.parts.items() if isinstance(p, Cell)}
     return Trace(
         scenario=scenario,
         time_s=time,
@@ -152,13 +182,26 @@ def _trace(scenario: Scenario, loop: Loop, log: _Log) -> Trace:
         pulses=np.array(log.pulses),
         echoes=np.array(log.echoes),
         spikes=tuple(log.spikes),
-        counts={
-            "solver_steps": sum(int(loop.states[n].solver.counts[0]) for n in cells),
-            "merged_events": sum(loop.states[n].merged for n in cells),
-            "clipped_samples": loop.states["ear"].microphone.clipped,
-            "repeated_advances": loop.repeated,
-        },
+        counts=_counts(loop),
     )
+
+
+def _counts(loop: Loop) -> dict[str, int]:
+    states = loop.states
+    counts = {
+        "solver_steps": sum(
+            int(states[n].solver.counts[0]) for n, p in loop.parts.items() if isinstance(p, Cell)
+        ),
+        "merged_events": sum(getattr(state, "merged", 0) for state in states.values()),
+        "repeated_advances": loop.repeated,
+    }
+    if "ear" in states:
+        counts["clipped_samples"] = states["ear"].microphone.clipped
+    if "hearing" in states:
+        counts["undecided_sounds"] = states["hearing"].heard.undecided
+    if "chip" in states:
+        counts["undecided_spikes"] = states["chip"].undecided
+    return counts
 
 
 def estimated_range(proximity: F64, scenario: Scenario) -> F64:
@@ -217,59 +260,99 @@ def air_of(scenario: Scenario) -> Air:
 
 def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     """All parts at rest, wired as in Figure 7."""
-    silicon = Silicon(temperature_c=scenario.temperature_c)
-    chip = ranging_chip.build()
-    neuron = rebound_neuron.build()
-    held_excitation = {"v_ex_max": 4.301} if scenario.isolation else {}
-    parts: dict[str, Part] = {}
-    for k in range(ranging_chip.NEURONS):
-        circuit = rebias(neuron, ranging_chip.neuron_biases(chip, k))
-        parts[f"neuron[{k}]"] = Cell(circuit, silicon, held=held_excitation, rtol=CHIP_RTOL)
-    board = centroid_board.build(centroid_board.Params())
-    parts["centroid"] = Cell(board, silicon, ("proximity",), rtol=BOARD_RTOL)
-    vocalization = vocalization_controller.build(vocalization_controller.Params())
-    held = {"proximity": 0.0, "amplitude_control": 0.0, "enable": 0.0}
-    oscillator = Cell(vocalization, silicon, ("amplitude",), held=held, rtol=BOARD_RTOL)
-    parts["vocalization"] = oscillator
-    microphone = Microphone(noise_rms=scenario.noise_rms, seed=scenario.seed, air=air_of(scenario))
-    parts["ear"] = Ear(microphone, scenario.targets)
-    detector = envelope_detector.build(envelope_detector.Params())
-    rest = {"microphone": microphone.mid_supply}
-    ear = Cell(detector, silicon, ("envelope",), {"microphone": SAMPLE_RATE}, rest, BOARD_RTOL)
-    parts["envelope"] = ear
-    silence = {"envelope": float(ear.voltages(ear.begin())[0])}
-    for name, block in (("onset", onset_neuron), ("high_threshold", high_threshold_neuron)):
-        parts[name] = Cell(block.build(block.Params()), silicon, held=silence, rtol=CHIP_RTOL)
+    silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+    parts: dict[str, Part] = {
+        **_chip(scenario, silicon),
+        "centroid": _centroid(scenario, silicon),
+        "vocalization": _vocalization(scenario, silicon),
+        **_hearing(scenario, silicon),
+    }
     if scenario.isolation:
-        latch = first_target_isolation.build(first_target_isolation.Params())
-        parts["isolation"] = Cell(
-            latch,
-            silicon,
-            ("v_ex_max",),
-            rtol=BOARD_RTOL,
-            start=first_target_isolation.rest(silicon.process.v_dd),
-        )
+        parts["isolation"] = _isolation(scenario, silicon)
     if scenario.amplitude_law == "d4":
         law = vocalization_controller.amplitude_law(vocalization_controller.Params(), silicon.process.v_dd)
         table = centroid_board.fourth_power_lookup(ranging_chip.BEST_DELAYS, law)
-        second = rebias(board, {"lookup": table.voltages})
-        parts["amplitude_centroid"] = Cell(second, silicon, ("proximity",), rtol=BOARD_RTOL)
-    loop = Loop(parts, _event_wires(parts), _analog_wires(parts), HORIZON, executor)
-    rising = (np.array([0.0, 1e-6]), np.array([0.0, silicon.process.v_dd]))
-    loop.states["vocalization"] = oscillator.drive(loop.states["vocalization"], {"enable": rising})
+        parts["amplitude_centroid"] = _centroid(scenario, silicon, table.voltages)
+    horizon = BEHAVIOURAL_HORIZON if _all_behavioural(scenario) else HORIZON
+    loop = Loop(parts, _event_wires(parts), _analog_wires(parts), horizon, executor)
+    oscillator = parts["vocalization"]
+    if isinstance(oscillator, Cell):
+        rising = (np.array([0.0, 1e-6]), np.array([0.0, silicon.process.v_dd]))
+        loop.states["vocalization"] = oscillator.drive(loop.states["vocalization"], {"enable": rising})
     return loop
 
 
-def _event_wires(parts: dict[str, Part]) -> list[EventWire]:
-    wires = [EventWire("vocalization", "call", "ear", "call")]
-    boards = [n for n in ("centroid", "amplitude_centroid", "isolation") if n in parts]
+def _all_behavioural(scenario: Scenario) -> bool:
+    """Whether threads would only cost: no part has a solver."""
+    return scenario.level == "behavioural" and not scenario.transistors
+
+
+def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
+    if scenario.level_of("chip") == "behavioural":
+        return {"chip": RangingChip(silicon)}
+    chip = ranging_chip.build()
+    held = {"v_ex_max": 4.301} if scenario.isolation else {}
+    parts: dict[str, Part] = {}
     for k in range(ranging_chip.NEURONS):
-        name = f"neuron[{k}]"
-        wires.append(EventWire("high_threshold", "spike", name, "call"))
-        wires.append(EventWire("onset", "spike", name, "echo"))
-        wires += [EventWire(name, "spike", board, f"spike[{k}]") for board in boards]
+        circuit, place = circuit_at(chip, (("neuron", (k,)),))
+        there = replace(silicon, place=place)
+        parts[f"neuron[{k}]"] = Cell(circuit, there, held=held, rtol=CHIP_RTOL)
+    return parts
+
+
+def _centroid(scenario: Scenario, silicon: Silicon, lookup: tuple[float, ...] | None = None) -> Part:
+    if scenario.level_of("centroid") == "behavioural":
+        return CentroidModel(silicon, lookup)
+    board = centroid_board.build(centroid_board.Params())
+    chosen = board if lookup is None else rebias(board, {"lookup": lookup})
+    return Cell(chosen, silicon, ("proximity",), rtol=BOARD_RTOL)
+
+
+def _vocalization(scenario: Scenario, silicon: Silicon) -> Part:
+    if scenario.level_of("vocalization") == "behavioural":
+        return VocalizationModel(silicon)
+    board = vocalization_controller.build(vocalization_controller.Params())
+    held = {"proximity": 0.0, "amplitude_control": 0.0, "enable": 0.0}
+    return Cell(board, silicon, ("amplitude",), held=held, rtol=BOARD_RTOL)
+
+
+def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
+    """Microphone to spikes: one model, or the ear, the envelope detector and both neurons."""
+    microphone = Microphone(noise_rms=scenario.noise_rms, seed=scenario.seed, air=air_of(scenario))
+    if scenario.level_of("hearing") == "behavioural":
+        return {"hearing": Hearing(microphone, scenario.targets, hearing_on(silicon))}
+    detector = envelope_detector.build(envelope_detector.Params())
+    rest = {"microphone": microphone.mid_supply}
+    ear = Cell(detector, silicon, ("envelope",), {"microphone": SAMPLE_RATE}, rest, BOARD_RTOL)
+    parts: dict[str, Part] = {"ear": Ear(microphone, scenario.targets), "envelope": ear}
+    silence = {"envelope": float(ear.voltages(ear.begin())[0])}
+    for name, block in (("onset", onset_neuron), ("high_threshold", high_threshold_neuron)):
+        parts[name] = Cell(block.build(block.Params()), silicon, held=silence, rtol=CHIP_RTOL)
+    return parts
+
+
+def _isolation(scenario: Scenario, silicon: Silicon) -> Part:
+    if scenario.level_of("isolation") == "behavioural":
+        return IsolationModel(silicon)
+    latch = first_target_isolation.build(first_target_isolation.Params())
+    start = first_target_isolation.rest(silicon.process.v_dd)
+    return Cell(latch, silicon, ("v_ex_max",), rtol=BOARD_RTOL, start=start)
+
+
+def _event_wires(parts: dict[str, Part]) -> list[EventWire]:
+    model = "hearing" in parts
+    pulse = ("hearing", "high_threshold") if model else ("high_threshold", "spike")
+    onset = ("hearing", "onset") if model else ("onset", "spike")
+    wires = [EventWire("vocalization", "call", "hearing" if model else "ear", "call")]
+    boards = [n for n in ("centroid", "amplitude_centroid", "isolation") if n in parts]
+    listeners = ["chip"] if "chip" in parts else [f"neuron[{k}]" for k in range(ranging_chip.NEURONS)]
+    for name in listeners:
+        wires += [EventWire(*pulse, name, "call"), EventWire(*onset, name, "echo")]
+    for k in range(ranging_chip.NEURONS):
+        source = ("chip", f"spike[{k}]") if "chip" in parts else (f"neuron[{k}]", "spike")
+        wires += [EventWire(*source, board, f"spike[{k}]") for board in boards]
     if "isolation" in parts:
-        wires.append(EventWire("high_threshold", "spike", "isolation", "call"))
+        wires.append(EventWire(*pulse, "isolation", "call"))
     return wires
 
 
@@ -278,16 +361,19 @@ def _analog_wires(parts: dict[str, Part]) -> list[AnalogWire]:
     wires = [
         AnalogWire("centroid", "proximity", "vocalization", "proximity"),
         AnalogWire(control, "proximity", "vocalization", "amplitude_control"),
-        AnalogWire("vocalization", "amplitude", "ear", "amplitude"),
-        AnalogWire("ear", "microphone", "envelope", "microphone", 0.0),
-        AnalogWire("envelope", "envelope", "onset", "envelope", ENVELOPE_TOLERANCE),
-        AnalogWire("envelope", "envelope", "high_threshold", "envelope", ENVELOPE_TOLERANCE),
     ]
-    if "isolation" in parts:
+    if "hearing" in parts:
+        wires.append(AnalogWire("vocalization", "amplitude", "hearing", "amplitude"))
+    else:
         wires += [
-            AnalogWire("isolation", "v_ex_max", f"neuron[{k}]", "v_ex_max")
-            for k in range(ranging_chip.NEURONS)
+            AnalogWire("vocalization", "amplitude", "ear", "amplitude"),
+            AnalogWire("ear", "microphone", "envelope", "microphone", 0.0),
+            AnalogWire("envelope", "envelope", "onset", "envelope", ENVELOPE_TOLERANCE),
+            AnalogWire("envelope", "envelope", "high_threshold", "envelope", ENVELOPE_TOLERANCE),
         ]
+    if "isolation" in parts:
+        targets = [n for n in parts if n == "chip" or n.startswith("neuron")]
+        wires += [AnalogWire("isolation", "v_ex_max", name, "v_ex_max") for name in targets]
     return wires
 
 
@@ -325,7 +411,7 @@ class ApproachSystem:
     """The system as the command line sees it."""
 
     name: str = "approach"
-    summary: str = "bat-like sonar that closes in on a moving target, all at transistor level"
+    summary: str = "bat-like sonar that closes in on a moving target, at transistor or behavioural level"
 
     def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
         """Run a scenario."""

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from circuits.errors import CircuitError
+from system.silicon_choice import SiliconChoice
 
 READER_GONE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -38,6 +39,17 @@ class BiasKind(StrEnum):
 
     gate = "gate"
     generator = "generator"
+
+
+class Corner(StrEnum):
+    """Where the process stands: drawn for each die, or set."""
+
+    random = "random"
+    typical = "typical"
+    ss = "ss"
+    ff = "ff"
+    sf = "sf"
+    fs = "fs"
 
 
 class Engine(StrEnum):
@@ -65,6 +77,15 @@ Kind = Annotated[
 ]
 Temperature = Annotated[
     str, typer.Option("--temperature", metavar="DEGC", help="Degrees Celsius, -40 to 125.")
+]
+Lot = Annotated[str, typer.Option("--lot", help="Lot of dies.")]
+DieNumber = Annotated[int | None, typer.Option("--die", help="Die of the lot; the nominal die unless given.")]
+DieCorner = Annotated[Corner, typer.Option("--corner", help="Process corner; n first, then p.")]
+Mismatch = Annotated[bool, typer.Option(help="Deviations of each device on the die.")]
+Process = Annotated[bool, typer.Option(help="Deviations that a die's devices share.")]
+At = Annotated[
+    str | None,
+    typer.Option("--at", metavar="CHIP/INSTANCE", help="Place on a chip, as ranging-chip/neuron[2]."),
 ]
 Stimuli = Annotated[
     list[str],
@@ -103,6 +124,12 @@ def show(
     bias: Biases = [],  # noqa: B006
     bias_kind: Kind = None,
     temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
@@ -113,7 +140,7 @@ def show(
         params=param,
         biases=bias,
         bias_kind=_kind(bias_kind),
-        temperature=temperature,
+        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         plot=plot,
         as_json=as_json,
     )
@@ -127,6 +154,12 @@ def op(
     bias: Biases = [],  # noqa: B006
     bias_kind: Kind = None,
     temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
     stimulus: Stimuli = [],  # noqa: B006
     start: Annotated[
         list[str], typer.Option("--start", metavar="NODE=V", help="Voltage to start from, repeatable.")
@@ -140,7 +173,7 @@ def op(
         params=param,
         biases=bias,
         bias_kind=_kind(bias_kind),
-        temperature=temperature,
+        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         stimuli=stimulus,
         start=start,
         as_json=as_json,
@@ -156,6 +189,12 @@ def simulate(
     bias: Biases = [],  # noqa: B006
     bias_kind: Kind = None,
     temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
     rtol: Annotated[
         float | None, typer.Option("--rtol", help="Relative error a step; 1e-4 unless given.")
     ] = None,
@@ -171,7 +210,7 @@ def simulate(
         params=param,
         biases=bias,
         bias_kind=_kind(bias_kind),
-        temperature=temperature,
+        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         stimuli=stimulus,
         rtol=rtol,
         engine=engine.value,
@@ -191,6 +230,12 @@ def export(
     bias: Biases = [],  # noqa: B006
     bias_kind: Kind = None,
     temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
     dialect: Annotated[Dialect, typer.Option("--dialect", help="Simulator to write for.")] = Dialect.ngspice,
     as_json: Json = False,
 ) -> None:
@@ -201,10 +246,53 @@ def export(
         params=param,
         biases=bias,
         bias_kind=_kind(bias_kind),
-        temperature=temperature,
+        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         stimuli=stimulus,
         dialect=dialect.value,
         output=output,
+        as_json=as_json,
+    )
+
+
+@app.command()
+def montecarlo(
+    target: BlockName,
+    *,
+    metric: Annotated[
+        list[str], typer.Option("--metric", metavar="NAME", help="What is measured, repeatable.")
+    ] = ["best_delay"],  # noqa: B006
+    samples: Annotated[int, typer.Option("--samples", "-n", help="Number of dies.")] = 200,
+    first_die: Annotated[int, typer.Option(help="Number of the first die.")] = 1000,
+    lot: Lot = "A",
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
+    temperature: Temperature = "27",
+    param: Params = [],  # noqa: B006
+    bias: Biases = [],  # noqa: B006
+    bias_kind: Kind = None,
+    stimulus: Stimuli = [],  # noqa: B006
+    workers: Annotated[int | None, typer.Option(help="Threads; all cores unless given.")] = None,
+    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write a row a die.")] = None,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """Measure a block on many dies: mean, spread, quantiles, and what share works."""
+    _call(
+        "montecarlo:montecarlo_command",
+        target,
+        names=metric,
+        count=samples,
+        first_die=first_die,
+        params=param,
+        biases=bias,
+        bias_kind=_kind(bias_kind),
+        silicon=SiliconChoice(temperature, lot, None, corner.value, mismatch, process, at),
+        stimuli=stimulus,
+        workers=workers,
+        csv=csv,
+        plot=plot,
         as_json=as_json,
     )
 
@@ -214,11 +302,16 @@ def run(
     system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A system: see noctule list.")],
     *,
     targets: Targets = None,
-    level: Annotated[str | None, typer.Option(help="As transistor.")] = None,
+    level: Annotated[str | None, typer.Option(help="As transistor or behavioural.")] = None,
     isolation: Annotated[bool, typer.Option(help="First-target isolation.")] = True,
     amplitude_law: Annotated[str | None, typer.Option(help="Of the call: linear or d4.")] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="Length of the run, as 2s.")] = None,
     temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
     seed: Annotated[int, typer.Option(help="Of noise and worlds.")] = 0,
     noise: Annotated[str | None, typer.Option(metavar="VOLTAGE", help="Rms at a microphone, as 1mV.")] = None,
     plot: Plot = None,
@@ -233,12 +326,26 @@ def run(
         isolation=isolation,
         amplitude_law=amplitude_law,
         duration=duration,
-        temperature=temperature,
+        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
         seed=seed,
         noise=noise,
         plot=plot,
         as_json=as_json,
     )
+
+
+@app.command()
+def characterise(
+    block: BlockName,
+    *,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Record to write; the package's unless given."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure a block's behavioural model from its circuit; takes minutes."""
+    _call("characterise:characterise_command", block, output=output, as_json=as_json)
 
 
 @app.command()

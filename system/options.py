@@ -17,12 +17,15 @@ import numpy as np
 
 from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
-from circuits.circuit import Bias, BiasKind, Circuit
-from circuits.errors import ParameterError
+from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
+from circuits.die import Die, Place
+from circuits.errors import ParameterError, TopologyError
+from circuits.place import circuit_at, instance_names
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity
 from system.registry import load_block_or_chip, unknown
+from system.silicon_choice import SiliconChoice
 
 _UNITS = {
     "capacitance": "F",
@@ -43,6 +46,7 @@ _UNITS = {
     "width": "m",
 }
 _ELEMENT = re.compile(r"(.*)\[([0-9]+(?:,[0-9]+)*)\]")
+_NOMINAL = SiliconChoice()
 
 Value = float | tuple[float, ...]
 
@@ -79,20 +83,75 @@ def choose(
     params: Iterable[str] = (),
     biases: Iterable[str] = (),
     bias_kind: BiasKind | None = None,
-    temperature: str = "27",
+    silicon: SiliconChoice = _NOMINAL,
     stimuli: Iterable[str] = (),
 ) -> Choice:
     """Read the options that all commands on a block or chip share.
 
-    params, biases, stimuli: texts `NAME=VALUE`. temperature: degrees Celsius. Raises `ParameterError` or
+    params, biases, stimuli: texts `NAME=VALUE`. A block at its place on a chip has the sizes and biases that
+    the chip gives it, unless `params` or `biases` say otherwise. Raises `ParameterError` or
     `UnknownNameError` naming what is wrong.
     """
-    silicon = Silicon(temperature_c=parse_quantity(temperature, "degC", "temperature"))
+    params = list(params)
     block = load_block_or_chip(name)
     values = read_params(block.params(), params)
-    circuit = block.build(values)
+    circuit, place = block.build(values), None
+    if silicon.at is not None:
+        there, place = _circuit_at(silicon.at, circuit)
+        circuit = replace(circuit, biases=there.biases) if params else there
     circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
-    return Choice(block, values, circuit, silicon, read_stimuli(block.stimuli, stimuli))
+    made = Silicon(
+        temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
+        die=read_die(silicon),
+        place=place,
+    )
+    return Choice(block, values, circuit, made, read_stimuli(block.stimuli, stimuli))
+
+
+def read_die(silicon: SiliconChoice) -> Die:
+    """The die that was asked for."""
+    return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
+
+
+def describe_silicon(silicon: Silicon) -> dict[str, Any]:
+    """Temperature, die and place by the names that JSON has for them."""
+    place = silicon.place
+    return {"temperature_C": silicon.temperature_c, **describe_die(silicon.die)} | {
+        "at": None if place is None else "/".join(_label(*part) for part in place)
+    }
+
+
+def describe_die(die: Die) -> dict[str, Any]:
+    """A die by the names that JSON has for its parts."""
+    return {
+        "lot": die.lot,
+        "die": die.number,
+        "corner": die.corner,
+        "mismatch": die.mismatch,
+        "process_variation": die.process,
+    }
+
+
+def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:
+    """Circuit and place of `CHIP/INSTANCE[INDEX]/...`, where a circuit like `wanted` must stand."""
+    name, *parts = text.split("/")
+    chip_block = load_block_or_chip(name)
+    chip = chip_block.build(chip_block.params())
+    if not parts:
+        known = ", ".join(instance_names(chip)) or "none"
+        raise ParameterError(f"--at: {text}, must be CHIP/INSTANCE; instances of {name} are {known}")
+    try:
+        path = [split_reference(part) for part in parts]
+    except TopologyError as error:
+        raise ParameterError(f"--at: {error}") from None
+    circuit, place = circuit_at(chip, path)
+    if circuit.name != wanted.name:
+        raise ParameterError(f"--at: {text} is a {circuit.name}, must be a {wanted.name}; name another place")
+    return circuit, place
+
+
+def _label(name: str, index: Shape) -> str:
+    return f"{name}[{','.join(map(str, index))}]" if index else name
 
 
 def parameters(params: Any) -> Iterator[Parameter]:

@@ -26,10 +26,12 @@ SYSTEMS: dict[str, str] = {
 EXPERIMENTS: dict[str, str] = {
     "cheely2003-fig4": "system.experiments.cheely2003_fig4:EXPERIMENT",
     "cheely2003-fig5": "system.experiments.cheely2003_fig5:EXPERIMENT",
+    "cheely2003-fig6": "system.experiments.cheely2003_fig6:EXPERIMENT",
     "cheely2003-fig8": "system.experiments.cheely2003_fig8:EXPERIMENT",
     "cheely2003-fig9": "system.experiments.cheely2003_fig9:EXPERIMENT",
     "cheely2003-fig10": "system.experiments.cheely2003_fig10:EXPERIMENT",
     "cheely2003-fig11": "system.experiments.cheely2003_fig11:EXPERIMENT",
+    "cheely2003-power": "system.experiments.cheely2003_power:EXPERIMENT",
     "agreement": "system.experiments.agreement:EXPERIMENT",
 }
 

@@ -8,6 +8,7 @@ C_m, C_r, C_ex and C_inh from the paper; C_ax, C_fb and the membrane reset (ma8)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,6 +185,20 @@ BIASES = (
     Bias("v_th", "v_th", "voltage", 2.5),
     Bias("v_ex_max", "v_ex_max", "voltage", 4.301),
 )
+
+# Ours, for neuron 2: with these, others as above, all of dies A/0 to A/299 work at 27 degC under mismatch
+# alone, on the same areas and I_cmp. The nominal neuron keeps its best delay within 1 %, its interval within
+# a tenth, and one spike an echo. Found by a random search; its steps, and the yield on dies that it never
+# saw, are in benchmarks/bias_search.py. What it does: a larger echo current, and a threshold that is higher
+# above the rest, so that the call alone stays below it.
+ROBUST_BIASES: Mapping[str, float] = {
+    "i_inh_tau": 202.5e-12,
+    "i_ex_tau": 75.2e-12,
+    "i_rslope": 363.3e-12,
+    "v_rest": 1.792,
+    "v_th": 2.602,
+    "v_ex_max": 4.24,
+}
 
 
 def build(params: Params = Params()) -> Circuit:

@@ -127,12 +127,14 @@ def transistor_arrays(
     )
 
 
-def join_arrays(groups: list[TransistorArrays]) -> TransistorArrays:
-    """Concatenate groups of transistors; one body effect or leakage switches the law for all."""
-    fields = TransistorArrays._fields[:10]
-    columns: dict[str, Any] = {f: np.concatenate([getattr(g, f) for g in groups], axis=-1) for f in fields}
-    body_effect, leaks = any(g.body_effect for g in groups), any(g.leaks for g in groups)
-    return groups[0]._replace(**columns, body_effect=body_effect, leaks=leaks)
+def merge_arrays(is_n: NDArray[np.bool_], n: TransistorArrays, p: TransistorArrays) -> TransistorArrays:
+    """Pick each device from the arrays of its polarity; the law is switched for all by what any needs."""
+    fields = TransistorArrays._fields[1:10]
+    columns: dict[str, Any] = {f: np.where(is_n, getattr(n, f), getattr(p, f)) for f in fields}
+    some = [a for a, used in ((n, is_n.any()), (p, not is_n.all())) if used]
+    return n._replace(
+        **columns, body_effect=any(a.body_effect for a in some), leaks=any(a.leaks for a in some)
+    )
 
 
 def transistor_work(n: int) -> TransistorWork:

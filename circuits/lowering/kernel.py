@@ -8,7 +8,8 @@ that adds itself to its node's current. Kirchhoff's current law at the unknown n
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import NamedTuple
 
@@ -20,11 +21,13 @@ from circuits.circuit import Shape
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, Polyline, Sampled, polyline
-from circuits.devices.transistor import TransistorArrays, capacitances, join_arrays, transistor_arrays
+from circuits.devices.transistor import TransistorArrays, capacitances, merge_arrays, transistor_arrays
+from circuits.die import Die
 from circuits.errors import TopologyError
 from circuits.lowering.check import check_flat, check_supplies
 from circuits.lowering.factor import Factor, elimination_order, factor_program
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
+from circuits.process import POLARITIES
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 
@@ -110,9 +113,7 @@ class _Parts:
     """What the device types add while the circuit is lowered; rows and columns are node columns."""
 
     silicon: Silicon
-    circuit: str
     column: I64
-    transistors: list[TransistorArrays] = field(default_factory=list)
     amplifier_terminal: list[I64] = field(default_factory=list)
     amplifier_value: list[F64] = field(default_factory=list)
     charge: list[Triplets] = field(default_factory=list)
@@ -138,7 +139,7 @@ def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
     column[0] = columns - 1
     for number, k in fixed:
         column[number] = unknowns + k
-    parts = _Parts(silicon, testbench.circuit.name, column)
+    parts = _Parts(silicon, column)
     for group in flat.groups:
         add_device(group.device, group, parts)
     for k, source in enumerate(sources):
@@ -148,7 +149,7 @@ def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
     lines = tuple(polyline(f"{testbench.title}.{s.name}", s.waveform) for s in sources)
     sampled = tuple(isinstance(s.waveform, Sampled) for s in sources)
     return Machine(
-        testbench, silicon, flat, _assemble(parts, unknowns, columns), lines, sampled,
+        testbench, silicon, flat, _assemble(flat, parts, unknowns, columns), lines, sampled,
         tuple(s.name for s in sources), tuple(s.quantity for s in sources),
         _merge(parts.charge, unknowns, columns), _merge(parts.conductance, unknowns, columns), column,
         tuple(flat.node_names()),
@@ -157,16 +158,34 @@ def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
 
 def complete_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> list[Source]:
     """The testbench's sources and one more for each element of a bias port that it leaves open."""
-    sources = list(testbench.sources)
-    driven = {int(n) for s in sources for n in flat.port_nodes(s.node)}
+    return [*testbench.sources, *_bias_sources(testbench, flat, silicon)]
+
+
+def _bias_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> Iterable[Source]:
+    driven = {int(n) for s in testbench.sources for n in flat.port_nodes(s.node)}
     for bias in testbench.circuit.biases:
         voltages = bias_voltages(testbench.circuit, bias, silicon)
         shape: Shape = voltages.shape
         for index in np.ndindex(shape):
             element = bias.port + (f"[{','.join(map(str, index))}]" if shape else "")
             if int(flat.port_nodes(element)[0]) not in driven:
-                sources.append(Source(element, element, Constant(float(voltages[index]))))
-    return sources
+                yield Source(element, element, Constant(float(voltages[index])))
+
+
+def on_die(machine: Machine, die: Die) -> Machine:
+    """The same machine on another die, equal to lowering its testbench there, without the lowering.
+
+    What a die changes are the transistors' coefficients and the voltages of biases from the generator.
+    """
+    silicon = replace(machine.silicon, die=die)
+    kernel = machine.kernel._replace(transistors=transistor_table(machine.flat, machine.column, silicon))
+    lines = machine.polylines
+    if any(bias.kind == "generator" for bias in machine.testbench.circuit.biases):
+        given = len(machine.testbench.sources)
+        biases = _bias_sources(machine.testbench, machine.flat, silicon)
+        title = machine.testbench.title
+        lines = (*lines[:given], *(polyline(f"{title}.{s.name}", s.waveform) for s in biases))
+    return replace(machine, silicon=silicon, kernel=kernel, polylines=lines)
 
 
 def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sources:
@@ -177,6 +196,35 @@ def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sour
     return Sources(start, time, value, np.array(sampled, dtype=np.bool_))
 
 
+def transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> TransistorArrays:
+    """Coefficients of all transistors in the order of the groups, each with its deviation on the die."""
+    groups = [(g, g.device) for g in flat.groups if isinstance(g.device, Transistor)]
+    width, length, multiplicity = (
+        np.concatenate([np.zeros(0), *(g.parameters[k] for g, _ in groups)])
+        for k in ("width", "length", "multiplicity")
+    )
+    terminal = np.concatenate([np.zeros((4, 0), np.int64), *(column[g.nodes] for g, _ in groups)], axis=1)
+    is_n = np.concatenate(
+        [np.zeros(0, np.bool_), *(np.full(g.nodes.shape[1], d.polarity == "n") for g, d in groups)]
+    )
+    paths = [(*g.path, (d.name, ())) for g, d in groups]
+    v_t0, beta = silicon.deviations(flat.circuit.name, paths, width * length * multiplicity)
+    arrays = {
+        polarity: transistor_arrays(
+            terminal.astype(np.int32),
+            polarity,
+            silicon.law(polarity),
+            width,
+            length,
+            multiplicity,
+            v_t0,
+            beta,
+        )
+        for polarity in POLARITIES
+    }
+    return merge_arrays(is_n, arrays["n"], arrays["p"])
+
+
 @singledispatch
 def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
     """Add one group of devices to the kernel's parts."""
@@ -185,23 +233,10 @@ def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
 
 @add_device.register
 def _(device: Transistor, group: DeviceGroup, parts: _Parts) -> None:
-    silicon, model = parts.silicon, parts.silicon.process.model(device.polarity)
+    """Add the capacitances; the currents' coefficients are laid out for all transistors at once."""
+    model = parts.silicon.process.model(device.polarity)
     width, length, multiplicity = (group.parameters[k] for k in ("width", "length", "multiplicity"))
     terminal = parts.column[group.nodes]
-    path = (*group.path, (device.name, ()))
-    deviation = silicon.deviation(parts.circuit, path, width * length * multiplicity)
-    parts.transistors.append(
-        transistor_arrays(
-            terminal.astype(np.int32),
-            device.polarity,
-            silicon.law(device.polarity),
-            width,
-            length,
-            multiplicity,
-            deviation.v_t0,
-            deviation.beta,
-        )
-    )
     for (i, j), value in capacitances(model, width, length, multiplicity).items():
         _two_terminal(parts.charge, terminal[i], terminal[j], value)
 
@@ -261,14 +296,8 @@ def _order(flat: FlatCircuit, free: I64) -> I64:
     return free[elimination_order(free.size, np.concatenate(rows), np.concatenate(columns))]
 
 
-def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
-    empty = np.zeros(0)
-    law = parts.silicon.law("n")
-    transistors = (
-        join_arrays(parts.transistors)
-        if parts.transistors
-        else transistor_arrays(np.zeros((4, 0), dtype=np.int32), "n", law, empty, empty, empty)
-    )
+def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> Kernel:
+    transistors = transistor_table(flat, parts.column, parts.silicon)
     terminal = np.concatenate([np.zeros((5, 0), np.int64), *parts.amplifier_terminal], axis=1).astype(
         np.int32
     )
@@ -284,7 +313,7 @@ def _assemble(parts: _Parts, unknowns: int, columns: int) -> Kernel:
     )
     dynamic = np.zeros(unknowns, dtype=np.bool_)
     dynamic[charge[0][(charge[2] > 0.0) & (charge[0] == charge[1])]] = True
-    curvature = 2.0 * law.u_t
+    curvature = 2.0 * parts.silicon.thermal_voltage
     if value.shape[1]:
         curvature = min(curvature, float(parts.silicon.process.v_dd / value[0].max()))
     return Kernel(

@@ -16,8 +16,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
+from circuits.die import NOMINAL
 from circuits.errors import SolverError
-from circuits.lowering.kernel import Kernel, Machine, to_kernel
+from circuits.lowering.kernel import Kernel, Machine, on_die, to_kernel
 from circuits.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
@@ -91,9 +92,9 @@ def _direct(
             return False
         largest = 0.0
         for i in range(n):
+            if not np.isfinite(right[i]):
+                return False
             largest = max(largest, abs(right[i]))
-        if not np.isfinite(largest):
-            return False
         for i in range(n):
             v[i] -= min(max(right[i], -_MAX_UPDATE), _MAX_UPDATE)
             if abs(v[i]) > _FAR:
@@ -225,13 +226,16 @@ def _apart(one: OperatingPoint, other: OperatingPoint) -> bool:
 
 
 def _cold(machine: Machine, time: float) -> OperatingPoint | None:
-    """Solve without a start: from 0 V, then from half and full supply at every node."""
+    """Solve without a start: from 0 V, half and full supply at every node, last from the nominal die's."""
     v_dd = machine.silicon.process.v_dd
     for level in (0.0, 0.5 * v_dd, v_dd):
         found = solve_near(machine, np.full(machine.kernel.columns, level), time)
         if found is not None:
             return found
-    return None
+    if machine.silicon.die == NOMINAL:
+        return None
+    nominal = _cold(on_die(machine, NOMINAL), time)
+    return None if nominal is None else solve_near(machine, nominal.voltage, time)
 
 
 def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:

@@ -116,6 +116,7 @@ class Runner:
         self._threshold = 0.5 * machine.silicon.process.v_dd
         self._columns = np.array([machine.column_of(n) for n in record], dtype=np.int64)
         self._work: Work = allocate(machine.kernel)
+        self._packed = (machine.polylines, machine.sources())
         columns = machine.kernel.columns
         self._scratch = (np.zeros(columns), np.zeros(columns), np.zeros(columns))
         room = max(_CHUNK, self._watch.size)
@@ -154,7 +155,7 @@ class Runner:
             raise ParameterError(f"{title}: until {until:g} s, must be a time")
         lines = self._with_inputs(state, inputs)
         before = int(state.counts[:2].sum())
-        sources: Sources = pack_sources(lines, self.machine.sampled)
+        sources = self._pack(lines)
         history = core.History(
             state.time.copy(), state.voltage.copy(), state.rate.copy(), state.step.copy(),
             state.points.copy(), state.armed.copy(), state.counts.copy(),
@@ -181,6 +182,12 @@ class Runner:
         ordered = tuple(sorted(spikes, key=lambda s: (s[1], s[0])))
         return State(*history, lines), Segment(np.concatenate(times), np.concatenate(volts), ordered, outcome)
 
+    def _pack(self, lines: tuple[Polyline, ...]) -> Sources:
+        """Sources in the solver's form, packed anew only when the polylines are others than the last."""
+        if lines is not self._packed[0]:
+            self._packed = (lines, pack_sources(lines, self.machine.sampled))
+        return self._packed[1]
+
     def _with_inputs(self, state: State, inputs: Mapping[str, Polyline] | None) -> tuple[Polyline, ...]:
         if not inputs:
             return state.lines
@@ -199,13 +206,15 @@ def simulate(
     rtol: float = DEFAULT_RTOL,
     start: Mapping[str, float] | None = None,
     record: tuple[str, ...] | None = None,
+    point: OperatingPoint | None = None,
 ) -> Result:
     """Run a testbench from its operating point to its stop time.
 
-    rtol: local error per step relative to max(|v|, 1 V). record: node paths, all nodes unless given.
+    rtol: local error per step relative to max(|v|, 1 V). record: node paths, all nodes unless given. point:
+    the rest state to begin in, solved for (from `start`) unless given.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
-    point = operating_point(machine, start=start)
+    point = operating_point(machine, start=start) if point is None else point
     nodes = machine.names if record is None else record
     runner = Runner(machine, nodes, rtol)
     state = runner.begin(point)

@@ -9,7 +9,8 @@ from circuits.circuit import BiasKind
 from netlists.ngspice_text import format_testbench
 from system.commands.output import print_json
 from system.files import write_text_atomic
-from system.options import choose
+from system.options import choose, describe_silicon
+from system.silicon_choice import SiliconChoice
 
 FORMATS = {"ngspice": format_testbench}
 
@@ -20,14 +21,14 @@ def export_command(
     params: Sequence[str],
     biases: Sequence[str],
     bias_kind: BiasKind | None,
-    temperature: str,
+    silicon: SiliconChoice,
     stimuli: Sequence[str],
     dialect: str,
     output: str,
     as_json: bool,
 ) -> None:
     """Write the netlist to the file `output`, `-` being stdout (with `--json` inside the document)."""
-    choice = choose(block, params, biases, bias_kind, temperature, stimuli)
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli)
     text = FORMATS[dialect](choice.testbench(), choice.silicon)
     to_stdout = output == "-"
     if not to_stdout:
@@ -37,7 +38,7 @@ def export_command(
             {
                 "block": choice.block.name,
                 "dialect": dialect,
-                "temperature_C": choice.silicon.temperature_c,
+                **describe_silicon(choice.silicon),
                 "stimuli": choice.stimuli,
                 "file": None if to_stdout else output,
                 "lines": text.count("\n"),

@@ -9,8 +9,9 @@ from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from system.commands.output import print_json, print_line, print_table, working
-from system.options import choose, read_voltages
+from system.options import choose, describe_silicon, read_voltages
 from system.registry import unknown
+from system.silicon_choice import SiliconChoice
 
 HIGHEST_START = 100.0  # V; from farther away Newton's iteration only wanders
 
@@ -21,13 +22,13 @@ def op_command(
     params: Sequence[str],
     biases: Sequence[str],
     bias_kind: BiasKind | None,
-    temperature: str,
+    silicon: SiliconChoice,
     stimuli: Sequence[str],
     start: Sequence[str],
     as_json: bool,
 ) -> None:
     """Print the operating point of `block` with its stimuli at their values at 0 s."""
-    choice = choose(block, params, biases, bias_kind, temperature, stimuli)
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli)
     given = read_voltages(start, "--start")
     with working("solving (the first run compiles its kernels)"):
         machine = to_kernel(choice.testbench(), choice.silicon)
@@ -37,7 +38,7 @@ def op_command(
         print_json(
             {
                 "block": choice.block.name,
-                "temperature_C": choice.silicon.temperature_c,
+                **describe_silicon(choice.silicon),
                 "stimuli": choice.stimuli,
                 "start_V": given,
                 **_state(point),
@@ -67,7 +68,8 @@ def _print(point: OperatingPoint) -> None:
     table = [[v for node, v in s.voltages().items() if node != GROUND] for s in states]
     nodes = [node for node in point.voltages() if node != GROUND]
     headings = ["node", "voltage (V):", *("other state (V):" for _ in point.others)]
-    title = f"operating point at {point.machine.silicon.temperature_c:g} degC"
+    silicon = point.machine.silicon
+    title = f"operating point at {silicon.temperature_c:g} degC, {silicon.die}"
     print_table(
         title, headings, [(n, *(f"{v:.6f}" for v in row)) for n, *row in zip(nodes, *table, strict=True)]
     )

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.approach import LAWS, Scenario, Trace
+from system.approach import LAWS, LEVELS, Scenario, Trace
 from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.registry import load_system
+from system.silicon_choice import SiliconChoice
 from system.targets import default_scene, describe, read_targets
-
-LEVELS = ("transistor",)
 
 
 def run_command(
@@ -23,7 +24,7 @@ def run_command(
     isolation: bool,
     amplitude_law: str | None,
     duration: str | None,
-    temperature: str,
+    silicon: SiliconChoice,
     seed: int,
     noise: str | None,
     plot: str | None,
@@ -33,8 +34,9 @@ def run_command(
     loaded = load_system(system)
     if plot is not None:
         check_picture(plot)
-    _choice("--level", level or LEVELS[0], LEVELS)
-    scenario = scenario_of(targets, isolation, amplitude_law, duration, temperature, seed, noise)
+    chosen = _choice("--level", level or LEVELS[0], LEVELS)
+    scenario = scenario_of(targets, isolation, amplitude_law, duration, silicon, seed, noise)
+    scenario = replace(scenario, level=chosen)  # type: ignore[arg-type]
     with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
         trace: Trace = loaded.run(scenario, progress)
     summary = loaded.summarise(trace)
@@ -46,7 +48,8 @@ def run_command(
     for target in scenario.targets:
         print_line(describe(target))
     rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
-    print_table(f"{system}, transistor level, {scenario.temperature_c:g} degC", ("quantity", "value:"), rows)
+    title = f"{system}, {scenario.level} level, {scenario.temperature_c:g} degC, {scenario.die}"
+    print_table(title, ("quantity", "value:"), rows)
 
 
 def scenario_of(
@@ -54,12 +57,12 @@ def scenario_of(
     isolation: bool,
     amplitude_law: str | None,
     duration: str | None,
-    temperature: str,
+    silicon: SiliconChoice,
     seed: int,
     noise: str | None,
 ) -> Scenario:
     """Scenario from the command line's texts; raises `ParameterError` or `DataError` naming the option."""
-    celsius = parse_quantity(temperature, "degC", "--temperature")
+    celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     check_temperature(celsius)
     law = _choice("--amplitude-law", amplitude_law or LAWS[0], LAWS)
     length = parse_quantity(duration or "4s", "s", "--duration")
@@ -69,7 +72,7 @@ def scenario_of(
     if rms < 0.0:
         raise ParameterError(f"--noise: {rms:g} V, must be >= 0")
     scene = default_scene() if targets is None else read_targets(targets)
-    return Scenario(scene, length, celsius, isolation, law, rms, seed)  # type: ignore[arg-type]
+    return Scenario(scene, length, celsius, isolation, law, rms, seed, read_die(silicon))  # type: ignore[arg-type]
 
 
 def _choice(option: str, value: str, known: tuple[str, ...]) -> str:
@@ -83,8 +86,9 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
     arrays = ("time_s", "range_m", "estimate_m", "proximity_V", "call_rate_Hz", "call_amplitude_V")
     return {
         "system": system,
-        "level": "transistor",
+        "level": scenario.level,
         "temperature_C": scenario.temperature_c,
+        **describe_die(scenario.die),
         "isolation": scenario.isolation,
         "amplitude_law": scenario.amplitude_law,
         "noise_rms_V": scenario.noise_rms,

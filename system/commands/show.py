@@ -11,8 +11,9 @@ from circuits.circuit import Bias, BiasKind, Port
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
 from system.commands.output import print_json, print_line, print_table, quantity_cell
-from system.options import Choice, bias_unit, choose, parameters
+from system.options import Choice, bias_unit, choose, describe_silicon, parameters
 from system.plot import check_picture, draw_circuit, save_picture
+from system.silicon_choice import SiliconChoice
 
 _SIZE_UNITS = {
     "capacitance": "F",
@@ -31,14 +32,14 @@ def show_command(
     params: Sequence[str],
     biases: Sequence[str],
     bias_kind: BiasKind | None,
-    temperature: str,
+    silicon: SiliconChoice,
     plot: str | None,
     as_json: bool,
 ) -> None:
     """Print what `block` is made of, and draw its graph into the file `plot`."""
     if plot is not None:
         check_picture(plot)
-    choice = choose(block, params, biases, bias_kind, temperature)
+    choice = choose(block, params, biases, bias_kind, silicon)
     document = _describe(choice)
     if plot is not None:
         save_picture(plot, lambda figure: draw_circuit(choice.circuit, figure))
@@ -54,7 +55,7 @@ def _describe(choice: Choice) -> dict[str, Any]:
     return {
         "block": choice.block.name,
         "summary": choice.block.summary,
-        "temperature_C": choice.silicon.temperature_c,
+        **describe_silicon(choice.silicon),
         "node_count": flat.count - 1,
         "device_count": sum(g.nodes.shape[1] for g in flat.groups),
         "ports": [_port(p) for p in choice.circuit.ports],
@@ -62,6 +63,7 @@ def _describe(choice: Choice) -> dict[str, Any]:
         "biases": [_bias(b, choice) for b in choice.circuit.biases],
         "stimuli": [asdict(s) for s in choice.block.stimuli],
         "closed_forms": _closed_forms(choice),
+        "equations": [asdict(e) for e in choice.block.equations],
         "devices": [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])],
     }
 
@@ -103,7 +105,7 @@ def _device(group: DeviceGroup, k: int, names: list[str]) -> dict[str, Any]:
 def _print(choice: Choice, document: dict[str, Any]) -> None:
     print_line(f"{document['block']}: {document['summary']}")
     counts = f"{document['device_count']} devices, {document['node_count']} nodes"
-    print_line(f"{counts}, at {choice.silicon.temperature_c:g} degC\n")
+    print_line(f"{counts}, at {choice.silicon.temperature_c:g} degC, {choice.silicon.die}\n")
     ports = [(p["name"], p["kind"], p["direction"], _shape(p["shape"])) for p in document["ports"]]
     print_table("ports", ("name", "kind", "direction", "shape"), ports)
     numbers = [(p["name"], quantity_cell(p["value"], p["unit"])) for p in document["parameters"]]
@@ -118,6 +120,11 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     ]
     if forms:
         print_table("closed forms (SI)", ("equation", "quantity", "as printed:", "corrected:"), forms)
+    equations = [
+        (f"({e.number})", e.name, e.printed, e.corrected or "as printed") for e in choice.block.equations
+    ]
+    if equations:
+        print_table("equations of the paper", ("number", "name", "as printed", "corrected"), equations)
     flat = flatten(choice.circuit)
     names = flat.node_names()
     rows = [_device_row(group, names) for group in flat.groups]

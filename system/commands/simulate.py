@@ -16,8 +16,9 @@ from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.files import write_text_atomic
-from system.options import Choice, choose
+from system.options import Choice, choose, describe_silicon
 from system.plot import check_picture, draw_waveforms, save_picture
+from system.silicon_choice import SiliconChoice
 
 
 def simulate_command(
@@ -26,7 +27,7 @@ def simulate_command(
     params: Sequence[str],
     biases: Sequence[str],
     bias_kind: BiasKind | None,
-    temperature: str,
+    silicon: SiliconChoice,
     stimuli: Sequence[str],
     rtol: float | None,
     engine: str,
@@ -37,7 +38,7 @@ def simulate_command(
     """Simulate `block`, print its outcome, and write waveforms (`csv`) and a picture (`plot`)."""
     if plot is not None:
         check_picture(plot)
-    choice = choose(block, params, biases, bias_kind, temperature, stimuli)
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli)
     run = _engine(engine, rtol)
     with working(f"simulating {block} (the first run compiles its kernels)"):
         result = run(choice.testbench(), choice.silicon)
@@ -79,7 +80,7 @@ def _plotted(choice: Choice, result: Result) -> tuple[str, ...]:
 def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
     return {
         "block": choice.block.name,
-        "temperature_C": choice.silicon.temperature_c,
+        **describe_silicon(choice.silicon),
         "engine": engine,
         "stimuli": choice.stimuli,
         "outcome": choice.block.outcome(result),
@@ -106,7 +107,8 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     rows += [(port, " ".join(f"{t:.9g} s" for t in times) or "none") for port, times in trains.items()]
     rows += [(k, "not defined" if v is None else f"{v:.6g}") for k, v in document["measures"].items()]
     rows.append(("steps", f"{document['steps']} ({document['rejected_steps']} rejected)"))
-    title = f"{document['block']} at {document['temperature_C']:g} degC, {document['engine']}"
+    where = f"{choice.silicon.temperature_c:g} degC, {choice.silicon.die}, {document['engine']}"
+    title = f"{document['block']} at {where}"
     print_table(title, ("quantity", "value"), rows)
     stimuli = (f"{s.name}={quantity_cell(choice.stimuli[s.name], s.unit)}" for s in choice.block.stimuli)
     print_line(f"stimuli: {', '.join(stimuli) or 'none'}")

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circuits.bias import bias_voltages, gate_voltage, rebias
+from circuits.blocks import rebound_neuron
 from circuits.circuit import Bias, BiasKind, Circuit, Port
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
@@ -155,3 +156,9 @@ def test_rebias_sets_values_and_kind() -> None:
 def _array(value: float | tuple[float, ...]) -> tuple[Circuit, Bias]:
     circuit = cell("gate", value, shape=(3,))
     return circuit, circuit.biases[0]
+
+
+def test_a_current_that_no_gate_within_the_supply_gives_is_refused() -> None:
+    circuit = rebias(rebound_neuron.build(), {"i_inh_tau": 0.2})
+    with pytest.raises(ParameterError, match=r"i_inh_tau: 0\.2 A needs .* V on the gate of mi5, beyond"):
+        bias_voltages(circuit, circuit.bias("i_inh_tau"), Silicon())

@@ -41,3 +41,10 @@ def test_a_compiled_function_computes() -> None:
         return 2.0 * x
 
     assert twice(1.5) == 3.0
+
+
+def test_every_compiled_function_stands_in_a_file_of_the_stamp() -> None:
+    stamped = {path for pattern in module._SOURCES for path in module._HERE.glob(pattern)}
+    compiled_files = {p for p in module._HERE.rglob("*.py") if "@compiled(" in p.read_text(encoding="utf-8")}
+    assert len(compiled_files) > 5
+    assert compiled_files <= stamped

@@ -9,6 +9,7 @@ from circuits.blocks.block import Stimulus
 from circuits.blocks.rebound_neuron import BLOCK
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
 from system.options import choose, parameters, read_biases, read_params, read_stimuli, read_voltages
+from system.silicon_choice import SiliconChoice
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +90,12 @@ def test_voltages_keep_node_paths() -> None:
 
 def test_a_choice_carries_it_all() -> None:
     choice = choose(
-        "rebound-neuron", ["membrane-capacitance=700fF"], ["v_th=2.4"], "generator", "-20", ["delay=3ms"]
+        "rebound-neuron",
+        ["membrane-capacitance=700fF"],
+        ["v_th=2.4"],
+        "generator",
+        SiliconChoice("-20"),
+        ["delay=3ms"],
     )
     assert choice.params.membrane_capacitance == 700e-15
     assert choice.circuit.bias("v_th").value == 2.4

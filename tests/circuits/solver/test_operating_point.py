@@ -10,8 +10,10 @@ from circuits.blocks import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Port
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.die import Die
 from circuits.errors import SolverError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
+from circuits.registry import load_block
 from circuits.silicon import Silicon
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import (
@@ -196,3 +198,12 @@ def test_biases_of_the_neuron_sit_where_its_block_says() -> None:
     for bias in rebound_neuron.BIASES:
         if bias.kind == "voltage":
             assert point[bias.port] == bias.value
+
+
+def test_a_die_on_which_a_cold_start_fails_is_reached_from_the_nominal_one() -> None:
+    block = load_block("onset-neuron")
+    circuit = block.build(block.params())
+    testbench = block.testbench(circuit, {s.name: s.default for s in block.stimuli}, 5.0)
+    point = operating_point(testbench, Silicon(die=Die(number=1002)))
+    assert point.stable
+    assert point["spike"] == pytest.approx(0.0, abs=1e-3)

@@ -1,0 +1,257 @@
+"""Compiled equations of the boards' and the hearing's behavioural models.
+
+Centroid: while the gates of a set S of neurons are on, the hold node and the low-pass behind it obey
+
+    dv/dt = sum_S s_k (V_k - v) + (v_far - v) / t_leak,      dp/dt = (u - p) / t_filter
+
+u follows v, but its amplifier slews: du/dt = (V_rail - u) / t_slew until it has caught up, V_rail the
+supply or ground. All is linear with constant coefficients between the edges of the gates and the ends of
+slewing, and each stretch is solved exactly.
+
+Vocalization: from the end of a call's dead time the phase grows as `a + b p` with the proximity voltage p;
+the next call comes when it reaches one, solved exactly where p is a straight line.
+
+Hearing: a sound of peak A at the microphone, onset t, makes one spike at `t + latency(A)` where A is above
+the threshold and `t - t_i >= recovery(A_i, A)` for every earlier sound above it.
+
+The functions stand in one file, so that numba's own stamp of the file tells a stale cache.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar, cast
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+F = TypeVar("F", bound=Callable[..., Any])
+
+# Straight pieces of the proximity, s; ours: within 1 mV of the exponentials.
+LONGEST = 2e-3
+LONGEST_SLEWING = 0.2e-3
+EVENT_WIDTH = 10.1e-6  # s, an event's pulse at half the supply
+UNSURE = 0.05  # share of a threshold or a recovery within which hearing does not decide; ours
+
+
+class Centroid(NamedTuple):
+    """A centroid board: share, entry: float64[neurons], 1/s and V; far, offset: V; leak, filter, slew: s."""
+
+    share: F64
+    entry: F64
+    far: float
+    offset: float
+    leak: float
+    filter: float
+    slew: float
+    v_dd: float
+
+
+class Vocalization(NamedTuple):
+    """base: 1/s; slope: 1/(V s); dead: s; first: phase lacking before the first call; amplitude: V, V/V."""
+
+    base: float
+    slope: float
+    dead: float
+    first: float
+    amplitude_base: float
+    amplitude_slope: float
+    v_dd: float
+
+
+class Hearing(NamedTuple):
+    """One neuron's hearing: threshold V; knots ln(A / threshold) of latency (s); ln A of recovery (s)."""
+
+    threshold: float
+    knots: F64
+    latency: F64
+    recovery_knots: F64
+    recovery: F64  # float64[first sound, second sound]
+
+
+def _compiled(function: F) -> F:
+    """Compile without reference counts (no arrays are made), cached by this file's own stamp."""
+    options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+    return cast("F", nb.njit(**options)(function))
+
+
+@_compiled
+def centroid_step(m: Centroid, ends: F64, y: F64, until: float) -> None:
+    """Advance y = (time, hold, follower, filtered) exactly by one stretch, at most to `until` (s).
+
+    ends: float64[neurons], s, when each gate goes off.
+    """
+    now, hold, follower = y[0], y[1], y[2]
+    stop = min(until, now + LONGEST)
+    rate = 1.0 / m.leak
+    drive = m.far / m.leak
+    for k in range(ends.size):
+        if ends[k] > now:
+            rate += m.share[k]
+            drive += m.share[k] * m.entry[k]
+            stop = min(stop, ends[k])
+    target = drive / rate
+    after = target + (hold - target) * math.exp(-(stop - now) * rate)
+    if follower == hold and _slewing(m, follower, after) <= stop - now:
+        y[0], y[1], y[2] = stop, after, after
+        y[3] = _filtered(m, y[3], hold, target, rate, stop - now)
+        return
+    stop = min(stop, now + LONGEST_SLEWING)
+    after = target + (hold - target) * math.exp(-(stop - now) * rate)
+    rail = m.v_dd if after > follower else 0.0
+    caught = _slewing(m, follower, after)
+    if caught <= stop - now:
+        stop = now + caught
+        after = target + (hold - target) * math.exp(-caught * rate)
+        y[2] = after
+    else:
+        y[2] = rail + (follower - rail) * math.exp(-(stop - now) / m.slew)
+    y[0], y[1] = stop, after
+    y[3] = _filtered(m, y[3], follower, rail, 1.0 / m.slew, stop - now)
+
+
+@_compiled
+def _slewing(m: Centroid, start: float, end: float) -> float:
+    """Time that the follower takes from `start` to `end` V, s."""
+    rail = m.v_dd if end > start else 0.0
+    return m.slew * math.log((rail - start) / (rail - end))
+
+
+@_compiled
+def _filtered(m: Centroid, before: float, start: float, target: float, rate: float, span: float) -> float:
+    """Low-pass, V, `span` s after it was at `before` and its input at `start`, on the way to `target` V."""
+    slow = math.exp(-span / m.filter)
+    gain = 1.0 / (1.0 - m.filter * rate)
+    return target + (before - target) * slow + (start - target) * gain * (math.exp(-span * rate) - slow)
+
+
+@_compiled
+def centroid_run(m: Centroid, ends: F64, y: F64, until: float, out: F64) -> int:
+    """Advance to `until` (s); out: float64[room, 2], time and proximity at every vertex. Returns how many.
+
+    It stops early where there is no more room.
+    """
+    n = 0
+    while y[0] < until and n < out.shape[0]:
+        centroid_step(m, ends, y, until)
+        out[n, 0] = y[0]
+        out[n, 1] = y[3] + m.offset
+        n += 1
+    return n
+
+
+@_compiled
+def crossing(rate: float, bend: float, missing: float) -> float:
+    """Smallest t >= 0 at which `rate t + bend t^2 / 2` reaches `missing`; inf where it never does."""
+    under = rate * rate + 2.0 * bend * missing
+    if under < 0.0:
+        return np.inf
+    below = rate + math.sqrt(under)
+    time: float = 2.0 * missing / below if below > 0.0 else np.inf
+    return time
+
+
+@_compiled
+def vocalization_line(m: Vocalization, y: F64, start: float, stop: float, first: float, last: float) -> float:
+    """Advance y = (phase, free from s) along a straight proximity, V, from start to stop (s).
+
+    Returns the time of the call that it meets, and has then begun the next interval; else inf.
+    """
+    slope = (last - first) / (stop - start)
+    begin = max(start, y[1])
+    if begin >= stop:
+        return np.inf
+    rate = m.base + m.slope * (first + slope * (begin - start))
+    bend = m.slope * slope
+    wait = crossing(rate, bend, 1.0 - y[0])
+    if begin + wait <= stop:
+        y[0], y[1] = 0.0, begin + wait + m.dead
+        call: float = begin + wait
+        return call
+    span = stop - begin
+    y[0] += rate * span + 0.5 * bend * span * span
+    return np.inf
+
+
+@_compiled
+def vocalization_run(m: Vocalization, y: F64, time: F64, value: F64, start: float, until: float) -> float:
+    """Advance along a polyline, held beyond its ends, to `until` (s) or to a call: its time, or inf."""
+    now = start
+    k = 0
+    while now < until:
+        while k < time.size and time[k] <= now:
+            k += 1
+        stop = min(until, time[k]) if k < time.size else until
+        call = vocalization_line(m, y, now, stop, _value(time, value, k, now), _value(time, value, k, stop))
+        if call < np.inf:
+            return call
+        now = stop
+    return np.inf
+
+
+@_compiled
+def _value(time: F64, value: F64, k: int, t: float) -> float:
+    if k == 0:
+        return float(value[0])
+    if k == time.size:
+        return float(value[k - 1])
+    return float(value[k - 1] + (value[k] - value[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1]))
+
+
+@_compiled
+def amplitude_at(m: Vocalization, control: float) -> float:
+    """Call amplitude, V, at a control voltage (V)."""
+    return min(max(m.amplitude_base + m.amplitude_slope * control, 0.0), m.v_dd)
+
+
+@_compiled
+def table_at(knots: F64, table: F64, x: float) -> float:
+    """Straight lines through a table, held beyond its ends."""
+    n = knots.size
+    if x <= knots[0]:
+        return float(table[0])
+    for k in range(1, n):
+        if x < knots[k]:
+            share = (x - knots[k - 1]) / (knots[k] - knots[k - 1])
+            return float(table[k - 1] + share * (table[k] - table[k - 1]))
+    return float(table[n - 1])
+
+
+@_compiled
+def _recovery(m: Hearing, first: float, second: float) -> float:
+    x = math.log(first)
+    knots = m.recovery_knots
+    k = 1
+    while k < knots.size - 1 and x > knots[k]:
+        k += 1
+    share = min(max((x - knots[k - 1]) / (knots[k] - knots[k - 1]), 0.0), 1.0)
+    y = math.log(second)
+    low, high = table_at(knots, m.recovery[k - 1], y), table_at(knots, m.recovery[k], y)
+    between: float = (1.0 - share) * low + share * high
+    return between
+
+
+@_compiled
+def hears(m: Hearing, sounds: F64, count: int) -> tuple[float, bool]:
+    """Spike time (s, inf for none) of the last of `count` sounds, and whether that was too near to call.
+
+    sounds: float64[room, 2], onset (s) and peak at the microphone (V), in order of their onsets.
+    """
+    onset, peak = sounds[count - 1, 0], sounds[count - 1, 1]
+    unsure = abs(peak - m.threshold) < UNSURE * m.threshold
+    if peak < m.threshold:
+        return np.inf, unsure
+    fires = True
+    for i in range(count - 1):
+        if sounds[i, 1] < m.threshold:
+            continue
+        gap = onset - sounds[i, 0]
+        needed = _recovery(m, sounds[i, 1], peak)
+        unsure = unsure or abs(gap - needed) < UNSURE * needed
+        fires = fires and gap >= needed
+    if not fires:
+        return np.inf, unsure
+    return onset + table_at(m.knots, m.latency, math.log(peak / m.threshold)), unsure

@@ -1,0 +1,71 @@
+"""`noctule characterise`: a block's behavioural model, measured from its own circuit."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
+
+from chips.board_measurement import characterise_board
+from chips.record import Record, write_record
+from circuits.errors import DataError, unknown_name
+from system.commands.output import print_json, print_line, print_table, progress_bar
+
+# Blocks with a characteriser, `module:function`; a record is named after its block.
+CHARACTERISERS: dict[str, str] = {"rebound-neuron": "chips.characterise:characterise"}
+# Blocks whose record is of the boards' kind, all measured by `chips.board_measurement`.
+BOARDS = ("centroid-board", "vocalization-controller", "hearing")
+
+
+def characterise_command(block: str, *, output: str | None, as_json: bool) -> None:
+    """Characterise `block`, write its record to `output` or into the package, print its errors."""
+    if block not in CHARACTERISERS and block not in BOARDS:
+        raise unknown_name("characterised block", block, (*CHARACTERISERS, *BOARDS))
+    path = Path(output) if output else shipped_path(block)
+    if path.is_dir() or not path.parent.is_dir():
+        raise DataError(f"{path}: must be a file in a folder that exists; give another with -o")
+    if block in BOARDS:
+        _board(block, path, as_json=as_json)
+        return
+    module, function = CHARACTERISERS[block].split(":")
+    measure: Callable[..., Record] = getattr(import_module(module), function)
+    start = time.perf_counter()
+    with progress_bar(f"characterise {block}") as progress:
+        record = measure(progress=progress)
+    write_record(record, path)
+    seconds = time.perf_counter() - start
+    if as_json:
+        print_json(
+            {
+                "block": block,
+                "file": str(path),
+                "key": record.key,
+                "margin_V": record.margin,
+                "errors": record.errors,
+                "seconds": seconds,
+            }
+        )
+        return
+    rows = [(name, f"{value:.3g}") for name, value in record.errors.items()]
+    print_table(f"{block}: errors on dies that were not used", ["error", "value:"], rows)
+    print_line(f"threshold decided beyond {record.margin * 1e3:.2g} mV; written to {path} in {seconds:.0f} s")
+
+
+def _board(block: str, path: Path, *, as_json: bool) -> None:
+    start = time.perf_counter()
+    with progress_bar(f"characterise {block}"):
+        errors = characterise_board(block.replace("-", "_"), path)
+    seconds = time.perf_counter() - start
+    if as_json:
+        print_json({"block": block, "file": str(path), "errors": errors, "seconds": seconds})
+        return
+    rows = [(name, f"{value:.3g}") for name, value in errors.items()]
+    print_table(f"{block}: errors on dies that were not used", ["error", "value:"], rows)
+    print_line(f"written to {path} in {seconds:.0f} s")
+
+
+def shipped_path(block: str) -> Path:
+    """Where the package keeps the record of a block."""
+    return Path(str(files("chips"))) / "records" / f"{block.replace('-', '_')}.nc"

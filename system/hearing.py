@@ -1,0 +1,81 @@
+"""Ear and hearing of a running sonar at behavioural level: calls in, spikes of both neurons out.
+
+Stands for the ear, the envelope detector, the onset neuron and the high-threshold neuron: the onsets and
+peaks of the direct call and of its echoes go to `chips.hearing_model`, without any waveform.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chips.cell import Event, Output
+from chips.hearing_model import HearingModel, HearingState, hear
+from circuits.devices.source import Polyline
+from circuits.errors import ParameterError
+from system import microphone as mic
+from system.acoustics import Call
+from system.ear import CALL_DURATION
+from system.targets import Target
+
+
+@dataclass(frozen=True, slots=True)
+class HearingTime:
+    """Time reached (s) and what was heard."""
+
+    time: float
+    heard: HearingState
+
+
+@dataclass(frozen=True, slots=True)
+class Hearing:
+    """Speaker, microphone and both neurons among `targets`; events `call` in, `onset`, `high_threshold` out.
+
+    Raises `ParameterError` for a microphone with noise, which the model does not hear.
+    """
+
+    parameters: mic.Microphone
+    targets: tuple[Target, ...]
+    model: HearingModel
+    analog: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse noise."""
+        if self.parameters.noise_rms > 0.0:
+            raise ParameterError(
+                f"hearing.noise_rms: {self.parameters.noise_rms:g} V, must be 0 at behavioural level; "
+                "use the transistor level"
+            )
+
+    def begin(self, time: float = 0.0) -> HearingTime:
+        """Silence at `time` s."""
+        return HearingTime(time, HearingState())
+
+    def next_time(self, state: HearingTime) -> float:
+        """Time of the next spike, s."""
+        return state.heard.due[0][0] if state.heard.due else math.inf
+
+    def advance(
+        self,
+        state: HearingTime,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[HearingTime, float, Output]:
+        """Emit the calls among `events`, then go on to `until` (s) or to the next spike."""
+        heard = state.heard
+        for _, moment in events:
+            amplitude = float(np.interp(moment, *(analog or {})["amplitude"]))
+            call = Call(start=moment, duration=CALL_DURATION, amplitude=amplitude)
+            sound = mic.hear(self.parameters, mic.MicrophoneState(time=moment), call, self.targets)
+            heard = hear(self.model, heard, [(path.onset, path.amplitude) for path in sound.paths])
+        found: tuple[Event, ...] = ()
+        reached = until
+        if heard.due and heard.due[0][0] <= until:
+            reached, name = heard.due[0]
+            found = ((name, reached),)
+            heard = replace(heard, due=heard.due[1:])
+        return HearingTime(reached, heard), reached, Output(found, np.array([reached]), np.zeros((1, 0)))

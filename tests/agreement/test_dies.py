@@ -1,0 +1,36 @@
+"""The solver agrees with ngspice on a die: a neuron at its place on the chip, biased from the generator."""
+
+from dataclasses import replace
+
+import pytest
+
+from chips import ranging_chip
+from circuits.bias import rebias
+from circuits.blocks.tuning import tuning_machine
+from circuits.die import Die
+from circuits.place import circuit_at
+from circuits.registry import load_block
+from circuits.silicon import Silicon
+from circuits.solver.operating_point import operating_point
+from netlists import engine
+from netlists.agreement import OPERATING_POINT, compare
+
+pytestmark = pytest.mark.usefixtures("ngspice_library")
+
+CHIP = rebias(ranging_chip.build(), kind="generator")
+DIE = Die("B", 1003)
+
+
+def test_a_neuron_at_its_place_agrees() -> None:
+    neuron, place = circuit_at(CHIP, (("neuron", (5,)),))
+    silicon = Silicon(die=DIE, place=place)
+    block = load_block("rebound-neuron")
+    stimuli = {s.name: s.default for s in block.stimuli} | {"delay": 0.3e-3, "duration": 1.7e-3}
+    testbench = block.testbench(neuron, stimuli, silicon.process.v_dd)
+    found = compare(testbench, silicon)
+    assert found.agrees, found
+    ours = operating_point(tuning_machine(neuron, silicon)).voltages()
+    elsewhere = engine.operating_point(testbench, replace(silicon, place=None))
+    peer = engine.operating_point(testbench, silicon)
+    assert all(abs(ours[n] - peer[n]) < OPERATING_POINT for n in ours)
+    assert max(abs(elsewhere[n] - peer[n]) for n in ours) > 10.0 * OPERATING_POINT
