@@ -162,7 +162,7 @@ def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
 
 @compiled()
 def _first_step(k: Kernel, h: History, rtol: float) -> float:
-    """A first step over which no node moves by more than 20 sqrt(rtol) 25 mV; the error control adapts it."""
+    """A first step in which no node moves by more than 0.5 sqrt(rtol) V (ours), for the control to adapt."""
     fastest = 1.0
     for i in range(k.unknowns):
         fastest = max(fastest, abs(h.rate[i]))

@@ -107,7 +107,7 @@ class Runner:
     def __init__(self, machine: Machine, record: tuple[str, ...] = (), rtol: float = DEFAULT_RTOL) -> None:
         """Allocate scratch for `machine`; raises `ParameterError` unless 1e-9 <= rtol <= 1e-2."""
         if not 1e-9 <= rtol <= 1e-2:
-            raise ParameterError(f"rtol: {rtol:g}, must be within 1e-9 to 1e-2; 1e-4 is usual")
+            raise ParameterError(f"rtol: {rtol:g}, must be within 1e-9 to 1e-2; {DEFAULT_RTOL:g} is usual")
         self.machine, self.rtol = machine, rtol
         self.watch_names = machine.testbench.watch
         watched = [n for w in self.watch_names for n in machine.flat.port_nodes(w)]

@@ -198,6 +198,7 @@ def _notes(found: dict[str, Power], linear: dict[str, Power]) -> tuple[str, ...]
     )
     return (
         "Fitted: I_cmp 500 nA and I_lim 6.3 uA were chosen to meet 33 uW quiescent and 550 uW at 50 Hz.",
+        "The paper gives nothing for the other rows; their rules are ours, written after their first values.",
         "Every case is the fully coupled chip with its bias chain, over one interval after three others.",
         f"Currents as 1/delay: {shares}.",
         other,
