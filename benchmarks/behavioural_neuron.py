@@ -25,8 +25,6 @@ from circuits.die import Die
 from circuits.silicon import Silicon
 
 FIRST_DIE = 1000
-# The transistor level's own edges move by up to 0.05 ms, and a class now and then, at its default of 1e-4.
-RTOL = 1e-5
 CLASSES = [c.value for c in tuning.NeuronClass]
 
 
@@ -116,7 +114,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--quick", action="store_true", help="40 dies, and 5 in each of the other groups")
-    parser.add_argument("--rtol", type=float, default=RTOL, help="of the transistor level")
+    parser.add_argument("--rtol", type=float, default=tuning.TUNING_RTOL, help="of the transistor level")
     options = parser.parse_args()
     many, few = (40, 5) if options.quick else (200, 20)
     warm = [compare(range(FIRST_DIE, FIRST_DIE + many), 27.0, "gate", options.rtol)]

@@ -6,7 +6,8 @@ currents. The nominal neuron stays what it was: after each step I_inh_tau brings
 facilitating interval may shrink by a tenth at most, for the array must go on covering all delays, and an echo
 at the best delay still makes one spike. I_cmp, most of the quiescent power, is left alone. A step is screened
 on 50 dies and kept when at least as many of dies 0 to 299 work as before; the search ends when all do. The
-result is reported on dies that it never saw, 1000 and above: `ROBUST_BIASES` of the block.
+result is reported on dies that it never saw, 2000 and above: `ROBUST_BIASES` of the block. Every tuning is at
+`TUNING_RTOL`, at which classes have converged.
 
 The peer is the same circuit with the biases that it had before; `ours` and `peer` are shares of dies.
 Without `--search` the set in the block is checked, and with it found again.
@@ -19,13 +20,14 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 
 import numpy as np
 
 from circuits.bias import rebias
 from circuits.blocks import rebound_neuron
 from circuits.blocks.rebound_neuron import BLOCK, ROBUST_BIASES
-from circuits.blocks.tuning import NeuronClass, Tuning, tune, tuning_machine
+from circuits.blocks.tuning import TUNING_RTOL, NeuronClass, Tuning, tune, tuning_machine
 from circuits.circuit import Circuit
 from circuits.die import Die
 from circuits.silicon import Silicon
@@ -34,7 +36,7 @@ from circuits.solver.transient import simulate
 
 Biases = Mapping[str, float]
 
-TUNING, SCREEN, FRESH = range(300), range(50), range(1000, 1300)
+TUNING, SCREEN, FRESH = range(300), range(50), range(2000, 2300)
 TRIALS = 200
 # Standard deviation of a step: V, or of the logarithm of a current.
 STEPS = {
@@ -125,14 +127,15 @@ def centred(biases: Biases, before: Tuning) -> Biases | None:
 
 def nominal(biases: Biases) -> Tuning:
     """Tuning of the nominal die."""
-    return tune(tuning_machine(_circuit(biases), Silicon()))
+    return tune(tuning_machine(_circuit(biases), Silicon()), TUNING_RTOL)
 
 
 def spikes(biases: Biases, delay: float) -> int:
     """Spikes of the nominal neuron after a call and an echo `delay` s later."""
     stimuli = {s.name: s.default for s in BLOCK.stimuli} | {"delay": delay}
     silicon = Silicon()
-    result = simulate(BLOCK.testbench(_circuit(biases), stimuli, silicon.process.v_dd), silicon, record=())
+    bench = BLOCK.testbench(_circuit(biases), stimuli, silicon.process.v_dd)
+    result = simulate(bench, silicon, rtol=TUNING_RTOL, record=())
     return int(result.spikes["spike"].size)
 
 
@@ -144,7 +147,7 @@ def works(biases: Biases, dies: Iterable[int]) -> int:
 def classes(biases: Biases, dies: Iterable[int], *, process: bool = False) -> Counter[str]:
     """Number of dies by class."""
     machine = tuning_machine(_circuit(biases), Silicon())
-    done = map_dies(tune, machine, [Die(number=k, process=process) for k in dies])
+    done = map_dies(partial(tune, rtol=TUNING_RTOL), machine, [Die(number=k, process=process) for k in dies])
     return Counter(NeuronClass.FAILED.value if s.value is None else s.value.outcome.value for s in done)
 
 

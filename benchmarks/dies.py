@@ -35,7 +35,7 @@ from rebound_neuron_transient import (
 )
 
 from circuits.blocks import rebound_neuron
-from circuits.blocks.tuning import tune, tuning_machine
+from circuits.blocks.tuning import TUNING_RTOL, tune, tuning_machine
 from circuits.die import Die, mismatch
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.process import AMI_1500
@@ -128,8 +128,8 @@ def threads(turns: int) -> Iterator[Row]:
     run = to_kernel(neuron(), SILICON)
     tuned = tuning_machine(rebound_neuron.build(), SILICON)
     for name, machine, work, dies in (
-        ("transients", run, partial(events, rtol=1e-4, nominal=operating_point(run)), DIES),
-        ("tunings", tuned, tune, DIES[:100]),
+        ("transients", run, partial(events, rtol=TUNING_RTOL, nominal=operating_point(run)), DIES),
+        ("tunings", tuned, partial(tune, rtol=TUNING_RTOL), DIES[:100]),
     ):
         walls = {1: np.inf, 2: np.inf}
         samples: dict[int, object] = {}

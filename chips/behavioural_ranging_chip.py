@@ -90,12 +90,12 @@ class RangingChip:
         self.spikes = self.model.circuit.port("spike").elements()
         self.analog: tuple[str, ...] = ()
         self._at: dict[float, Neurons] = {}
-        self._neurons(silicon.temperature_c)
+        self.neurons_at(silicon.temperature_c)
 
     def begin(self, time: float = 0.0) -> ChipState:
         """At rest at `time` s, at the silicon's temperature."""
         states = np.zeros((len(self.spikes), COLUMNS))
-        neurons = self._neurons(self.silicon.temperature_c)
+        neurons = self.neurons_at(self.silicon.temperature_c)
         for k in range(len(self.spikes)):
             begin(neurons, k, states[k], time)
         return ChipState(time, states, self.silicon.temperature_c)
@@ -119,7 +119,7 @@ class RangingChip:
         self._check(lines)
         pending = sorted([*state.pending, *events], key=lambda e: e[1])
         state = self._at_temperature(replace(state, lines=lines), lines)
-        neurons = self._neurons(state.temperature_c)
+        neurons = self.neurons_at(state.temperature_c)
         now, states = state.time, state.neurons.copy()
         saved, fired = np.empty_like(states), np.full(len(self.spikes), math.inf)
         last, merged = list(state.last), state.merged
@@ -161,14 +161,15 @@ class RangingChip:
         temperature = TEMPERATURE_STEP * round(temperature / TEMPERATURE_STEP)
         if temperature == state.temperature_c:
             return state
-        ratio = self._neurons(temperature).t_inh / self._neurons(state.temperature_c).t_inh
+        ratio = self.neurons_at(temperature).t_inh / self.neurons_at(state.temperature_c).t_inh
         states = state.neurons.copy()
         ahead = states[:, RELEASE] > state.time
         left = states[ahead, RELEASE] - state.time
         states[ahead, RELEASE] = state.time + left * ratio[ahead]
         return replace(state, neurons=states, temperature_c=temperature)
 
-    def _neurons(self, temperature: float) -> Neurons:
+    def neurons_at(self, temperature: float) -> Neurons:
+        """The neurons at a temperature (degC), checked against the box once."""
         if temperature not in self._at:
             silicon = replace(self.silicon, temperature_c=temperature)
             for text in outside(self.model, silicon, self.path):

@@ -34,6 +34,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 LONGEST = 2e-3
 LONGEST_SLEWING = 0.2e-3
 EVENT_WIDTH = 10.1e-6  # s, an event's pulse at half the supply
+SOUND_DURATION = 1e-3  # s, of the sounds that were measured
+MEMORY = 20e-3  # s, longer than any recovery: what is kept of the past; ours
 UNSURE = 0.05  # share of a threshold or a recovery within which hearing does not decide; ours
 
 
@@ -255,3 +257,24 @@ def hears(m: Hearing, sounds: F64, count: int) -> tuple[float, bool]:
     if not fires:
         return np.inf, unsure
     return onset + table_at(m.knots, m.latency, math.log(peak / m.threshold)), unsure
+
+
+@_compiled
+def hear_sound(onset: Hearing, high: Hearing, sounds: F64, count: int) -> tuple[float, float, bool]:
+    """What both neurons make of the last of `count` sounds, as `hears` has it.
+
+    Returns the spike times of the onset and of the high-threshold neuron (s, inf for none), and whether one
+    was too near to call or the sound overlaps another one, whose phase is not known.
+    """
+    first = count - 1
+    while first > 0 and sounds[first - 1, 0] > sounds[count - 1, 0] - MEMORY:
+        first -= 1
+    known = sounds[first:count]
+    last = known.shape[0] - 1
+    unsure = False
+    for i in range(last):
+        overlaps = known[last, 0] - known[i, 0] < SOUND_DURATION
+        unsure = unsure or (overlaps and min(known[i, 1], known[last, 1]) >= onset.threshold)
+    one, near_one = hears(onset, known, last + 1)
+    other, near_other = hears(high, known, last + 1)
+    return one, other, unsure or near_one or near_other

@@ -8,7 +8,12 @@ from pathlib import Path
 
 import xarray as xr
 
-from chips import centroid_measurement, hearing_measurement, vocalization_measurement
+from chips import (
+    centroid_measurement,
+    hearing_measurement,
+    isolation_measurement,
+    vocalization_measurement,
+)
 from chips.board_record import recorded, write_board_record
 
 
@@ -26,6 +31,9 @@ MEASUREMENTS: Mapping[str, Measurement] = {
         vocalization_measurement.measure, vocalization_measurement.held_out_errors
     ),
     "hearing": Measurement(hearing_measurement.measure, hearing_measurement.held_out_errors),
+    "first_target_isolation": Measurement(
+        isolation_measurement.measure, isolation_measurement.held_out_errors
+    ),
 }
 
 

@@ -2,7 +2,8 @@
 
 A quantity q is measured over temperature and over the threshold shift that all transistors of a polarity
 share on a die, and put together as `q(T, s_n, s_p) = q_n(T, s_n) + q_p(T, s_p) - q_n(T, 0)`: a polynomial
-through all temperatures, monotone cubics through the shifts. Mismatch inside a board is left to the errors.
+through all temperatures, monotone cubics through the shifts. Mismatch inside a board is left to the errors,
+but where a block's own measurement says otherwise.
 
 A record is a netCDF file `chips/records/<block>.nc`. Its key is a hash of the circuits with their biases, the
 process, the version of the measurement and its grid: when one of them changes the record is stale, and
@@ -33,7 +34,7 @@ from circuits.silicon import Silicon
 
 F64 = NDArray[np.float64]
 
-VERSION = 1  # of the measurements: what they measure and how
+VERSION = 2  # of the measurements: what they measure and how
 TEMPERATURES = (-10.0, 8.0, 27.0, 46.0, 65.0)  # degC
 WIDEST = 0.12  # V, largest shared threshold shift that is measured: 3.6 sigma
 POLARITIES: tuple[Polarity, ...] = ("n", "p")
@@ -109,10 +110,10 @@ def record_errors(data: xr.Dataset) -> dict[str, float]:
     return {str(n).removeprefix("error_"): float(v) for n, v in data.attrs.items() if "error_" in str(n)}
 
 
-def on_silicon(data: xr.Dataset, name: str, silicon: Silicon) -> F64:
-    """A quantity at the silicon's temperature, on its die."""
+def on_silicon(data: xr.Dataset, name: str, silicon: Silicon, axis: str = "shift") -> F64:
+    """A quantity at the silicon's temperature, on its die; `axis`: that of its shared threshold shift."""
     values = np.tensordot(temperature_weights(silicon.temperature_c), data[name].values, (0, 0))
-    shift = np.asarray(data["shift"].values)
+    shift = np.asarray(data[axis].values)
     parts = [
         PchipInterpolator(shift, values[k])(shared(silicon.die, silicon.process, polarity).v_t0)
         for k, polarity in enumerate(POLARITIES)

@@ -16,7 +16,7 @@ peak minus threshold, is the margin.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from chips.rebound_model import ReboundModel, check_law, model_of, neurons_on, stimulated, tune
 from chips.record import GRID, Box, Grid, Quantity, Record, record_key
-from circuits.bias import gate_voltage
+from circuits.bias import gate_voltage, rebias
 from circuits.blocks import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Source, Transistor
@@ -104,11 +104,14 @@ def characterise(
     grid: Grid = GRID,
     progress: Callable[[float], None] | None = None,
     held_out: tuple[int, ...] = HELD_OUT,
+    biases: Mapping[str, float] | None = None,
 ) -> Record:
     """Measure the record of a rebound neuron in a process; takes about a minute on one core.
 
-    held_out: dies for the errors, below 1000 and not used otherwise. Raises `ParameterError` for a process
-    whose law the model does not follow, `SolverError` where the neuron does not do what is measured.
+    held_out: dies for the errors, below 1000 and not used otherwise. biases: of the neuron on these dies, A
+    or V, its own unless given; the record is measured at its own, from which others deviate.
+    Raises `ParameterError` for a process whose law the model does not follow, `SolverError` where the neuron
+    does not do what is measured.
     """
     neuron = neuron or rebound_neuron.build()
     check_law(process)
@@ -129,7 +132,7 @@ def characterise(
             value, gradient, curvature = (x[:, k].reshape(*plane, *x.shape[2:]) for x in tables)
             quantities[name] = Quantity(task.parameters, value, gradient, curvature)
     record = Record(record_key(neuron, process, grid), grid, BOX, quantities, 0.0, {})
-    errors = held_out_errors(neuron, process, record, held_out)
+    errors = held_out_errors(rebias(neuron, biases), process, record, held_out)
     if progress is not None:
         progress(1.0)
     return replace(record, margin=2.0 * errors["margin_rms_V"], errors=errors)

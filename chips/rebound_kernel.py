@@ -40,12 +40,15 @@ _EVENT_STEP = 1e-6  # s, after other changes
 _PARTS = 8  # of a step, over which w is summed
 _LOOKAHEAD = 2e-3  # s, for which a spike's certainty is looked for beyond it
 _FAR = 36.0  # beyond it ln(1 + e^x) is x, or 0 against the other currents
-_SETTLED = 0.1  # V/s, of every node: nothing happens any more
+SETTLED = 0.1  # V/s, of every node: nothing happens any more
+_FALLEN = 0.1  # V below the threshold, from which v_mem falls on to rest while v_r and v_ex only rise
+_RECOVERED = 20e-3  # V, of v_ex below the supply: less excitation than the coupling of v_mem makes
 
 # Columns of a state.
 V_MEM, V_R, V_EX, NOW, STEP, CHARGE, CHARGE_LOW, NEAR, RELEASE, RESET_END, ECHO_START, ECHO_END, ECHO_LEVEL, \
-    UNDECIDED, PEAK = range(15)  # fmt: skip
-COLUMNS = 15
+    UNDECIDED, PEAK, DOZE = range(16)  # fmt: skip
+COLUMNS = 16
+WAKE, MAY_DOZE, DOZING = 0.0, 1.0, 2.0  # a neuron that may doze stops where it only falls back to rest
 
 CLASSES = ("works", "call-alone", "echo-alone", "never", "rest-fires")
 WORKS, CALL_ALONE, ECHO_ALONE, NEVER, REST_FIRES = range(5)
@@ -137,6 +140,13 @@ def _currents(m: Neurons, k: int, v: float, r: float, x: float) -> Nine:
 
 
 @_compiled
+def excitation(m: Neurons, k: int, s: F64) -> float:
+    """Rate at which me5 raises a free v_mem, V/s."""
+    e, _ = _softplus(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
+    return float(m.me5_current[k] * e * e * m.inverse_capacitance[0, 0, 0])
+
+
+@_compiled
 def _rates(m: Neurons, mode: int, i: Nine) -> Three:
     """dv/dt of the three nodes, V/s; zero for a held node."""
     c = m.inverse_capacitance[mode]
@@ -205,7 +215,8 @@ def _step(m: Neurons, k: int, mode: int, h: float, y: Three, i: Nine) -> tuple[T
 
 
 @_compiled
-def _copy(source: F64, target: F64) -> None:
+def copy_state(source: F64, target: F64) -> None:
+    """Copy the columns of a neuron."""
     for i in range(source.size):
         target[i] = source[i]
 
@@ -276,6 +287,8 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
             s[RESET_END] = spike + m.pulse_width[k]
             s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _EVENT_STEP
             return spike
+        if s[DOZE] == DOZING:
+            return np.inf
         s[NOW] = stop
         if stop == s[RELEASE] or stop == s[RESET_END]:
             s[STEP] = _FIRST_STEP
@@ -302,7 +315,7 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
     spike, end = np.inf, stop
     kept = y
     while t < end:
-        if spike == np.inf and max(abs(d[0]), abs(d[1]), abs(d[2])) < _SETTLED and y[0] < threshold - 0.05:
+        if spike == np.inf and max(abs(d[0]), abs(d[1]), abs(d[2])) < SETTLED and y[0] < threshold - 0.05:
             break
         last = h >= end - t
         step = min(h, end - t)
@@ -350,6 +363,9 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
                     near = 0.0
         t += step
         y, d = n, e
+        if s[DOZE] == MAY_DOZE and spike == np.inf and _falls_back(m, k, mode, s, t, y, e):
+            s[DOZE] = DOZING
+            end = t
         h = step * min(max(scale, 0.2), 5.0) if not last else max(h, step * min(scale, 5.0))
     if spike < np.inf:
         if high < enough:
@@ -358,8 +374,21 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
         s[NOW] = spike
         return spike
     s[V_MEM], s[V_R], s[V_EX] = y
-    s[NOW], s[STEP], s[CHARGE], s[CHARGE_LOW], s[NEAR] = stop, h, charge, low, near
+    s[NOW], s[STEP], s[CHARGE], s[CHARGE_LOW], s[NEAR] = end, h, charge, low, near
     return np.inf
+
+
+@_compiled
+def _falls_back(m: Neurons, k: int, mode: int, s: F64, t: float, y: Three, d: Three) -> bool:
+    """Whether nothing but the way back to rest lies ahead until the next input.
+
+    Free of pulses, v_mem falling well below the threshold, v_r and v_ex rising: the current into v_mem falls
+    with all three, so that it never turns again.
+    """
+    if mode != 0 or s[ECHO_END] > t or s[RELEASE] > t or s[RESET_END] > t or s[NEAR] > 0.0:
+        return False
+    falling = d[0] < 0.0 and y[0] < m.v_threshold[k] - _FALLEN and d[1] >= 0.0
+    return falling and (d[2] >= 0.0 or y[2] > m.v_dd[k] - _RECOVERED)
 
 
 @_compiled
@@ -392,7 +421,7 @@ def _after_echo(m: Neurons, k: int, kept: F64, delay: float, until: float, s: F6
     j = 0
     while j + 1 < kept.shape[0] and kept[j + 1, NOW] <= delay:
         j += 1
-    _copy(kept[j], s)
+    copy_state(kept[j], s)
     if s[NOW] < delay:
         advance(m, k, s, delay)
     echo(m, k, s, m.v_ex_max[k])
@@ -450,7 +479,7 @@ def _tune(m: Neurons, k: int, kept: F64, s: F64, out: F64) -> tuple[int, bool]:
     call(m, k, kept[0])
     latest = m.t_inh[k] + m.rebound_bound[k]
     for j in range(1, kept.shape[0]):
-        _copy(kept[j - 1], kept[j])
+        copy_state(kept[j - 1], kept[j])
         advance(m, k, kept[j], latest * j / (kept.shape[0] - 1))
         out[2] = kept[j, PEAK]
         if kept[j, RESET_END] > 0.0:
@@ -488,12 +517,12 @@ def advance_all(m: Neurons, states: F64, until: float, saved: F64, spikes: F64) 
     n = states.shape[0]
     reached = until
     for k in range(n):
-        _copy(states[k], saved[k])
+        copy_state(states[k], saved[k])
         spikes[k] = advance(m, k, states[k], reached)
         reached = min(reached, spikes[k])
     for k in range(n):
         if states[k, NOW] > reached:
-            _copy(saved[k], states[k])
+            copy_state(saved[k], states[k])
             spikes[k] = advance(m, k, states[k], reached)
     return reached
 

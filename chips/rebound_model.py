@@ -203,7 +203,7 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
         v_held=_held(d, every * gate["v_rest"], i_rslope, i_rtau, silicon),
         echo_step=smooth["echo_step"],
         margin=every * model.record.margin,
-        rebound_bound=every * model.rebound_capacitance * v_dd / nominal_rtau,
+        rebound_bound=model.rebound_capacitance * v_dd / np.minimum(i_rtau, nominal_rtau),
         inverse_capacitance=model.inverse_capacitance,
         follow=model.follow,
     )

@@ -109,12 +109,35 @@ def saturation_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArra
 
     Not defined for a bias of kind `voltage`: raises `TopologyError`.
     """
-    device = circuit.device(bias.device or "")
-    if bias.kind == "voltage" or not isinstance(device, Transistor):
-        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias")
+    device = _biased_device(circuit, bias)
     nominal = replace(silicon, die=NOMINAL)
-    gates = bias_voltages(circuit, bias, nominal)
-    law = nominal.law(device.polarity)
+    return _saturated(nominal.law(device.polarity), device, bias_voltages(circuit, bias, nominal), silicon)
+
+
+def die_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> float:
+    """Current that a scalar bias gives in its device on the silicon's die, A, what the die shares included.
+
+    Not defined for a bias of kind `voltage`: raises `TopologyError`.
+    """
+    device = _biased_device(circuit, bias)
+    path = tuple((name, ()) for name in (bias.device or "").split("."))
+    area = device.width * device.length * device.multiplicity
+    v_t0, beta = (float(np.ravel(d)[0]) for d in silicon.deviation(circuit.name, path, area))
+    law = silicon.law(device.polarity)
+    own = replace(law, v_t0=law.v_t0 + v_t0, square_current=law.square_current * (1.0 + beta))
+    return float(_saturated(own, device, bias_voltages(circuit, bias, silicon), silicon))
+
+
+def _biased_device(circuit: Circuit, bias: Bias) -> Transistor:
+    device = None if bias.device is None else circuit.device(bias.device)
+    if bias.kind == "voltage" or not isinstance(device, Transistor):
+        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias; name a gate or generator")
+    return device
+
+
+def _saturated(
+    law: TransistorAtTemperature, device: Transistor, gates: NDArray[np.float64], silicon: Silicon
+) -> NDArray[np.float64]:
     v_dd = silicon.process.v_dd if device.polarity == "p" else 0.0
     high = 0.0 if device.polarity == "p" else silicon.process.v_dd
     size = device.width * device.multiplicity, device.length

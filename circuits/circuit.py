@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -159,6 +160,7 @@ class Circuit:
         return {p.name: p.shape for p in self.ports} | {n.name: n.shape for n in self.nodes}
 
 
+@lru_cache(maxsize=65_536)
 def split_reference(reference: str) -> tuple[str, Shape]:
     """Split `"spike[3]"` into `("spike", (3,))`; a plain name gives `()`."""
     match = _REFERENCE.fullmatch(reference)

@@ -28,6 +28,7 @@ from scipy.special import ndtri
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.process import Polarity, Process
+from circuits.sampling import Sampling
 
 F64 = NDArray[np.float64]
 U32 = NDArray[np.uint32]
@@ -40,6 +41,10 @@ CORNER_SIGMAS = 3.0
 # Direction of (n, p) at each corner: slow is a higher |V_T0| and a lower beta.
 _SLOW = {"typical": (0, 0), "ss": (1, 1), "ff": (-1, -1), "sf": (1, -1), "fs": (-1, 1)}
 
+PARAMETERS = ("v_t0", "beta")
+# no device has a dotted parameter, so that a circuit called `process` shares no key with `shared.v_t0`
+SHARED_PLACE: Place = (("process", ()),)
+
 _COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may have
 
 
@@ -48,7 +53,8 @@ class Die:
     """A die: `lot` and `number` choose the silicon.
 
     `number` None is the nominal die: no mismatch, and process as the corner says (`random` is typical
-    then). `mismatch` and `process` switch local and shared variation off separately.
+    then). `mismatch` and `process` switch local and shared variation off separately. `sampling` is the plan
+    of a study that the die belongs to, in the place of its own draws.
     """
 
     lot: str = "A"
@@ -56,6 +62,7 @@ class Die:
     corner: Corner = "random"
     mismatch: bool = True
     process: bool = True
+    sampling: Sampling | None = None
 
     def __post_init__(self) -> None:
         """Keep lot and number in Python's own types: the key is made of their text."""
@@ -71,6 +78,8 @@ class Die:
         parts = [name, "" if self.corner == "random" else self.corner]
         if self.number is not None:
             parts += ["" if self.mismatch else "no mismatch", "" if self.process else "no process variation"]
+        if self.number is not None and self.sampling is not None:
+            parts.append(f"plan {self.sampling.name}")
         return " ".join(p for p in parts if p)
 
 
@@ -91,7 +100,8 @@ def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: s
     there on, a device's name last with shape (); one after the other, row-major over the shapes. Raises
     `ParameterError` for more than four index dimensions in all.
     """
-    return _normals(die, [_names(place, path) for path in paths], _places(place, paths), parameter)
+    own = _normals(die, [_names(place, path) for path in paths], _places(place, paths), parameter)
+    return _planned(die, place, paths, parameter, own)
 
 
 def mismatch(
@@ -105,10 +115,10 @@ def mismatch(
         return 0.0, 0.0
     root = np.sqrt(2.0 * np.asarray(area))
     names, places = [_names(place, path) for path in paths], _places(place, paths)
-    return (
-        _normals(die, names, places, "v_t0") * process.pair_a_vt / root,
-        _normals(die, names, places, "beta") * process.pair_a_beta / root,
+    v_t0, beta = (
+        _planned(die, place, paths, name, _normals(die, names, places, name)) for name in PARAMETERS
     )
+    return v_t0 * process.pair_a_vt / root, beta * process.pair_a_beta / root
 
 
 def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
@@ -119,13 +129,17 @@ def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
         return Shift(slow * variation.sigma_v_t0, -slow * variation.sigma_beta)
     if die.number is None or not die.process:
         return Shift(0.0, 0.0)
-    # no device has a dotted parameter, so that a circuit called `process` shares no key with this
-    path: Path = ((polarity, ()),)
     v_t0, beta = (
-        float(standard_normals(die, (("process", ()),), [path], f"shared.{name}")[0])
-        for name in ("v_t0", "beta")
+        float(standard_normals(die, SHARED_PLACE, [((polarity, ()),)], f"shared.{name}")[0])
+        for name in PARAMETERS
     )
     return Shift(v_t0 * variation.sigma_v_t0, beta * variation.sigma_beta)
+
+
+def _planned(die: Die, place: Place, paths: Sequence[Path], parameter: str, own: F64) -> F64:
+    if die.sampling is None or die.number is None:
+        return own
+    return die.sampling.draws(die.number, place, tuple(paths), parameter, own)
 
 
 def _whole(number: object) -> int:

@@ -33,6 +33,7 @@ METRICS: dict[str, str] = {
     "width": "circuits.blocks.tuning_metrics:WIDTH",
     "t_inh": "circuits.blocks.tuning_metrics:T_INH",
     "t_reb": "circuits.blocks.tuning_metrics:T_REB",
+    "spikes_per_echo": "circuits.blocks.tuning_metrics:SPIKES_PER_ECHO",
     "class": "circuits.blocks.tuning_metrics:CLASS",
 }
 

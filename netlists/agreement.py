@@ -28,7 +28,7 @@ from circuits.solver.transient import Result
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench
 from netlists import engine
-from netlists.ngspice_text import DEFAULT_RELTOL, POINTS
+from netlists.dialect import DEFAULT_RELTOL, POINTS, Method
 
 F64 = NDArray[np.float64]
 
@@ -117,6 +117,7 @@ def compare(
     rtol: float = SOLVER_RTOL,
     reltol: float = DEFAULT_RELTOL,
     points: int = POINTS,
+    method: Method = "gear",
     deadline_s: float | None = None,
 ) -> Agreement:
     """Run a testbench, or a block's with its stimuli scaled to the temperature, in both engines.
@@ -131,6 +132,8 @@ def compare(
         The solver's.
     reltol, points
         Where ngspice begins: its reltol, and steps at least in a run.
+    method
+        ngspice's integration.
     deadline_s
         Wall-clock seconds for each run of ngspice.
 
@@ -142,11 +145,11 @@ def compare(
     testbench = scaled_testbench(target, silicon) if isinstance(target, Block) else target
     ours = solve(testbench, silicon, rtol=rtol)
     tmax = testbench.stop / points
-    found = _beside(ours, reltol, tmax, deadline_s)
+    found = _beside(ours, reltol, tmax, method, deadline_s)
     for k in range(1, _TRIES):
         if found.converged:
             break
-        found = _beside(ours, reltol / 10.0**k, tmax / 4.0**k, deadline_s)
+        found = _beside(ours, reltol / 10.0**k, tmax / 4.0**k, method, deadline_s)
     return found
 
 
@@ -206,11 +209,13 @@ def difference(one: Result, other: Result) -> Difference:
     return Difference(same, late, allowed, rms, apart, 1.0 - float(np.mean(keep)))
 
 
-def _beside(ours: Result, reltol: float, tmax: float, deadline_s: float | None) -> Agreement:
+def _beside(ours: Result, reltol: float, tmax: float, method: Method, deadline_s: float | None) -> Agreement:
     """Set the solver's run beside ngspice's at `reltol` and `tmax` (s) and at half of both."""
     testbench, silicon = ours.machine.testbench, ours.machine.silicon
     coarse, fine = (
-        engine.simulate(testbench, silicon, reltol=reltol / h, tmax=tmax / h, deadline_s=deadline_s)
+        engine.simulate(
+            testbench, silicon, reltol=reltol / h, tmax=tmax / h, method=method, deadline_s=deadline_s
+        )
         for h in (1.0, 2.0)
     )
     return Agreement(

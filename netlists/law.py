@@ -2,7 +2,8 @@
 
 The equations are those of `circuits.devices.transistor` and `circuits.devices.operational_amplifier` at one
 temperature; a dialect says how it writes the voltage between two nodes. What the dialects at hand share:
-`+ - * / ^`, `a?b:c`, `ln exp sqrt abs max min tanh`.
+`+ - * / ^`, `a?b:c`, `ln exp sqrt abs max min tanh`;
+those that write `**` or `log` change the text.
 
 ngspice's `exp` saturates at 1e99 and `ln(1 + y)` loses its digits for small y, so that `ln(1 + e^x)` has
 branches: `e^x (1 - e^x / 2)` below -12 (relative error e^-24 / 3 = 1e-11) and `x` above 37 (error e^-37).
@@ -62,7 +63,7 @@ def junction_current(
 def amplifier_currents(device: OperationalAmplifier, difference: Difference) -> tuple[str, str]:
     """Currents from the output to v_dd and to v_ss, A: the output current by the shares `(1 +- tanh)/2`."""
     half = f"(0.5*{difference(device.vdd, device.vss)})"
-    drive = f"{device.gain!r}*({difference(device.positive, device.negative)}+{device.offset!r})"
+    drive = f"{device.gain!r}*({difference(device.positive, device.negative)}{_signed(device.offset)})"
     swing = f"tanh({drive}/{half})"
     into = f"({difference(device.output, device.vss)}-{half}-{half}*{swing})/{device.output_resistance!r}"
     return f"0.5*(1+{swing})*{into}", f"0.5*(1-{swing})*{into}"
@@ -78,9 +79,14 @@ def _argument(law: TransistorAtTemperature, u_gate: str, u_end: str) -> str:
     scale = 0.5 / law.u_t
     if law.gamma == 0.0:
         end = "" if u_end == ZERO else f"-{scale!r}*{u_end}"
-        return f"({law.kappa * scale!r}*{u_gate}{end}-{law.kappa * law.v_t0 * scale!r})"
+        return f"({law.kappa * scale!r}*{u_gate}{end}{_signed(-law.kappa * law.v_t0 * scale)})"
     # below flat band, v_x < 0, the pinch-off voltage stays at -phi
     gamma, phi = law.gamma, law.surface_potential
-    v_x = f"max({u_gate}+{phi + gamma * math.sqrt(phi) - law.v_t0!r},0)"
-    v_p = f"({v_x}-{gamma!r}*sqrt({v_x}+{0.25 * gamma**2!r})+{0.5 * gamma**2 - phi!r})"
+    v_x = f"max({u_gate}{_signed(phi + gamma * math.sqrt(phi) - law.v_t0)},0)"
+    v_p = f"({v_x}-{gamma!r}*sqrt({v_x}+{0.25 * gamma**2!r}){_signed(0.5 * gamma**2 - phi)})"
     return f"({scale!r}*({v_p}-{u_end}))"
+
+
+def _signed(value: float) -> str:
+    """A number with its sign, for a sum."""
+    return f"+{value!r}" if value >= 0.0 else repr(value)

@@ -134,6 +134,27 @@ def run(deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float 
         A name in `vectors` that the run did not save.
     """
     analysis, stop = _read_analysis(deck)
+    with _simulated(deck, deadline_s) as library:
+        waveforms = _read_plot(library, analysis, vectors)
+    _check_complete(waveforms, stop)
+    return waveforms
+
+
+def run_for_pyspice(deck: str, simulation: Any, *, deadline_s: float | None = None) -> Any:
+    """Run a deck of any one analysis and return its results as PySpice's `Plot` of `simulation`.
+
+    Raises
+    ------
+    SimulatorError
+        As `run`; whether values are finite and the stop time was reached is not looked at.
+    """
+    with _simulated(deck, deadline_s) as library:
+        return library.plot(simulation, library.current_plot())
+
+
+@contextmanager
+def _simulated(deck: str, deadline_s: float | None) -> Iterator[Any]:
+    """Give the library with the finished run of `deck` in it; nobody else has it meanwhile."""
     path = find_library()
     if path is None:
         raise SimulatorError(f"ngspice: no library found; {_REMEDY}")
@@ -141,11 +162,9 @@ def run(deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float 
         library = _open(path)
         try:
             _simulate(library, deck, deadline_s)
-            waveforms = _read_plot(library, analysis, vectors)
+            yield library
         finally:
             _clean(library)
-    _check_complete(waveforms, stop)
-    return waveforms
 
 
 def _read_analysis(deck: str) -> tuple[str, float | None]:

@@ -1,4 +1,4 @@
-"""ngspice text of a testbench: one `.subckt` a definition, EKV transistors as B sources, constants folded.
+"""ngspice: one `.subckt` a definition, EKV transistors as B sources with constants folded, or BSIM3 cards.
 
 Names. ngspice ignores case, and a node array has no form of its own: `v_mem[3]` is written `v_mem#3`,
 `w[1,2]` is `w#1#2`. Our names have no `#`, so nothing collides and `node_path` reads them back. Names that
@@ -14,36 +14,55 @@ ngspice's own are 200 us off.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
-from functools import partial, singledispatch
-from typing import Literal
+from collections.abc import Iterable, Sequence
 
-import numpy as np
-
-from circuits.circuit import GROUND, split_reference
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
-from circuits.devices.device import Device
-from circuits.devices.source import polyline
-from circuits.devices.transistor import capacitances
-from circuits.errors import TopologyError
-from circuits.silicon import Deviation, Silicon
+from circuits.process import Polarity
+from circuits.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists import law
-from netlists.traversal import Call, Definition, element, split_path, to_design
+from netlists import deck
+from netlists.bsim3 import Form, make_cards, make_transistors
+from netlists.deck import Control, format_deck, no_cards, wrap
+from netlists.dialect import DEFAULT_RELTOL, POINTS, Analysis, Dialect, Method, Settings
+from netlists.naming import make_naming
+from netlists.spice_text import Syntax, format_mos, make_formatter, make_writer, tolerances
+from netlists.traversal import Definition
 
-DEFAULT_RELTOL = 1e-5
-POINTS = 2000  # steps at least in a run, unless tmax is given
+__all__ = ["DEFAULT_RELTOL", "DIALECT", "POINTS", "Method", "format_device", "format_testbench", "node_name"]
 
-Method = Literal["gear", "trap"]
-Analysis = Literal["tran", "op"]
-
-_TOLERANCES = "gmin=1e-15 abstol=1e-15 chgtol=1e-17 trtol=1.0"
-_WIDTH = 100
 # gnd is ground; time is the axis of a run; the others crash ngspice's parser inside v(...)
 _RESERVED = frozenset({"gnd", "time", "temper", "hertz", "limit", "agauss", "aunif", "gauss", "unif"})
-_TERMINALS = "dgsb"
-_NONE = Deviation(0.0, 0.0)
+
+
+def _current(name: str, start: str, end: str, expression: str) -> list[str]:
+    return [f"b{name} {start} {end} i={expression}"]
+
+
+def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]:
+    return wrap([".model", name, f"{polarity}mos", "level=8", "version=3.3.0", *parameters])
+
+
+def _control(control: Control) -> list[str]:
+    temperature = repr(control.silicon.temperature_c)
+    starts = [f"v({name.lower()})={v!r}" for name, v in control.starts]
+    step = repr(control.step)
+    return [
+        *(wrap([".nodeset", *starts]) if starts else ()),
+        f".options temp={temperature} tnom={temperature}",
+        f".options {tolerances(control.models)} trtol=1.0 reltol={control.reltol!r} method={control.method}",
+        *wrap([".save", *(f"v({name.lower()})" for name in control.saved)]),
+        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r} 0 {step}",
+        ".end",
+    ]
+
+
+_NAMING = make_naming("hash", _RESERVED)
+_SYNTAX = Syntax("ngspice", _NAMING, _current, _control, runs=True)
+_WRITER = make_writer(_SYNTAX)
+
+_BSIM3 = Form(_NAMING, _card, format_mos, instance=True)
+
+format_device = make_formatter(_SYNTAX)
+node_name = _NAMING.node
 
 
 def format_testbench(
@@ -81,180 +100,33 @@ def format_testbench(
     TopologyError
         Two names of one circuit, or of two sources, differ in case only.
     """
-    design = to_design(testbench, silicon)
-    top = design.top
-    step = testbench.stop / POINTS if tmax is None else tmax
-    call = Call(top.name, (), top.name, top.ports)
-    saved = [f"v({run_name(path, top)})" for path in (design.nodes if nodes is None else nodes)]
-    starts = [f"v({run_name(path, top)})={v!r}" for path, v in sorted(testbench.start.items())]
-    lines = [
-        _title(title or testbench.title, testbench.circuit.name, silicon),
-        *(line for definition in design.definitions for line in _definition(definition, silicon)),
-        *_wrap(_call(call)),
-        *(line for source in design.sources for line in format_device(source, silicon)),
-        *(_wrap([".nodeset", *starts]) if starts else ()),
-        f".options temp={silicon.temperature_c!r} tnom={silicon.temperature_c!r}",
-        f".options {_TOLERANCES} reltol={reltol!r} method={method}",
-        *_wrap([".save", *saved]),
-        ".op" if analysis == "op" else f".tran {step!r} {testbench.stop!r} 0 {step!r}",
-        ".end",
-    ]
-    return "\n".join(lines) + "\n"
+    return write(testbench, silicon, Settings("ekv", analysis, reltol, tmax, method, nodes), title)
 
 
-def node_name(reference: str) -> str:
-    """Name in ngspice of one of our node references: `v_mem[3]` is `v_mem#3`."""
-    if reference == GROUND:
-        return reference
-    name, index = split_reference(reference)
-    return "#".join((name, *map(str, index))) + ("#" if not index and name.lower() in _RESERVED else "")
+def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
+    """Complete deck of a testbench with any choice of models, and with parasitic capacitances."""
+    formatter = DIALECT.formatter(settings.models)
+    cards = make_cards(_BSIM3, silicon) if settings.models == "bsim3" else no_cards
+    return format_deck(_WRITER, formatter, cards, testbench, silicon, settings, title)
 
 
 def run_name(path: str, top: Definition) -> str:
     """Name, in lower case, by which a run of circuit `top` knows the node at `path`."""
-    *instances, node = (node_name(element(*part)) for part in split_path(path))
-    if path in top.ports:
-        return node.lower()
-    return ".".join(["x" + node_name(top.name), *("x" + name for name in instances), node]).lower()
+    return deck.run_name(_WRITER, path, top).lower()
 
 
 def node_path(name: str) -> str:
     """Our path of a node by its name in a run, in lower case; the inverse of `run_name`."""
     *instances, node = name.split(".")
-    return ".".join(_reference(part) for part in (*(i.removeprefix("x") for i in instances[1:]), node))
+    return ".".join(_NAMING.reference(part) for part in (*(i.removeprefix("x") for i in instances[1:]), node))
 
 
-@singledispatch
-def format_device(device: Device, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    """Element lines of one device, deviating by what its place on the die adds to it."""
-    raise TypeError(f"{type(device).__name__}: no lowering to ngspice text")
-
-
-@format_device.register
-def _(device: Transistor, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    model = silicon.process.model(device.polarity)
-    shared = silicon.law(device.polarity)
-    at = replace(
-        shared,
-        v_t0=float(shared.v_t0 + deviation.v_t0),
-        square_current=float(shared.square_current * (1.0 + deviation.beta)),
-    )
-    drain, _, source, bulk = device.terminals()
-    current = partial(_current, reverse=device.polarity == "p")
-    lines = [current(device.name, drain, source, law.channel_current(device, at, _difference))]
-    if at.junction_leakage > 0.0:
-        for terminal, letter in ((drain, "d"), (source, "s")):
-            leak = law.junction_current(device, at, terminal, _difference)
-            lines.append(current(f"{device.name}#{letter}b", terminal, bulk, leak))
-    size = (np.array([device.width]), np.array([device.length]), np.array([device.multiplicity]))
-    for (i, j), value in capacitances(model, *size).items():
-        a, b = device.terminals()[i], device.terminals()[j]
-        if a != b:
-            suffix = f"#{_TERMINALS[i]}{_TERMINALS[j]}"
-            lines.append(_element("c", device.name + suffix, (a, b), float(value[0])))
-    return lines
-
-
-@format_device.register
-def _(device: Capacitor, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    return [_element("c", device.name, device.terminals(), device.capacitance)]
-
-
-@format_device.register
-def _(device: Resistor, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    return [_element("r", device.name, device.terminals(), device.resistance)]
-
-
-@format_device.register
-def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    return [_element("g", device.name, device.terminals(), device.transconductance)]
-
-
-@format_device.register
-def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    up, down = law.amplifier_currents(device, _difference)
-    return [
-        _current(f"{device.name}#up", device.output, device.vdd, up),
-        _current(f"{device.name}#down", device.output, device.vss, down),
-    ]
-
-
-@format_device.register
-def _(device: Source, silicon: Silicon, deviation: Deviation = _NONE) -> list[str]:
-    """Write a source whose vertices before time 0 are cut off there: ngspice starts at 0."""
-    time, value = polyline(device.name, device.waveform)
-    first = float(np.interp(0.0, time, value))
-    kept = time > 0.0
-    pairs = [(0.0, first), *zip(time[kept].tolist(), value[kept].tolist(), strict=True)]
-    head = "v" if device.quantity == "voltage" else "i"
-    ends = (device.node, GROUND) if head == "v" else (GROUND, device.node)
-    words = [head + _identifier(device.name), *map(node_name, ends), "dc", repr(first)]
-    if len(pairs) > 1:
-        corners = [f"{t!r} {v!r}" for t, v in pairs]
-        words += ["pwl(" + corners[0], *corners[1:-1], corners[-1] + ")"]
-    return _wrap(words)
-
-
-def _title(what: str, circuit: str, silicon: Silicon) -> str:
-    """First line of a deck; `what` is folded into one line."""
-    place = "" if silicon.place is None else " at " + "/".join(element(*part) for part in silicon.place)
-    made = f"process {silicon.process.name}, {silicon.die}, temperature {silicon.temperature_c!r} degC"
-    return f"* {' '.join(what.split())}: circuit {circuit}{place}, {made}"
-
-
-def _definition(definition: Definition, silicon: Silicon) -> list[str]:
-    name = node_name(definition.name)
-    lines = _wrap([".subckt", name, *map(node_name, definition.ports)])
-    for device, deviation in definition.devices:
-        lines += format_device(device, silicon, deviation)
-    for call in definition.calls:
-        lines += _wrap(_call(call))
-    return [*lines, f".ends {name}"]
-
-
-def _call(call: Call) -> list[str]:
-    name = node_name(element(call.name, call.index))
-    return [f"x{name}", *map(node_name, call.nodes), node_name(call.definition)]
-
-
-def _current(name: str, start: str, end: str, expression: str, *, reverse: bool = False) -> str:
-    """B source whose current leaves node `start`, passes the source and enters node `end`."""
-    ends = (end, start) if reverse else (start, end)
-    return f"b{name} {' '.join(map(node_name, ends))} i={expression}"
-
-
-def _element(letter: str, name: str, terminals: tuple[str, ...], value: float) -> str:
-    return f"{letter}{name} {' '.join(map(node_name, terminals))} {value!r}"
-
-
-def _difference(a: str, b: str) -> str:
-    """Voltage from node `b` to node `a`."""
-    if a == b:
-        return law.ZERO
-    if b == GROUND:
-        return f"v({node_name(a)})"
-    return f"(-v({node_name(b)}))" if a == GROUND else f"v({node_name(a)},{node_name(b)})"
-
-
-def _identifier(name: str) -> str:
-    """Name of a source: an array's element, or free text whose odd characters become `#` and their code."""
-    try:
-        return node_name(name)
-    except TopologyError:
-        return "".join(c if c.isascii() and (c.isalnum() or c == "_") else f"#{ord(c):02x}" for c in name)
-
-
-def _reference(part: str) -> str:
-    name, *index = part.split("#")
-    return element(name, tuple(int(k) for k in index if k))
-
-
-def _wrap(words: list[str]) -> list[str]:
-    """One card of `words` in lines of about 100 characters, continued by `+`."""
-    lines, line = [], words[0]
-    for word in words[1:]:
-        if len(line) + len(word) >= _WIDTH:
-            lines.append(line)
-            line = "+"
-        line += f" {word}"
-    return [*lines, line]
+DIALECT = Dialect(
+    name="ngspice",
+    summary="B sources or BSIM3; run here",
+    runs=True,
+    comment="*",
+    naming=_NAMING,
+    devices={"ekv": format_device, "bsim3": make_formatter(_SYNTAX, make_transistors(_BSIM3))},
+    write=write,
+)

@@ -8,7 +8,8 @@ power of range through a second look-up table (the paper: possible, not done).
 
 At transistor level every box is its own circuit; at behavioural level the boards, the hearing and the chip
 are their measured models, single boxes at transistor level where `Scenario.transistors` says so. See
-`system.loop` for how the parts move together.
+`system.loop` for how the parts move together, and `system.behavioural_approach` for how they do where all of
+them are models.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ import os
 from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -39,24 +39,19 @@ from circuits.blocks import (
     onset_neuron,
     vocalization_controller,
 )
-from circuits.die import NOMINAL, Die
+from circuits.circuit import Circuit
 from circuits.place import circuit_at
-from circuits.process import ZERO_CELSIUS
 from circuits.silicon import Silicon
-from system.acoustics import Air, speed_of_sound
+from system import approach_kernel as kernel
+from system.approach_trace import SUMMARY, Scenario, Trace, air_of, draw, estimated_range, summarise
+from system.behavioural_approach import Flight, Models, fly_behavioural
 from system.ear import SAMPLE_RATE, Ear
 from system.hearing import Hearing
 from system.loop import AnalogWire, EventWire, Loop, Part, Round
 from system.microphone import Microphone
-from system.plot import COLOURS, PALE
-from system.targets import Target, default_scene, range_at
+from system.targets import range_at
 
 F64 = NDArray[np.float64]
-Law = Literal["linear", "d4"]
-LAWS: tuple[Law, ...] = ("linear", "d4")
-Level = Literal["transistor", "behavioural"]
-LEVELS: tuple[Level, ...] = ("transistor", "behavioural")
-Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
 
 # Longest round, s; ours, a matter of speed only.
 HORIZON = 4e-3
@@ -67,53 +62,6 @@ GRID = 10e-3  # s, spacing of the reported arrays
 # divided by ten is measured by benchmarks/approach.py.
 CHIP_RTOL = 3e-4
 BOARD_RTOL = 1e-3
-
-
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
-
-    `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
-    `transistors`: boxes at transistor level in a behavioural run.
-    """
-
-    targets: tuple[Target, ...] = field(default_factory=default_scene)
-    duration: float = 4.0
-    temperature_c: float = 27.0
-    isolation: bool = True
-    amplitude_law: Law = "linear"
-    noise_rms: float = 0.0
-    seed: int = 0
-    die: Die = NOMINAL
-    level: Level = "transistor"
-    transistors: frozenset[Box] = frozenset()
-
-    def level_of(self, box: Box) -> Level:
-        """Level of a box."""
-        return "transistor" if box in self.transistors else self.level
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """A run's arrays on a 10 ms grid and its events.
-
-    time_s, range_m (first target's), estimate_m, proximity_V, call_rate_Hz (inverse of the last interval,
-    NaN before there are two calls), call_amplitude_V (amplitude stage): float64[T]. calls: float64[calls, 2],
-    time and amplitude. pulses, echoes: high-threshold and onset spikes, s; spikes: (time s, neuron).
-    """
-
-    scenario: Scenario
-    time_s: F64
-    range_m: F64
-    estimate_m: F64
-    proximity_V: F64  # noqa: N815 - the name in JSON, with its unit
-    call_rate_Hz: F64  # noqa: N815
-    call_amplitude_V: F64  # noqa: N815
-    calls: F64
-    pulses: F64
-    echoes: F64
-    spikes: tuple[tuple[float, int], ...]
-    counts: dict[str, int]
 
 
 @dataclass(slots=True)
@@ -131,14 +79,24 @@ def run(
     scenario: Scenario, progress: Callable[[float], None] | None = None, workers: int | None = None
 ) -> Trace:
     """Run a scenario; the answer does not depend on `workers` (threads, all cores unless given)."""
+    if all_behavioural(scenario):
+        flight = fly_behavioural(_models(scenario), scenario.duration, progress)
+        return _read(scenario, flight)
+    return run_in_loop(scenario, progress, workers)
+
+
+def run_in_loop(
+    scenario: Scenario, progress: Callable[[float], None] | None = None, workers: int | None = None
+) -> Trace:
+    """Run a scenario, at whatever levels, by the general event loop."""
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
-        loop = build(scenario, None if _all_behavioural(scenario) else executor)
+        loop = build(scenario, None if all_behavioural(scenario) else executor)
         log = _Log()
         while loop.time < scenario.duration:
             _note(log, loop, loop.step(scenario.duration))
             if progress is not None:
                 progress(loop.time / scenario.duration)
-    return _trace(scenario, loop, log)
+    return _trace(scenario, log, np.array(log.boards), _counts(loop))
 
 
 def _note(log: _Log, loop: Loop, done: Round) -> None:
@@ -161,9 +119,22 @@ def _index(name: str) -> int:
     return int(name[name.index("[") + 1 : -1])
 
 
-def _trace(scenario: Scenario, loop: Loop, log: _Log) -> Trace:
+def _read(scenario: Scenario, flight: Flight) -> Trace:
+    """Sort the compiled loop's log."""
+    table = np.concatenate(flight.rows)
+    calls, pulses, echoes, spikes, boards = (table[table[:, 0] == kind, 1:] for kind in kernel.KINDS)
+    log = _Log(
+        calls=calls[:, :2].tolist(),
+        pulses=pulses[:, 0].tolist(),
+        echoes=echoes[:, 0].tolist(),
+        spikes=[(time, int(n)) for time, n, _ in spikes.tolist()],
+    )
+    return _trace(scenario, log, boards, flight.counts)
+
+
+def _trace(scenario: Scenario, log: _Log, boards: F64, counts: dict[str, int]) -> Trace:
     time = np.arange(0.0, scenario.duration + 0.5 * GRID, GRID)
-    boards = np.array([(0.0, *log.boards[0][1:]), *log.boards])
+    boards = np.concatenate([[[0.0, *boards[0, 1:]]], boards])
     proximity = np.interp(time, boards[:, 0], boards[:, 1])
     calls = np.array(log.calls).reshape(-1, 2)
     rate = np.full(time.size, np.nan)
@@ -183,7 +154,7 @@ def _trace(scenario: Scenario, loop: Loop, log: _Log) -> Trace:
         pulses=np.array(log.pulses),
         echoes=np.array(log.echoes),
         spikes=tuple(log.spikes),
-        counts=_counts(loop),
+        counts=counts,
     )
 
 
@@ -200,63 +171,10 @@ def _counts(loop: Loop) -> dict[str, int]:
         counts["clipped_samples"] = states["ear"].microphone.clipped
     if "hearing" in states:
         counts["undecided_sounds"] = states["hearing"].heard.undecided
+        counts["clipped_sounds"] = states["hearing"].clipped
     if "chip" in states:
         counts["undecided_spikes"] = states["chip"].undecided
     return counts
-
-
-def estimated_range(proximity: F64, scenario: Scenario) -> F64:
-    """Range that the linear look-up assigns to a proximity voltage, m.
-
-    proximity: float64[T], V. Below the last entry the line goes on to the far default at 0 V.
-    """
-    table = centroid_board.linear_lookup()
-    delays = ranging_chip.BEST_DELAYS
-    slope = (delays[-1] - delays[0]) / (table[0] - table[-1])
-    delay = delays[0] + slope * (table[0] - proximity)
-    mouth_ear = Microphone().mouth_ear_delay
-    speed = speed_of_sound(air_of(scenario).temperature)
-    return np.asarray(0.5 * speed * (delay + mouth_ear))
-
-
-SETTLED = 1.0  # s, time given to find the target before errors count; ours
-
-
-def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run, SI, unit in the name; None where a quantity is not defined.
-
-    `held_fraction`: share of the time after the first second in which the estimate is nearer to the first
-    target than to any other reflector.
-    """
-    interval = np.diff(trace.calls[:, 0])
-    late = trace.time_s >= SETTLED
-    error = np.abs(trace.estimate_m - trace.range_m)[late]
-    rate = trace.call_rate_Hz[np.isfinite(trace.call_rate_Hz)]
-    others = [range_at(t.trajectory, trace.time_s[late]) for t in trace.scenario.targets[1:]]
-    nearest = (
-        np.min([np.abs(trace.estimate_m[late] - r) for r in others], axis=0)
-        if others and late.any()
-        else None
-    )
-    return {
-        "calls": float(len(trace.calls)),
-        "spikes": float(len(trace.spikes)),
-        "first_call_s": float(trace.calls[0, 0]) if len(trace.calls) else None,
-        "shortest_interval_s": float(interval.min()) if interval.size else None,
-        "longest_best_delay_s": ranging_chip.BEST_DELAYS[-1],
-        "call_rate_first_Hz": float(rate[0]) if rate.size else None,
-        "call_rate_last_Hz": float(rate[-1]) if rate.size else None,
-        "call_amplitude_first_V": float(trace.call_amplitude_V[0]),
-        "call_amplitude_last_V": float(trace.call_amplitude_V[-1]),
-        "range_error_mean_m": float(error.mean()) if error.size else None,
-        "range_error_max_m": float(error.max()) if error.size else None,
-        "held_fraction": None if nearest is None else float((error < nearest).mean()),
-    }
-
-
-def air_of(scenario: Scenario) -> Air:
-    """Air at the scenario's temperature."""
-    return Air(temperature=scenario.temperature_c + ZERO_CELSIUS)
 
 
 def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
@@ -271,10 +189,8 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     if scenario.isolation:
         parts["isolation"] = _isolation(scenario, silicon)
     if scenario.amplitude_law == "d4":
-        law = vocalization_controller.amplitude_law(vocalization_controller.Params(), silicon.process.v_dd)
-        table = centroid_board.fourth_power_lookup(ranging_chip.BEST_DELAYS, law)
-        parts["amplitude_centroid"] = _centroid(scenario, silicon, table.voltages)
-    horizon = BEHAVIOURAL_HORIZON if _all_behavioural(scenario) else HORIZON
+        parts["amplitude_centroid"] = _centroid(scenario, silicon, _fourth_power(silicon))
+    horizon = BEHAVIOURAL_HORIZON if all_behavioural(scenario) else HORIZON
     loop = Loop(parts, _event_wires(parts), _analog_wires(parts), horizon, executor)
     oscillator = parts["vocalization"]
     if isinstance(oscillator, Cell):
@@ -283,9 +199,29 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     return loop
 
 
-def _all_behavioural(scenario: Scenario) -> bool:
-    """Whether threads would only cost: no part has a solver."""
+def all_behavioural(scenario: Scenario) -> bool:
+    """Whether every box is a model."""
     return scenario.level == "behavioural" and not scenario.transistors
+
+
+def _models(scenario: Scenario) -> Models:
+    """The boxes of a run in which every one is a model."""
+    silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+    fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
+    return Models(
+        chip=RangingChip(silicon),
+        proximity=CentroidModel(silicon),
+        amplitude=None if fourth is None else CentroidModel(silicon, fourth),
+        vocalization=VocalizationModel(silicon),
+        hearing=_heard(scenario, silicon),
+        isolation=IsolationModel(silicon) if scenario.isolation else None,
+    )
+
+
+def _fourth_power(silicon: Silicon) -> tuple[float, ...]:
+    """Entries of the second board's table, V."""
+    law = vocalization_controller.amplitude_law(vocalization_controller.Params(), silicon.process.v_dd)
+    return centroid_board.fourth_power_lookup(ranging_chip.BEST_DELAYS, law).voltages
 
 
 def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
@@ -319,9 +255,9 @@ def _vocalization(scenario: Scenario, silicon: Silicon) -> Part:
 
 def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
     """Microphone to spikes: one model, or the ear, the envelope detector and both neurons."""
-    microphone = Microphone(noise_rms=scenario.noise_rms, seed=scenario.seed, air=air_of(scenario))
     if scenario.level_of("hearing") == "behavioural":
-        return {"hearing": Hearing(microphone, scenario.targets, hearing_on(silicon))}
+        return {"hearing": _heard(scenario, silicon)}
+    microphone = _microphone(scenario)
     detector = envelope_detector.build(envelope_detector.Params())
     rest = {"microphone": microphone.mid_supply}
     ear = Cell(detector, silicon, ("envelope",), {"microphone": SAMPLE_RATE}, rest, BOARD_RTOL)
@@ -330,6 +266,14 @@ def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
     for name, block in (("onset", onset_neuron), ("high_threshold", high_threshold_neuron)):
         parts[name] = Cell(block.build(block.Params()), silicon, held=silence, rtol=CHIP_RTOL)
     return parts
+
+
+def _heard(scenario: Scenario, silicon: Silicon) -> Hearing:
+    return Hearing(_microphone(scenario), scenario.targets, hearing_on(silicon))
+
+
+def _microphone(scenario: Scenario) -> Microphone:
+    return Microphone(noise_rms=scenario.noise_rms, seed=scenario.seed, air=air_of(scenario))
 
 
 def _isolation(scenario: Scenario, silicon: Silicon) -> Part:
@@ -378,41 +322,21 @@ def _analog_wires(parts: dict[str, Part]) -> list[AnalogWire]:
     return wires
 
 
-def draw(trace: Trace, figure: Figure) -> None:
-    """Fill `figure` as in Figure 11: range, proximity voltage, and the calls with amplitude and rate."""
-    axes = figure.subplots(4, 1, sharex=True)
-    axes[0].plot(trace.time_s, trace.range_m, color=PALE, lw=3, label=trace.scenario.targets[0].name)
-    for other in trace.scenario.targets[1:]:
-        axes[0].plot(
-            trace.time_s,
-            range_at(other.trajectory, trace.time_s),
-            color=PALE,
-            lw=1,
-            ls="--",
-            label=other.name,
-        )
-    axes[0].plot(trace.time_s, trace.estimate_m, color=COLOURS[0], label="estimate")
-    axes[0].set_ylabel("range (m)")
-    axes[0].legend(loc="upper right", ncols=3, fontsize="small")
-    axes[1].plot(trace.time_s, trace.proximity_V, color=COLOURS[0])
-    axes[1].set_ylabel("proximity (V)")
-    if len(trace.calls):
-        axes[2].vlines(trace.calls[:, 0], 0.0, trace.calls[:, 1], color=COLOURS[1], lw=0.8)
-    axes[2].set_ylabel("call (V)")
-    axes[2].set_ylim(bottom=0.0)
-    axes[3].plot(trace.time_s, trace.call_rate_Hz, color=COLOURS[1], drawstyle="steps-post")
-    axes[3].set_ylabel("call rate (Hz)")
-    axes[3].set_ylim(bottom=0.0)
-    axes[3].set_xlabel("time (s)")
-    figure.align_ylabels(axes)
-
-
 @dataclass(frozen=True, slots=True)
 class ApproachSystem:
     """The system as the command line sees it."""
 
     name: str = "approach"
     summary: str = "bat-like sonar that closes in on a moving target, at transistor or behavioural level"
+    metrics: tuple[str, ...] = SUMMARY
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of."""
+        blocks = (
+            centroid_board, vocalization_controller, envelope_detector, onset_neuron, high_threshold_neuron,
+            first_target_isolation,
+        )  # fmt: skip
+        return (ranging_chip.build(), *(block.build() for block in blocks))
 
     def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
         """Run a scenario."""

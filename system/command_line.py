@@ -1,8 +1,8 @@
 """The command `noctule`: its arguments, and one line on stderr for whatever goes wrong.
 
 What a command does is in `system/commands/`, loaded when it is called, so that `noctule --help` does not wait
-for numerical libraries. Exit status: 0 done; 1 an experiment disagrees, or the output's reader went away;
-2 bad input, or a file, simulator or solver that fails; 130 interrupted.
+for numerical libraries. Exit status: 0 done; 1 an experiment disagrees, netlists differ, or the output's
+reader went away; 2 bad input, or a file, simulator or solver that fails; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -10,14 +10,39 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from enum import StrEnum
-from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Annotated, Any
 
 import typer
 
 from circuits.errors import CircuitError
+from system import study_command_line
+from system.command_options import (
+    At,
+    Biases,
+    BiasSet,
+    BlockName,
+    Corner,
+    Dialect,
+    DieCorner,
+    DieNumber,
+    Engine,
+    Json,
+    Kind,
+    Lot,
+    Mismatch,
+    Models,
+    NetlistDialect,
+    NetlistRoot,
+    Params,
+    Plot,
+    Process,
+    Stimuli,
+    Targets,
+    Temperature,
+    call,
+    kind_name,
+)
 from system.silicon_choice import SiliconChoice
 
 READER_GONE, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -32,70 +57,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-
-class BiasKind(StrEnum):
-    """What sets the current biases of a block."""
-
-    gate = "gate"
-    generator = "generator"
-
-
-class Corner(StrEnum):
-    """Where the process stands: drawn for each die, or set."""
-
-    random = "random"
-    typical = "typical"
-    ss = "ss"
-    ff = "ff"
-    sf = "sf"
-    fs = "fs"
-
-
-class Engine(StrEnum):
-    """What solves a transient."""
-
-    native = "native"
-    ngspice = "ngspice"
-
-
-class Dialect(StrEnum):
-    """What a netlist is written for."""
-
-    ngspice = "ngspice"
-
-
-BlockName = Annotated[str, typer.Argument(metavar="BLOCK", help="A block or chip: see noctule list.")]
-Params = Annotated[
-    list[str], typer.Option("--param", metavar="NAME=VALUE", help="Size or capacitor, repeatable.")
-]
-Biases = Annotated[
-    list[str], typer.Option("--bias", metavar="NAME=VALUE", help="Bias, as i_lim=6.3uA, repeatable.")
-]
-Kind = Annotated[
-    BiasKind | None, typer.Option("--bias-kind", help="Fixed gate voltages, or the bias generator.")
-]
-Temperature = Annotated[
-    str, typer.Option("--temperature", metavar="DEGC", help="Degrees Celsius, -40 to 125.")
-]
-Lot = Annotated[str, typer.Option("--lot", help="Lot of dies.")]
-DieNumber = Annotated[int | None, typer.Option("--die", help="Die of the lot; the nominal die unless given.")]
-DieCorner = Annotated[Corner, typer.Option("--corner", help="Process corner; n first, then p.")]
-Mismatch = Annotated[bool, typer.Option(help="Deviations of each device on the die.")]
-Process = Annotated[bool, typer.Option(help="Deviations that a die's devices share.")]
-At = Annotated[
-    str | None,
-    typer.Option("--at", metavar="CHIP/INSTANCE", help="Place on a chip, as ranging-chip/neuron[2]."),
-]
-Stimuli = Annotated[
-    list[str],
-    typer.Option("--stimulus", metavar="NAME=VALUE", help="As delay=6.4ms or call=off, repeatable."),
-]
-Targets = Annotated[str | None, typer.Option("--targets", metavar="FILE", help="CSV of moving targets.")]
-Plot = Annotated[
-    str | None, typer.Option("--plot", metavar="FILE", help="Draw into a .png, .svg or .pdf file.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -113,7 +74,7 @@ def noctule(
 @app.command("list")
 def list_(as_json: Json = False) -> None:
     """List blocks, chips, systems and experiments."""
-    _call("listing:list_command", as_json=as_json)
+    call("listing:list_command", as_json=as_json)
 
 
 @app.command()
@@ -122,6 +83,7 @@ def show(
     *,
     param: Params = [],  # noqa: B006 - typer reads the default and never changes it
     bias: Biases = [],  # noqa: B006
+    bias_set: BiasSet = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -134,12 +96,13 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show ports, devices, biases and stimuli, or draw the graph."""
-    _call(
+    call(
         "show:show_command",
         block,
         params=param,
         biases=bias,
-        bias_kind=_kind(bias_kind),
+        bias_set=bias_set,
+        bias_kind=kind_name(bias_kind),
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         plot=plot,
         as_json=as_json,
@@ -152,6 +115,7 @@ def op(
     *,
     param: Params = [],  # noqa: B006
     bias: Biases = [],  # noqa: B006
+    bias_set: BiasSet = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -164,18 +128,21 @@ def op(
     start: Annotated[
         list[str], typer.Option("--start", metavar="NODE=V", help="Voltage to start from, repeatable.")
     ] = [],  # noqa: B006
+    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write a row a device.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Solve for the operating point."""
-    _call(
+    """Solve for the operating point: voltages, and currents, inversion and headroom by device."""
+    call(
         "op:op_command",
         block,
         params=param,
         biases=bias,
-        bias_kind=_kind(bias_kind),
+        bias_set=bias_set,
+        bias_kind=kind_name(bias_kind),
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         stimuli=stimulus,
         start=start,
+        csv=csv,
         as_json=as_json,
     )
 
@@ -187,6 +154,7 @@ def simulate(
     stimulus: Stimuli = [],  # noqa: B006
     param: Params = [],  # noqa: B006
     bias: Biases = [],  # noqa: B006
+    bias_set: BiasSet = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -201,21 +169,26 @@ def simulate(
     engine: Annotated[Engine, typer.Option("--engine", help="What solves it.")] = Engine.native,
     plot: Plot = None,
     csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write all waveforms.")] = None,
+    raw: Annotated[
+        str | None, typer.Option("--raw", metavar="FILE", help="Write all waveforms as ngspice's rawfile.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Simulate a transient of a block under its testbench."""
-    _call(
+    call(
         "simulate:simulate_command",
         block,
         params=param,
         biases=bias,
-        bias_kind=_kind(bias_kind),
+        bias_set=bias_set,
+        bias_kind=kind_name(bias_kind),
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         stimuli=stimulus,
         rtol=rtol,
         engine=engine.value,
         plot=plot,
         csv=csv,
+        raw=raw,
         as_json=as_json,
     )
 
@@ -228,6 +201,7 @@ def export(
     stimulus: Stimuli = [],  # noqa: B006
     param: Params = [],  # noqa: B006
     bias: Biases = [],  # noqa: B006
+    bias_set: BiasSet = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -237,64 +211,63 @@ def export(
     process: Process = True,
     at: At = None,
     dialect: Annotated[Dialect, typer.Option("--dialect", help="Simulator to write for.")] = Dialect.ngspice,
+    models: Annotated[Models, typer.Option("--models", help="What transistors are.")] = Models.ekv,
+    parasitics: Annotated[
+        str | None,
+        typer.Option("--parasitics", metavar="FILE", help="CSV of node and capacitance, merged in."),
+    ] = None,
+    mapping: Annotated[
+        str | None,
+        typer.Option("--mapping", metavar="NAME", help="A foundry's process, as gf180mcu, or a TOML file."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Write a block or chip with its testbench as a netlist."""
-    _call(
+    call(
         "export:export_command",
         block,
         params=param,
         biases=bias,
-        bias_kind=_kind(bias_kind),
+        bias_set=bias_set,
+        bias_kind=kind_name(bias_kind),
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at),
         stimuli=stimulus,
+        mapping=mapping,
         dialect=dialect.value,
+        models=models.value,
+        parasitics=parasitics,
         output=output,
         as_json=as_json,
     )
 
 
-@app.command()
-def montecarlo(
-    target: BlockName,
+@app.command("import")
+def import_netlist(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A netlist.")],
     *,
-    metric: Annotated[
-        list[str], typer.Option("--metric", metavar="NAME", help="What is measured, repeatable.")
-    ] = ["best_delay"],  # noqa: B006
-    samples: Annotated[int, typer.Option("--samples", "-n", help="Number of dies.")] = 200,
-    first_die: Annotated[int, typer.Option(help="Number of the first die.")] = 1000,
-    lot: Lot = "A",
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    at: At = None,
-    temperature: Temperature = "27",
-    param: Params = [],  # noqa: B006
-    bias: Biases = [],  # noqa: B006
-    bias_kind: Kind = None,
-    stimulus: Stimuli = [],  # noqa: B006
-    workers: Annotated[int | None, typer.Option(help="Threads; all cores unless given.")] = None,
-    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write a row a die.")] = None,
-    plot: Plot = None,
+    root: NetlistRoot = None,
+    dialect: NetlistDialect = None,
     as_json: Json = False,
 ) -> None:
-    """Measure a block on many dies: mean, spread, quantiles, and what share works."""
-    _call(
-        "montecarlo:montecarlo_command",
-        target,
-        names=metric,
-        count=samples,
-        first_die=first_die,
-        params=param,
-        biases=bias,
-        bias_kind=_kind(bias_kind),
-        silicon=SiliconChoice(temperature, lot, None, corner.value, mismatch, process, at),
-        stimuli=stimulus,
-        workers=workers,
-        csv=csv,
-        plot=plot,
-        as_json=as_json,
-    )
+    """Read a netlist: its circuit, sources and analyses, and what was not taken over."""
+    call("import_netlist:import_command", file, root=root, dialect=dialect, as_json=as_json)
+
+
+@app.command()
+def compare(
+    first: Annotated[str, typer.Argument(metavar="A", help="A netlist.")],
+    second: Annotated[str, typer.Argument(metavar="B", help="Another netlist.")],
+    *,
+    root: NetlistRoot = None,
+    dialect: NetlistDialect = None,
+    as_json: Json = False,
+) -> None:
+    """Compare the circuits of two netlists; status 1 if they differ."""
+    status = call("compare:compare_command", first, second, root=root, dialect=dialect, as_json=as_json)
+    raise typer.Exit(status)
+
+
+study_command_line.add_to(app)
 
 
 @app.command()
@@ -303,6 +276,9 @@ def run(
     *,
     targets: Targets = None,
     level: Annotated[str | None, typer.Option(help="As transistor or behavioural.")] = None,
+    transistors: Annotated[
+        list[str], typer.Option("--transistors", metavar="BOX", help="A box kept as transistors, repeatable.")
+    ] = [],  # noqa: B006
     isolation: Annotated[bool, typer.Option(help="First-target isolation.")] = True,
     amplitude_law: Annotated[str | None, typer.Option(help="Of the call: linear or d4.")] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="Length of the run, as 2s.")] = None,
@@ -318,11 +294,12 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run a system in its world."""
-    _call(
+    call(
         "run:run_command",
         system,
         targets=targets,
         level=level,
+        transistors=transistors,
         isolation=isolation,
         amplitude_law=amplitude_law,
         duration=duration,
@@ -342,10 +319,11 @@ def characterise(
         str | None,
         typer.Option("--output", "-o", metavar="FILE", help="Record to write; the package's unless given."),
     ] = None,
+    bias_set: BiasSet = None,
     as_json: Json = False,
 ) -> None:
     """Measure a block's behavioural model from its circuit; takes minutes."""
-    _call("characterise:characterise_command", block, output=output, as_json=as_json)
+    call("characterise:characterise_command", block, output=output, bias_set=bias_set, as_json=as_json)
 
 
 @app.command()
@@ -355,13 +333,13 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Make a paper's figure again; status 1 if a row disagrees."""
-    raise typer.Exit(_call("reproduce:reproduce_command", experiment, plot=plot, as_json=as_json))
+    raise typer.Exit(call("reproduce:reproduce_command", experiment, plot=plot, as_json=as_json))
 
 
 @app.command()
 def doctor(as_json: Json = False) -> None:
     """Show versions, ngspice, and what is missing."""
-    _call("doctor:doctor_command", as_json=as_json)
+    call("doctor:doctor_command", as_json=as_json)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -395,16 +373,6 @@ def _run(arguments: list[str]) -> int:
     except _UsageError as error:
         return _refuse(error.format_message().replace("Value error, ", "").rstrip("."))
     return 0
-
-
-def _call(target: str, *arguments: Any, **options: Any) -> Any:
-    """Load `module:function` of `system.commands` and call it."""
-    module, function = target.split(":")
-    return getattr(import_module(f"system.commands.{module}"), function)(*arguments, **options)
-
-
-def _kind(kind: BiasKind | None) -> str | None:
-    return None if kind is None else kind.value
 
 
 def _version() -> str:

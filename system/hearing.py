@@ -24,10 +24,11 @@ from system.targets import Target
 
 @dataclass(frozen=True, slots=True)
 class HearingTime:
-    """Time reached (s) and what was heard."""
+    """Time reached (s), what was heard, and how many sounds the amplifier clips."""
 
     time: float
     heard: HearingState
+    clipped: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,16 +67,18 @@ class Hearing:
         analog: Mapping[str, Polyline] | None = None,
     ) -> tuple[HearingTime, float, Output]:
         """Emit the calls among `events`, then go on to `until` (s) or to the next spike."""
-        heard = state.heard
+        heard, clipped = state.heard, state.clipped
         for _, moment in events:
             amplitude = float(np.interp(moment, *(analog or {})["amplitude"]))
             call = Call(start=moment, duration=CALL_DURATION, amplitude=amplitude)
             sound = mic.hear(self.parameters, mic.MicrophoneState(time=moment), call, self.targets)
             heard = hear(self.model, heard, [(path.onset, path.amplitude) for path in sound.paths])
+            clipped += sum(path.amplitude > mic.headroom(self.parameters) for path in sound.paths)
         found: tuple[Event, ...] = ()
         reached = until
         if heard.due and heard.due[0][0] <= until:
             reached, name = heard.due[0]
             found = ((name, reached),)
             heard = replace(heard, due=heard.due[1:])
-        return HearingTime(reached, heard), reached, Output(found, np.array([reached]), np.zeros((1, 0)))
+        output = Output(found, np.array([reached]), np.zeros((1, 0)))
+        return HearingTime(reached, heard, clipped), reached, output

@@ -143,6 +143,11 @@ class SoundEdge:
     kind: Literal["onset", "offset"]
 
 
+def headroom(parameters: Microphone) -> float:
+    """Peak in V from which on a tone is clipped."""
+    return min(parameters.mid_supply, parameters.supply - parameters.mid_supply)
+
+
 def direct_amplitude(parameters: Microphone, call_amplitude: float) -> float:
     """Peak in V of the direct call at the amplifier's output before clipping."""
     return parameters.gain * parameters.direct_transfer * call_amplitude

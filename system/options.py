@@ -19,7 +19,7 @@ from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
 from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
 from circuits.die import Die, Place
-from circuits.errors import ParameterError, TopologyError
+from circuits.errors import ParameterError, TopologyError, unknown_name
 from circuits.place import circuit_at, instance_names
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
@@ -85,12 +85,14 @@ def choose(
     bias_kind: BiasKind | None = None,
     silicon: SiliconChoice = _NOMINAL,
     stimuli: Iterable[str] = (),
+    bias_set: str | None = None,
 ) -> Choice:
     """Read the options that all commands on a block or chip share.
 
-    params, biases, stimuli: texts `NAME=VALUE`. A block at its place on a chip has the sizes and biases that
-    the chip gives it, unless `params` or `biases` say otherwise. Raises `ParameterError` or
-    `UnknownNameError` naming what is wrong.
+    params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of one of the block's sets, over which
+    `biases` go. A block at its place on a chip has the sizes and biases that the chip gives it, unless
+    `params`, `bias_set` or `biases` say otherwise. Raises `ParameterError` or `UnknownNameError` naming what
+    is wrong.
     """
     params = list(params)
     block = load_block_or_chip(name)
@@ -99,6 +101,8 @@ def choose(
     if silicon.at is not None:
         there, place = _circuit_at(silicon.at, circuit)
         circuit = replace(circuit, biases=there.biases) if params else there
+    if bias_set is not None:
+        circuit = rebias(circuit, read_bias_set(block, bias_set))
     circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
     made = Silicon(
         temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
@@ -174,6 +178,18 @@ def read_params(params: Any, texts: Iterable[str]) -> Any:
             raise unknown("parameter", name, known)
         params = _set(params, name, _like(known[name], value))
     return params
+
+
+def read_bias_set(block: Block, name: str) -> Mapping[str, float]:
+    """Values of a block's named set of biases, A or V.
+
+    Raises `UnknownNameError` with the names that there are, `ParameterError` for a block without any.
+    """
+    if not block.bias_sets:
+        raise ParameterError(f"--bias-set: {name}, {block.name} has no named sets; set biases by --bias")
+    if name not in block.bias_sets:
+        raise unknown_name(f"{block.name} bias set", name, block.bias_sets)
+    return block.bias_sets[name]
 
 
 def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:

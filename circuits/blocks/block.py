@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from circuits.circuit import Circuit
@@ -53,6 +53,7 @@ class Block:
     `params`: frozen dataclass of SI floats. `build(params)` returns the circuit. `testbench(circuit,
     stimuli, v_dd)` takes a value for each of `stimuli` (None is off) and the supply (V). `measures(result)`
     returns SI numbers by name, None where a quantity is not defined in this run; `outcome(result)` one word.
+    `bias_sets`: values of biases (A or V) by the name of the set, for blocks that come with several.
     """
 
     name: str
@@ -66,3 +67,4 @@ class Block:
     plotted: tuple[str, ...] = ()  # nodes drawn by default, from top to bottom
     closed_forms: Callable[[Circuit, Silicon], tuple[ClosedForm, ...]] | None = None
     equations: tuple[EquationText, ...] = ()
+    bias_sets: Mapping[str, Mapping[str, float]] = field(default_factory=dict)

@@ -117,6 +117,7 @@ def _walk(
     flat: FlatCircuit, circuit: Circuit, path: Path, ports: Mapping[str, I64], overrides: Overrides
 ) -> None:
     outer = _joined(path)
+    size = math.prod(outer)
     nodes = dict(ports)
     shapes = circuit.shapes()
     for _, reference in references(circuit):
@@ -132,8 +133,10 @@ def _walk(
         for attribute, value in device.parameters().items():
             key = f"{device.name}.{attribute}"
             used.add(key)
-            values = np.asarray(overrides.get(key, value), dtype=np.float64)
-            parameters[attribute] = np.broadcast_to(values, outer).ravel().copy()
+            if key in overrides:
+                parameters[attribute] = np.broadcast_to(overrides[key], outer).astype(np.float64).ravel()
+            else:
+                parameters[attribute] = np.full(size, value, dtype=np.float64)
         group = DeviceGroup(device, path, np.array(rows, dtype=np.int64), parameters)
         _check_overrides(group, [a for a in parameters if f"{device.name}.{a}" in overrides])
         flat.groups.append(group)
@@ -165,6 +168,8 @@ def _connect(
     numbers = _select(nodes, reference, len(outer))
     own = numbers.shape[len(outer) :]
     target = instance.shape + shape
+    if target == own:
+        return numbers
     try:
         wide = numbers.reshape(outer + (1,) * (len(target) - len(own)) + own)
         return np.broadcast_to(wide, outer + target)

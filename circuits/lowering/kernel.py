@@ -283,17 +283,16 @@ def _order(flat: FlatCircuit, free: I64) -> I64:
     """Free nodes in elimination order."""
     local = np.full(flat.count, -1, dtype=np.int64)
     local[free] = np.arange(free.size)
-    rows, columns = [], []
+    pairs = []
     for group in flat.groups:
         nodes = local[group.nodes]
-        for a in nodes:
-            for b in nodes:
-                keep = (a >= 0) & (b >= 0)
-                rows.append(a[keep])
-                columns.append(b[keep])
-    if free.size < 2 or not rows:
+        terminals = len(nodes)
+        pairs.append((np.repeat(nodes, terminals, axis=0).ravel(), np.tile(nodes, (terminals, 1)).ravel()))
+    if free.size < 2 or not pairs:
         return free
-    return free[elimination_order(free.size, np.concatenate(rows), np.concatenate(columns))]
+    rows, columns = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    keep = (rows >= 0) & (columns >= 0)
+    return free[elimination_order(free.size, rows[keep], columns[keep])]
 
 
 def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> Kernel:

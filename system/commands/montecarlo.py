@@ -1,148 +1,432 @@
-"""`noctule montecarlo TARGET`: metrics of a block or chip over dies."""
+"""`noctule montecarlo TARGET`: metrics of a block, a chip or a system over dies."""
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import asdict, dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from circuits.blocks.metric import Metric
+import numpy as np
+
 from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
-from system import montecarlo
+from circuits.process import check_temperature
+from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar, quantity_cell
 from system.files import write_text_atomic
-from system.montecarlo import QUANTILES, Row
-from system.options import Choice, choose, describe_silicon
+from system.options import read_die
 from system.plot import check_picture, save_picture
+from system.registry import system_names
 from system.silicon_choice import SiliconChoice
+from system.study.confidence_sequence import StopRule, ended, sequence_interval
+from system.study.engine import Outcome, Submit, on_threads, run_study
+from system.study.interval import Estimate
+from system.study.manifest import Study
+from system.study.picture import draw_study
+from system.study.plan import METHODS, Method, Plan
+from system.study.specification import Specification, judge, parse_spec
+from system.study.summary import Summary, Yield, summarise, summarise_yield
+from system.study.table import Condition, Table, empty, join, select, to_csv
+from system.study.target import BlockTarget, Quantity, Subject, Target, open_target
+
+SHOWN = (0.025, 0.25, 0.5, 0.75, 0.975)  # quantiles of the printed table
+LISTED = 20  # failed samples that the reader sees
 
 
 @dataclass(frozen=True, slots=True)
-class _Run:
-    choice: Choice
-    metrics: tuple[Metric, ...]
-    dies: range
-    table: list[Row]
+class Request:
+    """What the options ask for, as text and numbers."""
+
+    subject: Subject
+    temperatures: tuple[str, ...]
+    corners: tuple[str, ...]
+    trials: int
+    samples: int
+    first_die: int
+    plan: Method
+    seed: int
+    chunk: int
+    specs: tuple[str, ...]
+    until: str | None
+    require: str | None
+    threads: int | None
+    workers: int | None
+    scheduler: str | None
+    output: str | None
+    resume: bool
+    csv: str | None
+    plot: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A finished study with its specifications; `rule`: by which it might have stopped."""
+
+    study: Study
+    target: Target
+    outcome: Outcome
+    specifications: tuple[Specification, ...]
+    rule: StopRule | None
+
+    @property
+    def table(self) -> Table:
+        """The samples."""
+        return self.outcome.table
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What was measured."""
+        return self.target.quantities
 
 
 def montecarlo_command(
-    target: str,
     *,
-    names: Sequence[str],
-    count: int,
-    first_die: int,
+    target: str,
+    metrics: Sequence[str],
     params: Sequence[str],
     biases: Sequence[str],
+    bias_set: str | None,
     bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
     stimuli: Sequence[str],
-    workers: int | None,
-    csv: str | None,
-    plot: str | None,
+    silicon: SiliconChoice,
+    level: str,
+    duration: str,
+    temperatures: Sequence[str],
+    corners: Sequence[str],
+    specs: Sequence[str],
     as_json: bool,
+    **options: Any,
 ) -> None:
-    """Measure `target` on dies, print statistics, and write a row a die (`csv`) and a picture (`plot`).
+    """Measure the target on dies, print statistics, and leave files as asked."""
+    is_system = target in system_names()
+    system = {"level": level, "duration": parse_quantity(duration, "s", "--duration")} if is_system else {}
+    if is_system and list(metrics) == ["best_delay"]:
+        metrics = ("held_fraction", "range_error_mean_m")  # what a block is asked for by default has none
+    subject = Subject(
+        target, tuple(metrics), tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon,
+        system,
+    )  # fmt: skip
+    measure(
+        Request(subject, tuple(temperatures), tuple(corners), specs=tuple(specs), **options), as_json=as_json
+    )
 
-    Interrupted, it leaves the rows that were finished in `csv`.
-    """
-    _check(count, first_die, csv, plot)
-    choice = choose(target, params, biases, bias_kind, silicon, stimuli)
-    metrics = montecarlo.metrics_of(choice, names)
-    if stimuli and all(m.unit or m.value is None for m in metrics):
-        raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
-    run = _Run(choice, metrics, range(first_die, first_die + count), [])
+
+def measure(request: Request, *, as_json: bool) -> None:
+    """Run the study that is asked for, and print it."""
+    study, specifications, rule = prepare(request)
+    target = open_target(study.subject)
+    tables: list[Table] = []
     try:
-        with progress_bar(f"{target}, {count} dies") as progress:
-            for row in montecarlo.rows(choice, metrics, run.dies, workers):
-                run.table.append(row)
-                progress(len(run.table) / count)
-    finally:
-        if csv is not None and run.table:
-            write_text_atomic(csv, montecarlo.to_csv(run.table, metrics))
-            if len(run.table) < count:
-                done = f"{len(run.table)} of {count} dies, those that were finished"
-                sys.stderr.write(f"noctule: {csv}: {done}\n")
-    if plot is not None:
-        save_picture(plot, lambda figure: montecarlo.draw(run.table, metrics, figure))
+        outcome = _run(request, study, specifications, rule, tables)
+    except KeyboardInterrupt:
+        _leave(request, study, target, tables)
+        raise
+    result = Result(study, target, outcome, specifications, rule)
+    units = [q.unit for q in target.quantities]
+    if request.csv is not None:
+        write_text_atomic(request.csv, to_csv(result.table, units))
+    if request.plot is not None:
+        save_picture(
+            request.plot, lambda figure: draw_study(result.table, target.quantities, specifications, figure)
+        )
+    for note in outcome.chunks_redone:
+        sys.stderr.write(f"noctule: {note}\n")
     if as_json:
-        print_json(_document(run))
+        print_json(document(result))
     else:
-        _print(run)
+        _print(result)
 
 
-def _check(count: int, first_die: int, csv: str | None, plot: str | None) -> None:
+def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRule | None]:
     """Find out before the work what would fail after it."""
-    if plot is not None:
-        check_picture(plot)
-    if csv is not None and not Path(csv).absolute().parent.is_dir():
-        raise DataError(f"{csv}: there is no folder {Path(csv).parent}; make it first (mkdir -p)")
-    if count < 1 or first_die < 0:
-        raise ParameterError(f"--samples: {count} from die {first_die}, must be at least 1 from die 0 on")
+    r = request
+    if r.plot is not None:
+        check_picture(r.plot)
+    if r.csv is not None and not Path(r.csv).absolute().parent.is_dir():
+        raise DataError(f"{r.csv}: there is no folder {Path(r.csv).parent}; make it first (mkdir -p)")
+    if r.samples < 0 or r.first_die < 0:
+        raise ParameterError(
+            f"--samples: {r.samples} from die {r.first_die}, must be 0 or more from die 0 on"
+        )
+    if r.trials < 1 or r.chunk < 1:
+        raise ParameterError(f"--trials, --chunk: {r.trials}, {r.chunk}, must be at least 1")
+    if r.plan not in METHODS:
+        raise ParameterError(f"--plan: {r.plan}, must be {', '.join(METHODS)}")
+    if r.resume and r.output is None:
+        raise ParameterError("--resume: which study, must come with --output FOLDER")
+    rule = _rule(r)
+    if rule is not None and r.plan != "random":
+        raise ParameterError(f"--until: its intervals need independent dies, {r.plan} has none; use random")
+    plan = Plan(r.plan, r.seed, r.first_die, r.samples)
+    study = Study(r.subject, plan, _conditions(r), r.chunk)
+    target = open_target(r.subject)
+    _check_target(r, target)
+    known = {q.name: q.unit for q in target.quantities}
+    return study, tuple(parse_spec(text, known) for text in r.specs), rule
 
 
-def _document(run: _Run) -> dict[str, Any]:
-    total = len(run.table)
-    silicon = {k: v for k, v in describe_silicon(run.choice.silicon).items() if k != "die"}
+def _rule(r: Request) -> StopRule | None:
+    if r.until is None and r.require is None:
+        return None
+    if not r.specs:
+        raise ParameterError("--until: of which yield, must come with --spec")
+    half_width = None if r.until is None else _share(r.until, "--until")
+    return StopRule(half_width, None if r.require is None else _share(r.require, "--require"))
+
+
+def _share(text: str, option: str) -> float:
+    """`2%` or `0.02`."""
+    number = parse_quantity(text.strip().removesuffix("%"), "", option)
+    return number / 100.0 if text.strip().endswith("%") else number
+
+
+def _conditions(r: Request) -> tuple[Condition, ...]:
+    celsius = [parse_quantity(t, "degC", "--temperature") for t in r.temperatures]
+    for value in celsius:
+        check_temperature(value)
+    return tuple(Condition(c, t, k) for c in r.corners for t in celsius for k in range(r.trials))
+
+
+def _check_target(r: Request, target: Target) -> None:
+    base = read_die(r.subject.silicon)
+    process = base.process and "random" in r.corners
+    if r.samples > 1 and not (base.mismatch or process):
+        raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
+    if isinstance(target, BlockTarget):
+        if r.trials > 1:
+            raise ParameterError(f"--trials: {r.trials}, a block without noise has one; leave it out")
+        if r.subject.stimuli and not target.runs_testbench:
+            raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
+
+
+def _run(
+    r: Request,
+    study: Study,
+    specifications: Sequence[Specification],
+    rule: StopRule | None,
+    tables: list[Table],
+) -> Outcome:
+    passed = samples = 0
+
+    def stop(table: Table) -> bool:
+        nonlocal passed, samples
+        tables.append(table)
+        samples += len(table)
+        if rule is None:
+            return False
+        passed += int(judge_table(table, specifications).passed.sum())
+        return ended(rule, sequence_interval(passed, samples, rule.level))
+
+    folder = None if r.output is None else Path(r.output)
+    with progress_bar(f"{r.subject.target}, {study.samples} samples") as progress, _workers(r) as (submit, n):
+        return run_study(
+            study, folder, submit=submit, ahead=n, resume=r.resume, stop=stop if rule or r.csv else None,
+            progress=progress, command=sys.argv,
+        )  # fmt: skip
+
+
+def _workers(r: Request) -> AbstractContextManager[tuple[Submit, int]]:
+    """Threads, or a Dask cluster where one is asked for."""
+    if r.scheduler is None and r.workers is None:
+        return on_threads(r.threads)
+    if r.threads is not None:
+        raise ParameterError("--threads: not with --workers or --scheduler; leave one out")
+    # dask is slow to import, and most studies run on threads
+    cluster: Callable[..., AbstractContextManager[tuple[Submit, int]]] = import_module(
+        "system.study.cluster"
+    ).on_cluster
+    return cluster(r.scheduler, r.workers)
+
+
+def _leave(r: Request, study: Study, target: Target, tables: Sequence[Table]) -> None:
+    """Write what was finished when the study was interrupted."""
+    table = join(tables) if tables else empty([q.name for q in target.quantities])
+    if r.csv is not None and len(table):
+        write_text_atomic(r.csv, to_csv(table, [q.unit for q in target.quantities]))
+        text = f"{len(table)} of {study.samples} samples, those that were finished"
+        sys.stderr.write(f"noctule: {r.csv}: {text}\n")
+    if r.output is not None:
+        sys.stderr.write(f"noctule: {r.output}: go on with --resume\n")
+
+
+def judge_table(table: Table, specifications: Sequence[Specification]) -> Any:
+    """Verdict of every sample."""
+    return judge(specifications, table.outcome, {m: table.column(m) for m in table.metrics})
+
+
+def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
+    """Samples of each corner at each temperature, in the order of the conditions."""
+    table = result.table
+    corner = np.array(table.corner, dtype=object)
+    for condition in dict.fromkeys((c.corner, c.temperature_c) for c in result.study.conditions):
+        mask = (corner == condition[0]) & (table.temperature_c == condition[1])
+        yield (*condition, select(table, mask.astype(np.bool_)))
+
+
+def document(result: Result) -> dict[str, Any]:
+    """The study as JSON has it."""
+    table, study = result.table, result.study
+    silicon = study.subject.silicon
+    found = list(groups(result))
+    single = len(found) == 1
     return {
-        "block": run.choice.block.name,
-        **silicon,
-        "first_die": run.dies.start,
-        "samples": total,
-        "classes": {
-            word: {"count": n, "share": n / total} for word, n in montecarlo.outcomes(run.table).items()
-        },
-        "metrics": {m.name: _metric(run, k, m) for k, m in montecarlo.numeric(run.metrics)},
-        "failed": [{"die": row.die, "reason": row.reason} for row in run.table if row.reason],
-        "dies": [row.die for row in run.table],
-        "outcomes": [row.outcome for row in run.table],
+        "target": study.subject.target,
+        "block": study.subject.target,
+        "temperature_C": found[0][1] if single else [t for _, t, _ in found],
+        "corner": found[0][0] if single else [c for c, _, _ in found],
+        "lot": silicon.lot,
+        "mismatch": silicon.mismatch,
+        "process_variation": silicon.process,
+        "at": silicon.at,
+        "first_die": study.plan.first,
+        "plan": study.plan.method,
+        "seed": study.plan.seed,
+        "samples": len(table),
+        "wanted": study.samples,
+        "stopped": result.outcome.stopped,
+        "chunks_read": result.outcome.chunks_read,
+        "chunks_redone": result.outcome.chunks_redone,
+        **_statistics(result, table),
+        "conditions": [
+            {"corner": c, "temperature_C": t, "samples": len(part), **_statistics(result, part)}
+            for c, t, part in found
+            if not single
+        ],
+        "failed": [
+            {
+                "die": int(table.die[k]),
+                "corner": table.corner[k],
+                "temperature_C": float(table.temperature_c[k]),
+                "trial": int(table.trial[k]),
+                "reason": table.reason[k],
+            }
+            for k in range(len(table))
+            if table.reason[k]
+        ],
+        "dies": table.die,
+        "outcomes": list(table.outcome),
+        "values": {m: table.column(m) for m in table.metrics},
     }
 
 
-def _metric(run: _Run, k: int, metric: Metric) -> dict[str, Any]:
-    values = [row.values[k] for row in run.table]
-    found = montecarlo.summarise(values)
+def _statistics(result: Result, table: Table) -> dict[str, Any]:
+    words = Counter(table.outcome)
+    total = max(len(table), 1)
+    ordered = sorted(words.items(), key=lambda item: (-item[1], item[0]))
     return {
-        "unit": metric.unit,
-        "defined": found.defined,
-        "undefined": len(values) - found.defined,
-        "mean": found.mean,
-        "sigma": found.sigma,
-        "quantiles": {str(q): v for q, v in zip(QUANTILES, found.quantiles, strict=True)},
-        "values": values,
+        "classes": {word: {"count": n, "share": n / total} for word, n in ordered},
+        "metrics": {q.name: _metric(result, table, q) for q in result.quantities},
+        "yield": _yield_document(result, table),
     }
 
 
-def _print(run: _Run) -> None:
-    total, silicon = len(run.table), run.choice.silicon
-    dies = f"dies {silicon.die.lot}/{run.dies.start} to {run.dies.stop - 1}"
-    print_line(f"{run.choice.block.name} at {silicon.temperature_c:g} degC, {dies}, {_varied(run)}\n")
-    shares = [(word, n, f"{100 * n / total:.1f} %") for word, n in montecarlo.outcomes(run.table).items()]
-    print_table("outcome", ("class", "dies:", "share:"), shares)
-    heads = ("metric", "defined:", "undefined:", "mean:", "sigma:", *(f"{100 * q:g} %:" for q in QUANTILES))
-    body = [_cells(run, k, m) for k, m in montecarlo.numeric(run.metrics)]
+def _metric(result: Result, table: Table, quantity: Quantity) -> dict[str, Any]:
+    s = summary(result, table, quantity)
+    return {
+        "unit": quantity.unit,
+        "defined": s.defined,
+        "undefined": s.undefined,
+        "infinite": s.infinite,
+        **{n: getattr(s, n).value for n in ("mean", "sigma", "skew")},
+        **{f"{n}_interval": asdict(getattr(s, n).interval) for n in ("mean", "sigma", "skew")},
+        "quantiles": {str(q.p): q.estimate.value for q in s.quantiles},
+        "quantile_intervals": {str(q.p): asdict(q.estimate.interval) for q in s.quantiles},
+    }
+
+
+def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
+    """Statistics of a metric; the bootstrap's generator is keyed by the study's seed."""
+    rng = np.random.Generator(np.random.Philox(key=result.study.plan.seed))
+    return summarise(table.column(quantity.name), rng)
+
+
+def study_yield(result: Result, table: Table) -> Yield | None:
+    """Yield against the specifications; its interval holds although the study may have stopped itself."""
+    if not result.specifications:
+        return None
+    found = summarise_yield(judge_table(table, result.specifications))
+    if result.rule is None or not found.samples:
+        return found
+    interval = sequence_interval(found.passed, found.samples, result.rule.level)
+    return Yield(found.samples, found.passed, Estimate(found.estimate.value, interval), found.causes)
+
+
+def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
+    found = study_yield(result, table)
+    if found is None:
+        return None
+    return {
+        "specifications": [str(s) for s in result.specifications],
+        "passed": found.passed,
+        "value": found.estimate.value,
+        "interval": asdict(found.estimate.interval),
+        "kind": "confidence sequence" if result.rule else "Clopper-Pearson",
+        "causes": dict(found.causes),
+    }
+
+
+def _print(result: Result) -> None:
+    study, table = result.study, result.table
+    last = study.plan.first + len(table) // len(study.conditions) - 1
+    print_line(
+        f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
+        f" {study.plan.method}, {_varied(study)}{'; stopped early' if result.outcome.stopped else ''}\n"
+    )
+    for corner, celsius, part in groups(result):
+        where = f" at {celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
+        _print_group(result, part, where)
+    failed = [k for k in range(len(table)) if table.reason[k]]
+    for k in failed[:LISTED]:
+        print_line(f"die {table.die[k]} failed: {table.reason[k]}")
+    if len(failed) > LISTED:
+        print_line(f"and {len(failed) - LISTED} more failed; --csv or --json has them all")
+
+
+def _print_group(result: Result, table: Table, where: str) -> None:
+    words = sorted(Counter(table.outcome).items(), key=lambda item: (-item[1], item[0]))
+    rows = [(word, n, f"{100.0 * n / len(table):.1f} %") for word, n in words]
+    print_table(f"outcome{where}", ("class", "samples:", "share:"), rows)
+    heads = ("metric", "defined:", "undefined:", "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
+    body = [_cells(result, table, q) for q in result.quantities]
     if body:
-        print_table("metrics, where they are defined", heads, body)
-    for row in run.table:
-        if row.reason:
-            print_line(f"die {row.die} failed: {row.reason}")
+        print_table("metrics, where they are defined; 95 % interval of the mean", heads, body)
+    found = study_yield(result, table)
+    if found is not None:
+        _print_yield(result, found)
 
 
-def _cells(run: _Run, k: int, metric: Metric) -> tuple[object, ...]:
-    found = montecarlo.summarise([row.values[k] for row in run.table])
-    numbers = (found.mean, found.sigma, *found.quantiles)
-    texts = ("" if math.isnan(x) else quantity_cell(x, metric.unit) for x in numbers)
-    return metric.name, found.defined, len(run.table) - found.defined, *texts
+def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:
+    def cell(value: float) -> str:
+        return quantity_cell(value, quantity.unit) if math.isfinite(value) else ""
+
+    s = summary(result, table, quantity)
+    ends = s.mean.interval
+    between = f"{cell(ends.low)} to {cell(ends.high)}" if s.defined > 1 else ""
+    quantiles = [cell(q.estimate.value) for q in s.quantiles if q.p in SHOWN]
+    counts = (s.defined, s.undefined + s.infinite)
+    return quantity.name, *counts, cell(s.mean.value), between, cell(s.sigma.value), *quantiles
 
 
-def _varied(run: _Run) -> str:
-    die = run.choice.silicon.die
-    process = "process" if die.process else ""
-    parts = [
-        "mismatch" if die.mismatch else "",
-        process if die.corner == "random" else f"corner {die.corner}",
-    ]
-    return " and ".join(p for p in parts if p)
+def _print_yield(result: Result, found: Yield) -> None:
+    low, high = found.estimate.interval.low, found.estimate.interval.high
+    kind = "confidence sequence" if result.rule else "Clopper-Pearson"
+    specs = " and ".join(str(s) for s in result.specifications)
+    share = f"{100.0 * found.estimate.value:.2f} %" if found.samples else "not defined"
+    print_line(f"yield {share}, 95 % interval {100.0 * low:.2f} to {100.0 * high:.2f} % ({kind}): {specs}")
+    rows = [(cause, n, f"{100.0 * n / found.samples:.1f} %") for cause, n in found.causes.items()]
+    if rows:
+        print_table("does not pass because of", ("cause", "samples:", "share:"), rows)
+
+
+def _varied(study: Study) -> str:
+    silicon = study.subject.silicon
+    parts = ["mismatch"] if silicon.mismatch else []
+    if silicon.process and any(c.corner == "random" for c in study.conditions):
+        parts.append("process")
+    return " and ".join(parts) or "corners only"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.approach import LAWS, LEVELS, Scenario, Trace
+from system.approach_trace import BOXES, LAWS, LEVELS, Scenario, Trace
 from system.commands.output import print_json, print_line, print_table, progress_bar
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
@@ -21,6 +22,7 @@ def run_command(
     system: str,
     targets: str | None,
     level: str | None,
+    transistors: Sequence[str],
     isolation: bool,
     amplitude_law: str | None,
     duration: str | None,
@@ -36,7 +38,8 @@ def run_command(
         check_picture(plot)
     chosen = _choice("--level", level or LEVELS[0], LEVELS)
     scenario = scenario_of(targets, isolation, amplitude_law, duration, silicon, seed, noise)
-    scenario = replace(scenario, level=chosen)  # type: ignore[arg-type]
+    boxes = frozenset(_choice("--transistors", box, BOXES) for box in transistors)
+    scenario = replace(scenario, level=chosen, transistors=boxes)  # type: ignore[arg-type]
     with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
         trace: Trace = loaded.run(scenario, progress)
     summary = loaded.summarise(trace)
@@ -87,6 +90,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
     return {
         "system": system,
         "level": scenario.level,
+        "transistors": sorted(scenario.transistors),
         "temperature_C": scenario.temperature_c,
         **describe_die(scenario.die),
         "isolation": scenario.isolation,

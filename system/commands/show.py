@@ -31,6 +31,7 @@ def show_command(
     *,
     params: Sequence[str],
     biases: Sequence[str],
+    bias_set: str | None,
     bias_kind: BiasKind | None,
     silicon: SiliconChoice,
     plot: str | None,
@@ -39,7 +40,7 @@ def show_command(
     """Print what `block` is made of, and draw its graph into the file `plot`."""
     if plot is not None:
         check_picture(plot)
-    choice = choose(block, params, biases, bias_kind, silicon)
+    choice = choose(block, params, biases, bias_kind, silicon, bias_set=bias_set)
     document = _describe(choice)
     if plot is not None:
         save_picture(plot, lambda figure: draw_circuit(choice.circuit, figure))

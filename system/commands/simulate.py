@@ -14,8 +14,9 @@ from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
+from netlists.raw import write_raw
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
-from system.files import write_text_atomic
+from system.files import replace_atomic, write_text_atomic
 from system.options import Choice, choose, describe_silicon
 from system.plot import check_picture, draw_waveforms, save_picture
 from system.silicon_choice import SiliconChoice
@@ -26,6 +27,7 @@ def simulate_command(
     *,
     params: Sequence[str],
     biases: Sequence[str],
+    bias_set: str | None,
     bias_kind: BiasKind | None,
     silicon: SiliconChoice,
     stimuli: Sequence[str],
@@ -33,20 +35,24 @@ def simulate_command(
     engine: str,
     plot: str | None,
     csv: str | None,
+    raw: str | None,
     as_json: bool,
 ) -> None:
-    """Simulate `block`, print its outcome, and write waveforms (`csv`) and a picture (`plot`)."""
+    """Simulate `block`, print its outcome, and write waveforms (`csv`, `raw`) and a picture (`plot`)."""
     if plot is not None:
         check_picture(plot)
-    choice = choose(block, params, biases, bias_kind, silicon, stimuli)
-    run = _engine(engine, rtol)
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
+    run = engine_named(engine, rtol)
     with working(f"simulating {block} (the first run compiles its kernels)"):
         result = run(choice.testbench(), choice.silicon)
         document = _describe(choice, result, engine)
     if csv is not None:
         write_text_atomic(csv, waveform_table(result))
+    if raw is not None:
+        with replace_atomic(raw) as temporary:
+            write_raw(result, temporary)
     if plot is not None:
-        save_picture(plot, lambda figure: draw_waveforms(result, _plotted(choice, result), figure))
+        save_picture(plot, lambda figure: draw_waveforms(result, plotted(choice, result), figure))
     if as_json:
         print_json(document)
     else:
@@ -62,7 +68,8 @@ def waveform_table(result: Result) -> str:
     return text.getvalue()
 
 
-def _engine(name: str, rtol: float | None) -> Callable[[Testbench, Silicon], Result]:
+def engine_named(name: str, rtol: float | None) -> Callable[[Testbench, Silicon], Result]:
+    """What runs a testbench: `native`, to which rtol is told, or `ngspice`."""
     if name == "native":
         tolerance = DEFAULT_RTOL if rtol is None else rtol
         return lambda testbench, silicon: simulate(testbench, silicon, rtol=tolerance)
@@ -73,7 +80,8 @@ def _engine(name: str, rtol: float | None) -> Callable[[Testbench, Silicon], Res
     return run
 
 
-def _plotted(choice: Choice, result: Result) -> tuple[str, ...]:
+def plotted(choice: Choice, result: Result) -> tuple[str, ...]:
+    """Nodes that a picture shows."""
     return choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
 
 

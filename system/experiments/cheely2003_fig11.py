@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from system.approach import Scenario, Trace, draw, run, summarise
+from system.approach import run
+from system.approach_trace import Scenario, Trace, draw, summarise
 from system.experiment import Experiment, Progress, Report, Row
 
 DURATION = 4.0  # s

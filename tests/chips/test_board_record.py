@@ -17,7 +17,7 @@ from chips.board_record import (
     write_board_record,
 )
 from chips.hearing_model import circuits
-from circuits.blocks import centroid_board, vocalization_controller
+from circuits.blocks import centroid_board, first_target_isolation, vocalization_controller
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 from circuits.process import AMI_1500
@@ -27,6 +27,7 @@ CIRCUITS: dict[str, tuple[Circuit, ...]] = {
     "centroid_board": (centroid_board.build(),),
     "vocalization_controller": (vocalization_controller.build(),),
     "hearing": circuits(),
+    "first_target_isolation": (first_target_isolation.build(),),
 }
 
 

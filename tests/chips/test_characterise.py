@@ -76,8 +76,12 @@ def test_the_command_writes_a_record(
 
 def test_the_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["characterise", "dpi-synapse"]) == 2
-    known = "known are centroid-board, hearing, rebound-neuron, vocalization-controller"
+    known = "centroid-board, first-target-isolation, hearing, rebound-neuron, vocalization-controller"
     assert known in capsys.readouterr().err
+    assert main(["characterise", "rebound-neuron", "--bias-set", "robust"]) == 2
+    assert "the package's record has the errors at the block's own" in capsys.readouterr().err
+    assert main(["characterise", "centroid-board", "--bias-set", "robust"]) == 2
+    assert "has no named sets" in capsys.readouterr().err
     assert main(["characterise", "rebound-neuron", "-o", str(tmp_path)]) == 2
     assert "must be a file" in capsys.readouterr().err
 

@@ -1,5 +1,6 @@
 """Biases: gate voltages invert the law, generators are proportional to absolute temperature."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -8,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circuits.bias import bias_voltages, gate_voltage, rebias
+from circuits.bias import bias_voltages, die_current, gate_voltage, rebias
 from circuits.blocks import rebound_neuron
 from circuits.circuit import Bias, BiasKind, Circuit, Port
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
+from circuits.die import Die
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
 from circuits.process import AMI_1500, Law, Polarity, at_temperature
 from circuits.silicon import Silicon
@@ -162,3 +164,24 @@ def test_a_current_that_no_gate_within_the_supply_gives_is_refused() -> None:
     circuit = rebias(rebound_neuron.build(), {"i_inh_tau": 0.2})
     with pytest.raises(ParameterError, match=r"i_inh_tau: 0\.2 A needs .* V on the gate of mi5, beyond"):
         bias_voltages(circuit, circuit.bias("i_inh_tau"), Silicon())
+
+
+def test_the_current_on_a_die_is_that_of_its_own_device() -> None:
+    neuron = rebound_neuron.build()
+    bias = neuron.bias("i_rtau")
+    assert die_current(neuron, bias, Silicon()) == pytest.approx(400e-12, rel=1e-9)
+    silicon = Silicon(die=Die(number=1003))
+    mr2 = neuron.device("membrane.mr2")
+    assert isinstance(mr2, Transistor)
+    v_t0, beta = silicon.deviation(neuron.name, (("membrane", ()), ("mr2", ())), mr2.width * mr2.length)
+    shift = silicon.law("p").v_t0 - Silicon().law("p").v_t0 + float(np.ravel(v_t0)[0])
+    scale = (
+        silicon.law("p").square_current / Silicon().law("p").square_current * (1 + float(np.ravel(beta)[0]))
+    )
+    # in weak inversion the current falls e-fold in U_T / kappa of the threshold; at 400 pA, a hundredth of
+    # I_S, the EKV law is a tenth below that
+    law = silicon.law("p")
+    expected = 400e-12 * scale * math.exp(-law.kappa * shift / law.u_t)
+    assert die_current(neuron, bias, silicon) == pytest.approx(expected, rel=0.1)
+    with pytest.raises(TopologyError, match="no current bias"):
+        die_current(neuron, neuron.bias("v_th"), silicon)

@@ -17,6 +17,25 @@ def test_the_cache_of_every_function_carries_the_common_stamp(function: Any) -> 
     assert function._cache._cache_file._source_stamp == source_stamp()
 
 
+def _stamp(*files: str) -> bytes:
+    """The stamp, read again."""
+    module._own_stamp.cache_clear()
+    source_stamp.cache_clear()
+    return source_stamp(files)
+
+
+def test_the_stamp_of_a_caller_elsewhere_follows_its_own_file_and_its_callees(tmp_path: Path) -> None:
+    caller, callee = tmp_path / "caller.py", tmp_path / "callee.py"
+    caller.write_text("a", encoding="utf-8")
+    callee.write_text("b", encoding="utf-8")
+    files = (str(caller), str(callee))
+    stamps = [_stamp(), _stamp(*files)]
+    for path in (caller, callee):
+        path.write_text("changed", encoding="utf-8")
+        stamps.append(_stamp(*files))
+    assert len(set(stamps)) == 4
+
+
 def test_the_stamp_follows_the_contents_of_every_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -26,13 +45,13 @@ def test_the_stamp_follows_the_contents_of_every_file(
     device.write_text("a", encoding="utf-8")
     solver.write_text("b", encoding="utf-8")
     monkeypatch.setattr(module, "_HERE", tmp_path)
-    stamps = [source_stamp.__wrapped__()]
+    stamps = [_stamp()]
     for path in (device, solver):
         path.write_text("changed", encoding="utf-8")
-        stamps.append(source_stamp.__wrapped__())
+        stamps.append(_stamp())
     assert len(set(stamps)) == 3
     device.touch()
-    assert source_stamp.__wrapped__() == stamps[-1]
+    assert _stamp() == stamps[-1]
 
 
 def test_a_compiled_function_computes() -> None:

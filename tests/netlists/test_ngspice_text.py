@@ -86,7 +86,7 @@ def test_a_device_type_without_a_lowering_is_named() -> None:
         (EXAMPLES[5], "vdrive a 0 dc 5.0"),
         (Source("k", "a", Constant(1e-9), "current"), "ik 0 a dc 1e-09"),
         (Source("w[2,1]", "w[2,1]", Driven(1.5)), "vw#2#1 w#2#1 0 dc 1.5"),
-        (Source("odd name!", "a", Constant(1.0)), "vodd#20name#21 a 0 dc 1.0"),
+        (Source("odd name!", "a", Constant(1.0)), "vodd#x20name#x21 a 0 dc 1.0"),
     ],
 )
 def test_linear_elements_are_plain_cards(device: Device, text: str) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from chips.ranging_chip import BEST_DELAYS
-from system.approach import Box, Scenario, Trace, estimated_range, run, summarise
+from system.approach import run
+from system.approach_trace import Box, Scenario, Trace, estimated_range, summarise
 from system.targets import Approach, Target
 
 NEAR = (

@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
+from netlists.dialect import dialect_names
 from system import registry
-from system.command_line import main
+from system.command_line import Dialect, main
 from system.commands import listing, reproduce
 from system.commands.output import plain
 from system.experiment import Experiment, Progress, Report, Row
@@ -253,6 +254,28 @@ def test_export(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
     assert (found["file"], found["lines"]) == (str(path), path.read_text().count("\n"))
 
 
+def test_export_for_another_simulator(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+    assert [each.value for each in Dialect] == dialect_names()
+    found = run_json("export", "ranging-chip", "--dialect", "spectre", "-o", str(tmp_path / "chip.scs"))
+    assert (found["dialect"], found["models"]) == ("spectre", "ekv")
+    assert (found["definitions"], found["devices"]) == (7, 13 * 40)
+    found = run_json("export", BLOCK, "--models", "bsim3", "--die", "3", "-o", "-")
+    assert found["models"] == "bsim3"
+    assert "delvto=" in found["netlist"]
+    status, _, err = run("export", BLOCK, "--models", "bsim3", "--dialect", "cdl", "-o", "-")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "models: bsim3, cdl has ekv" in err
+    layout = tmp_path / "layout.csv"
+    layout.write_text("v_mem,12fF\nmembrane.v_r,1f\n")
+    found = run_json("export", BLOCK, "--parasitics", str(layout), "-o", "-")
+    assert found["parasitics"] == 2
+    assert "parasitic0 v_r 0 1e-15" in found["netlist"]
+    layout.write_text("v_men,12fF\n")
+    status, _, err = run("export", BLOCK, "--parasitics", str(layout), "-o", "-")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "layout.csv:1: no node v_men" in err
+
+
 @pytest.mark.parametrize(
     ("place", "words"), [("/dev/full", "no space is left"), ("/nowhere/a.cir", "no folder")]
 )
@@ -364,3 +387,20 @@ def test_a_module_that_is_missing_is_one_line(run: Run, monkeypatch: pytest.Monk
 
 def test_json_has_no_nan() -> None:
     assert plain({"a": float("nan"), "b": (1.0, float("inf"))}) == {"a": None, "b": [1.0, None]}
+
+
+def test_the_approach_runs_behaviourally_with_a_box_of_transistors(
+    run: Run, run_json: Callable[..., Any]
+) -> None:
+    options = ("run", "approach", "--duration", "300ms", "--level", "behavioural", "--die", "1003")
+    fast = run_json(*options, "--temperature", "20")
+    assert (fast["level"], fast["transistors"], fast["die"]) == ("behavioural", [], 1003)
+    assert fast["summary"]["solver_steps"] == 0
+    assert fast["summary"]["calls"] > 0
+    mixed = run_json(*options, "--transistors", "centroid")
+    assert mixed["transistors"] == ["centroid"]
+    assert mixed["summary"]["solver_steps"] > 0
+    status, out, err = run(*options, "--transistors", "wing")
+    assert (status, out) == (2, "")
+    assert err.startswith("noctule: --transistors: wing, must be chip or centroid")
+    assert err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""Monte Carlo over dies: every sample is counted, and is the same for any workers."""
+"""Monte Carlo over dies from the command line: every sample is counted."""
 
 import csv
 import io
@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,22 +18,24 @@ import pytest
 
 from circuits.bias import rebias
 from circuits.blocks import rebound_neuron
-from circuits.blocks.tuning import NeuronClass, Tuning, tune, tuning_machine
-from circuits.blocks.tuning_metrics import BEST_DELAY, CLASS, T_INH
+from circuits.blocks.tuning import NeuronClass, tune, tuning_machine
 from circuits.die import Die
-from circuits.errors import ParameterError, UnknownNameError
+from circuits.errors import UnknownNameError
 from circuits.lowering.kernel import Machine
 from circuits.registry import METRICS, load_metric, metric_names
 from circuits.silicon import Silicon
-from system import montecarlo
 from system.command_line import main
-from system.montecarlo import Row
 from system.options import choose
-from system.silicon_choice import SiliconChoice
+from system.study.metric import metrics_of
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = "rebound-neuron"
-DIES = range(1000, 1008)
+HERE = "tests.system.test_montecarlo"
+
+
+def nine_in_ten(machine: Machine) -> float:
+    """1 for nine dies in ten."""
+    return float((machine.silicon.die.number or 0) % 10 != 9)
 
 
 @pytest.fixture
@@ -46,63 +47,28 @@ def run_json(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
     return call
 
 
-def test_rows_are_the_dies_in_order_for_any_workers() -> None:
-    choice = choose(BLOCK, silicon=SiliconChoice(process=False))
-    metrics = montecarlo.metrics_of(choice, ["best-delay", "t_inh", "class"])
-    one, two = (list(montecarlo.rows(choice, metrics, DIES, workers)) for workers in (1, 2))
-    assert [repr(row) for row in one] == [repr(row) for row in two]
-    assert [row.die for row in one] == list(DIES)
-    for row in one[:3]:
-        silicon = Silicon(die=Die(number=row.die, process=False))
-        found = tune(tuning_machine(rebound_neuron.build(), silicon))
-        assert row.outcome == found.outcome.value
-        np.testing.assert_array_equal(row.values, (found.best_delay, found.t_inh, math.nan))
+def test_samples_are_the_dies_in_order(run_json: Callable[..., Any]) -> None:
+    found = run_json(
+        "montecarlo", BLOCK, "-n", "3", "--no-process", "--metric", "best-delay", "--metric", "t_inh"
+    )
+    assert found["dies"] == [1000, 1001, 1002]
+    for k, number in enumerate(found["dies"]):
+        silicon = Silicon(die=Die(number=number, process=False))
+        tuning = tune(tuning_machine(rebound_neuron.build(), silicon))
+        assert found["outcomes"][k] == tuning.outcome.value
+        value = found["values"]["best_delay"][k]
+        assert (math.nan if value is None else value) == pytest.approx(
+            tuning.best_delay, nan_ok=True, rel=0.0
+        )
+        assert found["values"]["t_inh"][k] == tuning.t_inh
 
 
-def test_a_sample_that_fails_is_counted() -> None:
-    def fails(machine: Machine) -> Tuning:
-        if machine.silicon.die.number == 1001:
-            raise ZeroDivisionError("no slope")
-        return Tuning(NeuronClass.WORKS, 1.0, 3.0)
-
-    choice = choose(BLOCK)
-    table = list(montecarlo.rows(choice, [replace(BEST_DELAY, measure=fails)], range(1000, 1003)))
-    assert [row.outcome for row in table] == ["works", "failed", "works"]
-    assert table[1].reason == "no slope"
-    assert montecarlo.outcomes(table) == {"works": 2, "failed": 1}
-    assert montecarlo.summarise([row.values[0] for row in table]).defined == 2
-
-
-def test_metrics_of_different_measurements_share_the_die() -> None:
-    choice = choose(BLOCK, silicon=SiliconChoice(process=False))
-    metrics = montecarlo.metrics_of(choice, ["t_inh", "t_inh_s"])
-    for row in montecarlo.rows(choice, metrics, range(1000, 1003)):
-        tuned, simulated = row.values
+def test_metrics_of_different_measurements_share_the_die(run_json: Callable[..., Any]) -> None:
+    found = run_json(
+        "montecarlo", BLOCK, "-n", "3", "--no-process", "--metric", "t_inh", "--metric", "t_inh_s"
+    )
+    for tuned, simulated in zip(found["values"]["t_inh"], found["values"]["t_inh_s"], strict=True):
         assert simulated == pytest.approx(tuned, rel=1e-3)
-
-
-def test_statistics() -> None:
-    values = [1.0, 2.0, 3.0, 4.0, math.nan]
-    found = montecarlo.summarise(values)
-    assert (found.defined, found.mean) == (4, 2.5)
-    assert found.sigma == pytest.approx(np.std(values[:4], ddof=1))
-    assert found.quantiles == pytest.approx(np.quantile(values[:4], montecarlo.QUANTILES))
-    assert montecarlo.summarise([2.0]).defined == 1
-    assert math.isnan(montecarlo.summarise([2.0]).sigma)
-    assert math.isnan(montecarlo.summarise([math.nan]).mean)
-
-
-def test_a_csv_has_a_row_a_die() -> None:
-    table = [
-        Row(7, "works", (6.4e-3, 5.5e-3, math.nan)),
-        Row(8, "failed", (math.nan,) * 3, 'step too small, at "x"'),
-    ]
-    text = montecarlo.to_csv(table, [BEST_DELAY, T_INH, CLASS])
-    assert list(csv.reader(io.StringIO(text))) == [
-        ["die", "class", "best_delay_s", "t_inh_s", "reason"],
-        ["7", "works", "0.0064", "0.0055", ""],
-        ["8", "failed", "", "", 'step too small, at "x"'],
-    ]
 
 
 def test_the_metrics_of_the_registry_belong_to_their_circuits() -> None:
@@ -113,17 +79,7 @@ def test_the_metrics_of_the_registry_belong_to_their_circuits() -> None:
     with pytest.raises(UnknownNameError, match="metric nothing: unknown"):
         load_metric("nothing")
     with pytest.raises(UnknownNameError, match=r"metric best_delay: unknown; known are .*supply_power_W"):
-        montecarlo.metrics_of(choose("onset-neuron"), ["best_delay"])
-
-
-def test_a_run_in_which_nothing_varies_is_refused() -> None:
-    for silicon in (
-        SiliconChoice(mismatch=False, process=False),
-        SiliconChoice(corner="ss", mismatch=False),
-    ):
-        choice = choose(BLOCK, silicon=silicon)
-        with pytest.raises(ParameterError, match="all dies are one"):
-            next(montecarlo.rows(choice, [BEST_DELAY], DIES))
+        metrics_of(choose("onset-neuron"), ["best_delay"])
 
 
 def test_the_command_says_it_all(run_json: Callable[..., Any], tmp_path: Path) -> None:
@@ -136,35 +92,76 @@ def test_the_command_says_it_all(run_json: Callable[..., Any], tmp_path: Path) -
     assert metric["defined"] + metric["undefined"] == 6
     assert sum(c["count"] for c in found["classes"].values()) == 6
     assert metric["defined"] == found["classes"]["works"]["count"]
-    assert set(metric["quantiles"]) == {"0.025", "0.25", "0.5", "0.75", "0.975"}
+    assert {"0.025", "0.25", "0.5", "0.75", "0.975"} <= set(metric["quantiles"])
+    assert metric["mean_interval"]["low"] <= metric["mean"] <= metric["mean_interval"]["high"]
     rows = list(csv.DictReader(io.StringIO(table.read_text())))
     assert [row["class"] for row in rows] == found["outcomes"]
     values = [float(row["best_delay_s"]) for row in rows if row["best_delay_s"]]
     assert metric["mean"] == pytest.approx(np.mean(values), rel=1e-12)
-    assert [None if not row["best_delay_s"] else float(row["best_delay_s"]) for row in rows] == metric[
-        "values"
-    ]
+    cells = [None if not row["best_delay_s"] else float(row["best_delay_s"]) for row in rows]
+    assert cells == found["values"]["best_delay"]
     assert picture.stat().st_size > 1000
 
 
 def test_the_command_prints_shares(capsys: pytest.CaptureFixture[str]) -> None:
-    assert (
-        main(["montecarlo", BLOCK, "-n", "3", "--metric", "class", "--corner", "ff", "--workers", "1"]) == 0
-    )
+    options = ["--metric", "class", "--corner", "ff", "--corner", "ss", "--threads", "1"]
+    assert main(["montecarlo", BLOCK, "-n", "3", *options, "--spec", "class is works"]) == 0
     out = capsys.readouterr().out
-    assert "dies A/1000 to 1002, mismatch and corner ff" in out
-    assert "%" in out
+    assert "dies A/1000 to 1002, random, mismatch" in out
+    assert "outcome at 27 degC, corner ff" in out
+    assert "outcome at 27 degC, corner ss" in out
+    assert "(Clopper-Pearson): class is works" in out
+
+
+def test_a_study_stops_when_its_yield_is_known(run_json: Callable[..., Any]) -> None:
+    quick = f"{HERE}:nine_in_ten"
+    options = ("--metric", quick, "--chunk", "10", "--spec", "nine_in_ten in 0.5:", "-n", "1000")
+    found = run_json("montecarlo", BLOCK, *options, "--require", "50%")
+    assert found["stopped"]
+    assert found["samples"] < 60
+    assert found["yield"]["kind"] == "confidence sequence"
+    assert found["yield"]["interval"]["low"] > 0.5
+    wide = run_json("montecarlo", BLOCK, *options, "--until", "20%")
+    interval = wide["yield"]["interval"]
+    assert 0.5 * (interval["high"] - interval["low"]) < 0.2
+
+
+def test_a_folder_keeps_a_study_and_resumes_it(run_json: Callable[..., Any], tmp_path: Path) -> None:
+    options = ("montecarlo", BLOCK, "--metric", f"{HERE}:nine_in_ten", "--chunk", "4", "-o", str(tmp_path))
+    first = run_json(*options, "-n", "8")
+    longer = run_json(*options, "-n", "12", "--resume")
+    assert longer["chunks_read"] == 2
+    assert longer["values"]["nine_in_ten"][:8] == first["values"]["nine_in_ten"]
+    assert (tmp_path / "samples.nc").exists()
+
+
+def test_a_system_is_a_target(run_json: Callable[..., Any]) -> None:
+    options = ("--duration", "500ms", "--metric", "calls", "--temperature", "20", "--temperature", "27")
+    found = run_json("montecarlo", "approach", "-n", "2", *options)
+    assert found["samples"] == 4
+    assert [c["temperature_C"] for c in found["conditions"]] == [20.0, 27.0]
+    assert min(found["values"]["calls"]) > 1
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["-n", "0"], "must be at least 1"),
-        (["--first-die", "-1"], "from die 0 on"),
+        (["-n", "-1"], "must be 0 or more"),
+        (["--first-die", "-1"], "die 0 on"),
+        (["--spec", "best_dely in 1ms:"], "did you mean best_delay"),
+        (["--until", "2%"], "must come with --spec"),
+        (["--until", "2%", "--spec", "class is works", "--plan", "lhs"], "need independent dies"),
+        (["--resume"], "must come with --output"),
+        (["--trials", "2"], "a block without noise has one"),
+        (["--metric", "no_such_module:f"], "give MODULE:FUNCTION"),
+        (["--threads", "2", "--workers", "2"], "leave one out"),
+        (["--temperature", "300"], "must be within"),
         (["--metric", "best_dely"], "did you mean best_delay"),
-        (["--workers", "0"], "workers: 0, must be at least 1"),
+        (["--threads", "0"], "--threads: 0, must be at least 1"),
         (["--csv", "/nonexistent/a.csv"], "there is no folder"),
         (["--stimulus", "delay=3ms"], "no metric of these runs the testbench"),
+        (["--stimulus", "delay=3ms", "--metric", "spikes_per_echo"], "no metric of these runs the testbench"),
+        (["--bias-set", "rob"], "known are burst, facts, robust, single-spike"),
         (["--no-mismatch", "--no-process"], "all dies are one"),
     ],
 )
@@ -189,7 +186,15 @@ def test_an_interrupt_leaves_what_was_finished(tmp_path: Path) -> None:
     assert err.splitlines()[-1] == "noctule: interrupted"
     if table.exists():  # on a slow machine the signal can come before the first die
         count = len(table.read_text().splitlines()) - 1
-        assert err.splitlines()[0] == f"noctule: {table}: {count} of 100000 dies, those that were finished"
+        assert err.splitlines()[0] == f"noctule: {table}: {count} of 100000 samples, those that were finished"
+
+
+def test_the_share_of_dies_with_one_spike_an_echo(run_json: Callable[..., Any]) -> None:
+    arguments = ("montecarlo", BLOCK, "-n", "4", "--metric", "spikes-per-echo", "--no-process", "--bias-set")
+    assert run_json(*arguments, "single-spike")["classes"] == {"one-spike": {"count": 4, "share": 1.0}}
+    burst = run_json(*arguments, "burst")
+    assert set(burst["classes"]) == {"several-spikes"}
+    assert min(burst["values"]["spikes_per_echo"]) >= 2
 
 
 def test_the_robust_biases_keep_the_nominal_neuron_and_work_on_fresh_dies() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from chips.ranging_chip import CHIP
 from circuits.blocks.block import Stimulus
-from circuits.blocks.rebound_neuron import BLOCK
+from circuits.blocks.rebound_neuron import BIAS_SETS, BLOCK
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
 from system.options import choose, parameters, read_biases, read_params, read_stimuli, read_voltages
 from system.silicon_choice import SiliconChoice
@@ -104,3 +104,23 @@ def test_a_choice_carries_it_all() -> None:
     assert choice.stimuli["delay"] == 3e-3
     with pytest.raises(UnknownNameError, match="did you mean rebound-neuron"):
         choose("rebound_neuron")
+
+
+def test_a_named_set_of_biases_and_a_bias_on_top() -> None:
+    def values(**options: object) -> dict[str, object]:
+        circuit = choose("rebound-neuron", **options).circuit  # type: ignore[arg-type]
+        return {b.name: b.value for b in circuit.biases}
+
+    assert values(bias_set="facts") == values()
+    assert values(bias_set="burst") == BIAS_SETS["burst"]
+    assert values(bias_set="burst", biases=["v_th=2.55"]) == {**BIAS_SETS["burst"], "v_th": 2.55}
+    # a set is complete: it replaces what a place on the chip gives the neuron
+    there = SiliconChoice(at="ranging-chip/neuron[5]")
+    assert values(bias_set="robust", silicon=there) == BIAS_SETS["robust"]
+
+
+def test_bad_sets_of_biases() -> None:
+    with pytest.raises(UnknownNameError, match="known are burst, facts, robust, single-spike"):
+        choose("rebound-neuron", bias_set="busrt")
+    with pytest.raises(ParameterError, match="--bias-set: robust, ranging-chip has no named sets"):
+        choose("ranging-chip", bias_set="robust")

@@ -9,6 +9,7 @@ import pytest
 from chips import ranging_chip
 from circuits.die import Die
 from system import approach
+from system.approach_trace import Scenario
 from system.command_line import main
 from system.options import choose, describe_silicon
 from system.silicon_choice import SiliconChoice
@@ -109,7 +110,7 @@ def test_the_title_of_a_netlist_names_the_die(capsys: pytest.CaptureFixture[str]
 
 
 def test_the_neurons_of_the_approach_are_the_chip_s() -> None:
-    loop = approach.build(approach.Scenario(die=Die(number=1003)))
+    loop = approach.build(Scenario(die=Die(number=1003)))
     for k in (0, 5):
         choice = choose(BLOCK, silicon=SiliconChoice(die=1003, at=f"ranging-chip/neuron[{k}]"))
         cell: Any = loop.parts[f"neuron[{k}]"]

@@ -7,9 +7,10 @@ import math
 import pytest
 
 from circuits.blocks import rebound_neuron
-from circuits.blocks.tuning import RESOLUTION, NeuronClass, tune, tuning_machine
+from circuits.blocks.tuning import RESOLUTION, NeuronClass, rebound_bound, tune, tuning_machine
 from circuits.die import Die
 from circuits.silicon import Silicon
+from circuits.solver.transient import Runner
 
 
 # Nearly grazing dies: at 1e-4 the first edge of 77 is 53 us off, and 171 counts as working.
@@ -31,3 +32,13 @@ def test_what_does_not_work_has_no_best_delay() -> None:
     assert tuning.outcome is not NeuronClass.WORKS
     assert math.isnan(tuning.best_delay)
     assert not math.isnan(tuning.t_inh)
+
+
+def test_a_slow_rebound_is_waited_for() -> None:
+    """The pFETs of this die pass so little I_rtau that its rebound outlasts C_r V_dd / 400 pA, 7.5 ms."""
+    machine = tuning_machine(rebound_neuron.build(), Silicon(die=Die(number=2138)))
+    tuning = tune(machine)
+    bound = rebound_bound(Runner(machine))
+    assert tuning.t_reb > 7.5e-3
+    assert tuning.t_reb < 0.99 * bound
+    assert tuning.last < tuning.t_inh + 0.99 * bound

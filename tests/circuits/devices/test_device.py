@@ -20,7 +20,7 @@ from circuits.devices import (
 from circuits.devices.source import Constant
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering import analysis, graph, kernel
-from netlists import ngspice_text
+from netlists.dialect import dialect_names, load_dialect
 
 EXAMPLES: dict[type[Device], Device] = {
     Transistor: Transistor("m", "n", "d", "g", "s", "0", 1e-6, 1e-6),
@@ -34,8 +34,8 @@ EXAMPLES: dict[type[Device], Device] = {
 LOWERINGS: dict[str, Any] = {
     "kernel": kernel.add_device,
     "graph": graph.describe_device,
-    "ngspice": ngspice_text.format_device,
     "analysis": analysis.to_equation,
+    **{f"{d} {m}": f for d in dialect_names() for m, f in load_dialect(d).devices.items()},
 }
 NAMED: list[tuple[Device, str]] = [
     (Capacitor("c", "a", "b", 0.0), "c.capacitance: 0 F, must be > 0"),

@@ -1,0 +1,95 @@
+"""Claim: netlists of a 13-neuron chip compare in seconds, and of 1,000 neurons on a die in less than 30 s.
+
+Both are exported for ngspice and for HSPICE on one die and read again; the two circuits with all deviations
+are then compared, and the first once more with one transistor changed, which must be found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import replace
+
+from chips.registry import load_chip
+from circuits.circuit import Circuit, InstanceArray, Node
+from circuits.die import Die
+from circuits.registry import load_block
+from circuits.silicon import Deviation, Silicon
+from circuits.testbench import Testbench
+from netlists.compare import compare
+from netlists.dialect import Settings, load_dialect
+from netlists.reader import Imported, read_netlist
+
+NEURONS, QUICK_NEURONS = 1000, 100
+LIMITS = {"13 neurons": 5.0, "array": 30.0}  # s
+
+
+def chip() -> Testbench:
+    """The ranging chip with its testbench."""
+    block = load_chip("ranging-chip")
+    return block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+
+
+def array(count: int) -> Testbench:
+    """Rebound neurons that share their inputs; what each puts out is a node of its own."""
+    block = load_block("rebound-neuron")
+    neuron = block.build(block.params())
+    bench = block.testbench(neuron, {s.name: s.default for s in block.stimuli}, 5.0)
+    ports = {p.name: p.name for p in neuron.ports}
+    circuit = Circuit(
+        "array",
+        tuple(p for p in neuron.ports if p.direction == "in"),
+        (),
+        (InstanceArray("neuron", neuron, (count,), ports),),
+        tuple(Node(p.name, (count,)) for p in neuron.ports if p.direction == "out"),
+        tuple(replace(b, device=f"neuron.{b.device}" if b.device else None) for b in neuron.biases),
+    )
+    return Testbench("array", circuit, bench.sources, bench.stop)
+
+
+def read_again(bench: Testbench, dialect: str) -> tuple[Imported, float]:
+    """Export on die 1003 and import; the seconds are those of the import."""
+    text = load_dialect(dialect).write(bench, Silicon(die=Die(number=1003)), Settings())
+    start = time.perf_counter()
+    return read_netlist(text), time.perf_counter() - start
+
+
+def measure(name: str, bench: Testbench, limit: float) -> list[dict[str, object]]:
+    """Rows of one circuit: import, and comparison."""
+    (a, reading), (b, _) = read_again(bench, "ngspice"), read_again(bench, "hspice")
+    start = time.perf_counter()
+    same = compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations))
+    seconds = time.perf_counter() - start
+    path = sorted(a.deviations)[len(a.deviations) // 2]
+    moved = {**a.deviations, path: Deviation(a.deviations[path].v_t0 + 1e-6, a.deviations[path].beta)}
+    other = compare(a.circuit, b.circuit, deviations=(moved, b.deviations))
+    if not same.equal or [d.path for d in other.differences] != [path]:
+        raise SystemExit(f"{name}: equal {same.equal}, found {other.differences} where {path} was changed")
+    told = f"equal, and 1 uV in {path} found among {same.devices[0]} devices"
+    return [
+        {"name": f"compare {name}", "ours": seconds, "peer": limit, "ratio": limit / seconds,
+         "accuracy": told, "cores": 1},
+        {"name": f"import {name}", "ours": reading, "peer": None, "ratio": None, "accuracy": "-", "cores": 1},
+    ]  # fmt: skip
+
+
+def main() -> None:
+    """Measure both circuits and print the rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--quick", action="store_true", help=f"{QUICK_NEURONS} neurons instead of {NEURONS}")
+    options = parser.parse_args()
+    count = QUICK_NEURONS if options.quick else NEURONS
+    rows = measure("13 neurons", chip(), LIMITS["13 neurons"])
+    rows += measure(f"{count} neurons", array(count), LIMITS["array"])
+    if options.json:
+        print(json.dumps(rows, indent=2))
+        return
+    for row in rows:
+        allowed = "" if row["peer"] is None else f" of {row['peer']} s allowed"
+        print(f"{row['name']:22} {row['ours']:7.3f} s{allowed}; {row['accuracy']}")
+
+
+if __name__ == "__main__":
+    main()

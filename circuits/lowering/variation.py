@@ -1,0 +1,54 @@
+"""What varies on a die of a circuit: the standard normals behind its transistors, labelled and drawn.
+
+Two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where its
+process varies. Labels are those of `circuits.sampling`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices import Transistor
+from circuits.die import PARAMETERS, SHARED_PLACE, Die, Path, Place, standard_normals
+from circuits.lowering.flatten import FlatCircuit
+from circuits.process import POLARITIES
+from circuits.sampling import labels
+from circuits.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+
+def variation_labels(flat: FlatCircuit, silicon: Silicon) -> tuple[str, ...]:
+    """Label of every standard normal that the silicon's die draws for the circuit."""
+    return tuple(
+        label
+        for place, paths, parameter in _families(flat, silicon)
+        for label in labels(place, paths, parameter)
+    )
+
+
+def variation_draws(flat: FlatCircuit, silicon: Silicon, die: Die) -> F64:
+    """The standard normals of `die`, float64[labels]; the nominal die has none: zeros."""
+    families = _families(flat, silicon)
+    if die.number is None:
+        return np.zeros(len(variation_labels(flat, silicon)))
+    drawn = [standard_normals(die, place, paths, parameter) for place, paths, parameter in families]
+    return np.concatenate([np.zeros(0), *drawn])
+
+
+def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
+    """Place, paths and parameter of what is drawn at once."""
+    place = ((flat.circuit.name, ()),) if silicon.place is None else silicon.place
+    groups = [g for g in flat.groups if isinstance(g.device, Transistor)]
+    paths: list[Path] = [(*g.path, (g.device.name, ())) for g in groups]
+    found: list[tuple[Place, list[Path], str]] = []
+    if silicon.die.mismatch and paths:
+        found += [(place, paths, parameter) for parameter in PARAMETERS]
+    if silicon.die.process and silicon.die.corner == "random":
+        found += [
+            (SHARED_PLACE, [((polarity, ()),)], f"shared.{parameter}")
+            for polarity in POLARITIES
+            for parameter in PARAMETERS
+        ]
+    return found

@@ -1,0 +1,211 @@
+"""The walk that all dialects share: design -> lines, definitions first, then the testbench.
+
+A dialect is a `Writer`: how it opens and closes a definition, calls one, writes a device, and what it says
+at the end. Notes (`netlists.annotation`) stand where their module says.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from circuits.circuit import Circuit
+from circuits.devices.device import Device
+from circuits.silicon import Deviation, Silicon
+from circuits.testbench import Testbench
+from netlists.annotation import (
+    FORMAT_VERSION,
+    Annotation,
+    Biased,
+    Header,
+    Parasitic,
+    bench_note,
+    circuit_notes,
+    device_notes,
+    format_annotation,
+    instance_notes,
+    silicon_notes,
+    source_notes,
+)
+from netlists.dialect import POINTS, Analysis, DeviceFormatter, Method, Settings
+from netlists.naming import Naming
+from netlists.traversal import Call, Definition, Design, Drive, element, split_path, to_design
+
+WIDTH = 100
+NOT_RUN = "not run here: written to the simulator's manual, checked by reading it back"
+
+
+class Control(NamedTuple):
+    """What a dialect says at the end: models, analysis, options, nodes to save (its names), starts."""
+
+    silicon: Silicon
+    models: str
+    analysis: Analysis
+    stop: float
+    step: float
+    reltol: float
+    method: Method
+    saved: list[str]
+    starts: list[tuple[str, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Writer:
+    """A dialect's text. Lines come finished; words that `call` and `open` get are names of the dialect."""
+
+    dialect: str
+    remark: str  # how far the text has been tried; empty for what is run here
+    comment: str
+    naming: Naming
+    separator: str  # between the names of a path in a run
+    open: Callable[[str, Definition], list[str]]
+    close: Callable[[str], list[str]]
+    call: Callable[[str, list[str], str], list[str]]
+    head: Callable[[], list[str]]
+    control: Callable[[Control], list[str]]
+    top: Callable[[str, list[str], str], list[str]] | None = (
+        None  # calls the testbench's circuit; else `call`
+    )
+
+
+def no_cards(design: Design) -> list[str]:
+    """Lines of no models."""
+    return []
+
+
+def no_control(control: Control) -> list[str]:
+    """Nothing at the end."""
+    return []
+
+
+def format_deck(
+    writer: Writer,
+    format_device: DeviceFormatter,
+    cards: Callable[[Design], list[str]],
+    testbench: Testbench,
+    silicon: Silicon,
+    settings: Settings,
+    title: str | None = None,
+) -> str:
+    """Complete netlist of a testbench; `cards` gives the models that its devices name."""
+    design = to_design(testbench, silicon, settings.parasitics)
+    top = Call(design.top.name, (), design.top.name, design.top.ports)
+    walk = _Walk(writer, format_device, silicon)
+    lines = [
+        format_title(writer, title or testbench.title, testbench.circuit.name, silicon),
+        *writer.head(),
+        *([f"{writer.comment} {writer.dialect}: {writer.remark}"] if writer.remark else []),
+        *walk.notes([Annotation("noctule", Header(FORMAT_VERSION, writer.dialect, settings.models))]),
+        *walk.notes(silicon_notes(silicon)),
+        *cards(design),
+        *itertools.chain.from_iterable(map(walk.definition, design.definitions)),
+        *walk.notes([bench_note(testbench)]),
+        *walk.call(top, writer.top or writer.call),
+        *itertools.chain.from_iterable(map(walk.drive, design.drives)),
+        *writer.control(_control(writer, testbench, silicon, settings, design)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def format_title(writer: Writer, what: str, circuit: str, silicon: Silicon) -> str:
+    """First line of a netlist; `what` is folded into one line."""
+    place = "" if silicon.place is None else " at " + "/".join(element(*part) for part in silicon.place)
+    made = f"process {silicon.process.name}, {silicon.die}, temperature {silicon.temperature_c!r} degC"
+    return f"{writer.comment} {' '.join(what.split())}: circuit {circuit}{place}, {made}"
+
+
+def run_name(writer: Writer, path: str, top: Definition) -> str:
+    """Name by which a run of the definition `top` knows the node at `path`."""
+    *instances, node = (writer.naming.node(element(*part)) for part in split_path(path))
+    if path in top.ports:
+        return node
+    outer = (f"x{writer.naming.node(top.name)}", *(f"x{name}" for name in instances))
+    return writer.separator.join((*outer, node))
+
+
+def wrap(words: Iterable[str], width: int = WIDTH) -> list[str]:
+    """One card of `words` in lines of about `width` characters, continued by `+`."""
+    lines, line = [], ""
+    for word in words:
+        if line and len(line) + len(word) >= width:
+            lines.append(line)
+            line = "+"
+        line = f"{line} {word}" if line else word
+    return [*lines, line]
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    """One netlist on its way; equal circuits and devices are annotated once and copied."""
+
+    writer: Writer
+    format_device: DeviceFormatter
+    silicon: Silicon
+    circuits: dict[int, tuple[list[str], list[list[str]]]] = field(default_factory=dict)
+    devices: dict[Device, list[str]] = field(default_factory=dict)
+
+    def notes(self, notes: Iterable[Annotation]) -> list[str]:
+        return [line for note in notes for line in format_annotation(note, self.writer.comment)]
+
+    def definition(self, definition: Definition) -> list[str]:
+        name = self.writer.naming.node(definition.name)
+        own, of_instances = self._circuit(definition.circuit)
+        lines = [*self.writer.open(name, definition), *own]
+        for device, deviation in definition.devices:
+            lines += self._device(device, deviation)
+            lines += self.format_device(device, self.silicon, deviation)
+        for device in definition.parasitics:
+            lines += self.notes([Annotation("parasitic", Parasitic(device.name))])
+            lines += self.format_device(device, self.silicon)
+        for notes, calls in zip(of_instances, definition.calls, strict=True):
+            lines += notes
+            for call in calls:
+                lines += self.call(call, self.writer.call)
+        return [*lines, *self.writer.close(name)]
+
+    def call(self, call: Call, write: Callable[[str, list[str], str], list[str]]) -> list[str]:
+        node = self.writer.naming.node
+        return write(
+            "x" + node(element(call.name, call.index)), [node(n) for n in call.nodes], node(call.definition)
+        )
+
+    def drive(self, drive: Drive) -> list[str]:
+        own = (
+            [Annotation("biased", Biased(drive.source.node))] if drive.biased else source_notes(drive.source)
+        )
+        return [
+            *self.notes(own),
+            *(line for each in drive.elements for line in self.format_device(each, self.silicon)),
+        ]
+
+    def _circuit(self, circuit: Circuit) -> tuple[list[str], list[list[str]]]:
+        if id(circuit) not in self.circuits:
+            inner = [self.notes(instance_notes(i)) for i in circuit.instances]
+            self.circuits[id(circuit)] = (self.notes(circuit_notes(circuit)), inner)
+        return self.circuits[id(circuit)]
+
+    def _device(self, device: Device, deviation: Deviation) -> list[str]:
+        notes = device_notes(device, deviation)
+        if notes and device not in self.devices:
+            self.devices[device] = self.notes(notes[-1:])
+        return [*self.notes(notes[:-1]), *self.devices[device]] if notes else []
+
+
+def _control(
+    writer: Writer, testbench: Testbench, silicon: Silicon, settings: Settings, design: Design
+) -> Control:
+    name = functools.partial(run_name, writer, top=design.top)
+    return Control(
+        silicon,
+        settings.models,
+        settings.analysis,
+        testbench.stop,
+        testbench.stop / POINTS if settings.tmax is None else settings.tmax,
+        settings.reltol,
+        settings.method,
+        [name(path) for path in (design.nodes if settings.nodes is None else settings.nodes)],
+        [(name(path), float(v)) for path, v in sorted(testbench.start.items())],
+    )

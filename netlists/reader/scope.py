@@ -1,0 +1,86 @@
+"""Parameters in reach of a section, and the values of words that use them.
+
+A parameter may be used before the card that defines it, as in SPICE: definitions wait until what they need
+has its value, without recursion. A section sees its own parameters, then those of the top level.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from netlists.reader.card import Card, shown
+from netlists.reader.expression import ExpressionError, Linear, evaluate, evaluate_linear
+from netlists.reader.limits import Limits
+from netlists.reader.number import read_number
+
+_IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
+Definition = tuple[str, Card]  # text of the value, and where it stands
+
+
+@dataclass(slots=True)
+class Scope:
+    """Values by name; `parent` is the top level's, None for the top level itself."""
+
+    limits: Limits
+    parent: Scope | None = None
+    values: dict[str, float] = field(default_factory=dict)
+
+    def lookup(self, name: str) -> float | None:
+        """Value of a parameter, None where there is none."""
+        value = self.values.get(name)
+        return self.parent.lookup(name) if value is None and self.parent is not None else value
+
+    def number(self, card: Card, what: str, word: str) -> float:
+        """Finite value of a word: a number, a parameter, or an expression in braces or quotes."""
+        value = read_number(word)
+        if value is None:
+            try:
+                value = evaluate(_bare(word), self.lookup, self.limits)
+            except ExpressionError as error:
+                raise card.error(f"{what}: {shown(word)}: {error}") from None
+        if not abs(value) < float("inf"):
+            raise card.error(f"{what}: {shown(word)}, must be finite; write a smaller number")
+        return value
+
+    def linear(self, card: Card, what: str, text: str) -> Linear:
+        """Value of an expression that may be linear in node voltages."""
+        try:
+            return evaluate_linear(_bare(text), self.lookup, self.limits)
+        except ExpressionError as error:
+            raise card.error(f"{what}: {error}") from None
+
+    def define(self, definitions: Mapping[str, Definition]) -> None:
+        """Evaluate definitions in the order that they need; raises `DataError` for a cycle among them."""
+        waiting = {name: d for name, d in definitions.items() if name not in self.values}
+        for name in list(waiting):
+            self._define(name, waiting)
+
+    def _define(self, wanted: str, waiting: dict[str, Definition]) -> None:
+        stack = [wanted] if wanted in waiting else []
+        begun: set[str] = set()
+        while stack:
+            name = stack[-1]
+            text, card = waiting.get(name, ("", None))
+            if card is None:
+                stack.pop()
+                continue
+            needed = dict.fromkeys(n for n in _IDENTIFIER.findall(text) if n in waiting and name not in begun)
+            if any(n in begun or n == name for n in needed):
+                raise card.error(f".param {shown(name)}: defined by itself; break the cycle")
+            begun.add(name)
+            if needed:
+                stack += needed
+                continue
+            self.values[name] = self.number(card, f".param {shown(name)}", text)
+            del waiting[name]
+            stack.pop()
+
+
+def _bare(word: str) -> str:
+    """Expression inside braces or quotes."""
+    text = word.strip()
+    while len(text) > 1 and text[0] + text[-1] in {"{}", "''", '""'}:
+        text = text[1:-1].strip()
+    return text

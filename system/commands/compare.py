@@ -1,0 +1,47 @@
+"""`noctule compare`: whether two netlists are the same circuit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from netlists.compare import TOLERANCE, Comparison, compare
+from netlists.reader import read_netlist
+from system.commands.output import print_json, print_line
+
+DIFFERENT = 1  # exit status
+
+
+def compare_command(first: str, second: str, *, root: str | None, dialect: str | None, as_json: bool) -> int:
+    """Print whether the circuits of two netlist files are equal; returns 0 if they are, else 1."""
+    folder = None if root is None else Path(root)
+    a, b = (read_netlist(Path(file), root=folder, dialect=dialect) for file in (first, second))
+    found = compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations))
+    if as_json:
+        print_json(_document(first, second, found))
+    else:
+        _print(found)
+    return 0 if found.equal else DIFFERENT
+
+
+def _document(first: str, second: str, found: Comparison) -> dict[str, object]:
+    return {
+        "first": first,
+        "second": second,
+        "equal": found.equal,
+        "devices": found.devices,
+        "nodes": found.nodes,
+        "size_tolerance": TOLERANCE,
+        "not_compared": ["stimuli", "kinds of ports", "parasitics"],
+        "differences": [{"kind": d.kind, "path": d.path, "text": d.text} for d in found.differences],
+    }
+
+
+def _print(found: Comparison) -> None:
+    if found.equal:
+        counts = f"{found.devices[0]} devices, {found.nodes[0]} nodes"
+        print_line(f"equal: {counts}; stimuli and parasitics are not compared")
+        return
+    devices, nodes = (" and ".join(map(str, pair)) for pair in (found.devices, found.nodes))
+    print_line(f"different: {devices} devices, {nodes} nodes; the first differences:")
+    for difference in found.differences:
+        print_line(str(difference))

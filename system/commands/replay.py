@@ -1,0 +1,111 @@
+"""`noctule replay STUDY --die K`: one sample of a study again, with waveforms and a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from circuits.units import parse_quantity
+from netlists.raw import write_raw
+from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.commands.simulate import engine_named, plotted, waveform_table
+from system.files import replace_atomic, write_text_atomic
+from system.options import describe_die
+from system.plot import check_picture, draw_waveforms, save_picture
+from system.study.replay import Replay, replay
+from system.study.target import Measurement, SystemTarget
+
+
+def replay_command(
+    folder: str,
+    *,
+    die: int,
+    corner: str | None,
+    temperature: str | None,
+    trial: int | None,
+    engine: str,
+    plot: str | None,
+    csv: str | None,
+    raw: str | None,
+    as_json: bool,
+) -> None:
+    """Measure the sample again, say whether it is the one that was kept, and write what is asked for."""
+    if plot is not None:
+        check_picture(plot)
+    celsius = None if temperature is None else parse_quantity(temperature, "degC", "--temperature")
+    with working(f"measuring die {die} again"):
+        found = replay(Path(folder), die, corner, celsius, trial)
+        extra = _waveforms(found, engine, plot, csv, raw)
+    if as_json:
+        print_json(_document(found) | extra)
+    else:
+        _print(found, extra)
+
+
+def _waveforms(
+    found: Replay, engine: str, plot: str | None, csv: str | None, raw: str | None
+) -> dict[str, Any]:
+    if isinstance(found.target, SystemTarget):
+        system, trace = found.target, found.target.run(found.die, found.condition)
+        if plot is not None:
+            save_picture(plot, lambda figure: system.draw(trace, figure))
+        return {}
+    choice = found.choice()
+    result = engine_named(engine, None)(choice.testbench(), choice.silicon)
+    if csv is not None:
+        write_text_atomic(csv, waveform_table(result))
+    if raw is not None:
+        with replace_atomic(raw) as temporary:
+            write_raw(result, temporary)
+    if plot is not None:
+        save_picture(plot, lambda figure: draw_waveforms(result, plotted(choice, result), figure))
+    return {
+        "engine": engine,
+        "stimuli": choice.stimuli,
+        "testbench_outcome": choice.block.outcome(result),
+        "spikes_s": {port: times.tolist() for port, times in result.spikes.items()},
+        "measures": plain(choice.block.measures(result)),
+    }
+
+
+def _document(found: Replay) -> dict[str, Any]:
+    return {
+        "target": found.study.subject.target,
+        **describe_die(found.die),
+        "plan": found.study.plan.name,
+        "temperature_C": found.condition.temperature_c,
+        "trial": found.condition.trial,
+        "kept": None if found.kept is None else _measured(found, found.kept),
+        "again": _measured(found, found.again),
+        "identical": found.identical,
+    }
+
+
+def _measured(found: Replay, one: Measurement) -> dict[str, Any]:
+    names = [q.name for q in found.target.quantities]
+    return {"class": one.outcome, **dict(zip(names, one.values, strict=True)), "reason": one.reason}
+
+
+def _print(found: Replay, extra: dict[str, Any]) -> None:
+    kept_class = "-" if found.kept is None else found.kept.outcome
+    rows: list[Sequence[object]] = [("class", kept_class, found.again.outcome)]
+    for k, quantity in enumerate(found.target.quantities):
+        kept = math.nan if found.kept is None else found.kept.values[k]
+        cells = (_cell(v, quantity.unit) for v in (kept, found.again.values[k]))
+        rows.append((quantity.name, *cells))
+    where = f"{found.condition.temperature_c:g} degC, {found.die}"
+    print_table(f"{found.study.subject.target} at {where}", ("quantity", "kept:", "again:"), rows)
+    if found.kept is None:
+        print_line("the study has not measured this sample yet")
+    else:
+        print_line("identical to what was kept" if found.identical else "NOT what was kept: another version?")
+    if found.again.reason:
+        print_line(f"failed: {found.again.reason}")
+    for port, times in extra.get("spikes_s", {}).items():
+        print_line(f"{port}, {extra['engine']}: {' '.join(f'{t:.9g} s' for t in times) or 'no spike'}")
+
+
+def _cell(value: float, unit: str) -> str:
+    return quantity_cell(value, unit) if math.isfinite(value) else "-"

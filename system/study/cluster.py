@@ -1,0 +1,50 @@
+"""Chunks of a study on a Dask cluster, one elsewhere or a local one of processes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from typing import Any
+
+from distributed import Client, LocalCluster
+
+from circuits.errors import ParameterError
+from system.study.engine import AHEAD, Submit, Waiting, measure_dies
+from system.study.manifest import Study
+
+RETRIES = 3  # of a chunk whose worker died
+TIMEOUT = "10s"  # of a scheduler that does not answer
+
+
+@contextmanager
+def on_cluster(address: str | None, workers: int | None = None) -> Iterator[tuple[Submit, int]]:
+    """Hand chunks to the Dask cluster at `address`, or to a local one of `workers` processes.
+
+    A chunk whose worker dies is done again elsewhere. Raises `ParameterError` where no scheduler answers.
+    """
+    if workers is not None and workers < 1:
+        raise ParameterError(f"--workers: {workers}, must be at least 1")
+    with _local(workers) if address is None else nullcontext(address) as cluster, _client(cluster) as client:
+        count = len(client.scheduler_info()["workers"])
+        if count == 0:
+            raise ParameterError(f"--scheduler: {address} has no workers; start some (dask worker {address})")
+
+        def submit(study: Study, dies: range) -> Waiting:
+            chunk: Waiting = client.submit(measure_dies, study, dies, pure=False, retries=RETRIES)
+            return chunk
+
+        yield submit, AHEAD * count
+
+
+def _local(workers: int | None) -> Any:
+    return LocalCluster(
+        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    )
+
+
+def _client(cluster: Any) -> Any:
+    try:
+        return Client(cluster, timeout=TIMEOUT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        reason = " ".join(str(error).split())[:100]
+        raise ParameterError(f"--scheduler: {cluster}, no answer ({reason}); start it first") from None

@@ -1,0 +1,228 @@
+"""Running a study: chunks of dies on threads or on a Dask cluster, kept on disk as they are finished.
+
+A chunk depends on the study alone, so that workers, order, interruptions and resumes change nothing. Chunks
+are taken in order, whatever the order in which they end, and a rule that stops early sees them so. At most
+what is in work is lost when everything is killed: a chunk's file is there whole or not at all, and a file
+that cannot be read is measured again and counted.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from circuits.die import Die
+from circuits.errors import DataError, ParameterError
+from system.options import read_die
+from system.study.manifest import FILE, Study, check_same, write_manifest
+from system.study.plan import sampling
+from system.study.table import Table, empty, join, read_table, write_table
+from system.study.target import Target, measure_safely, open_target
+
+CHUNKS, SAMPLES = "chunks", "samples.nc"
+AHEAD = 2  # chunks a worker that are handed out before they are asked for
+
+
+class Waiting(Protocol):
+    """A chunk that was handed out."""
+
+    def result(self) -> Table:
+        """Wait for the chunk."""
+
+
+Submit = Callable[[Study, range], Waiting]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a study came to.
+
+    table: samples in order; chunks_read, chunks_redone: taken from disk, and measured again because their
+    file was broken; stopped: whether a rule ended the study before its last die.
+    """
+
+    table: Table
+    chunks_read: int
+    chunks_redone: tuple[str, ...]
+    stopped: bool
+
+
+def measure_dies(study: Study, dies: range) -> Table:
+    """Measure one chunk, its samples in order."""
+    target = open_target(study.subject)
+    quantities = tuple(q.name for q in target.quantities)
+    found, where = [], []
+    for die in dies_of(study, target, dies):
+        for condition in study.conditions:
+            found.append(measure_safely(target, die, condition))
+            where.append((die.number or 0, condition))
+    if not found:
+        return empty(quantities)
+    return Table(
+        quantities,
+        np.array([number for number, _ in where], dtype=np.int64),
+        tuple(c.corner for _, c in where),
+        np.array([c.temperature_c for _, c in where]),
+        np.array([c.trial for _, c in where], dtype=np.int64),
+        tuple(m.outcome for m in found),
+        tuple(m.reason for m in found),
+        np.array([m.values for m in found], dtype=np.float64).reshape(len(found), len(quantities)),
+    )
+
+
+def dies_of(study: Study, target: Target, numbers: range) -> Iterator[Die]:
+    """The dies of some numbers, under the study's plan."""
+    base = read_die(study.subject.silicon)
+    plan = study.plan
+    labels = () if plan.method == "random" else target.labels()
+    drawn = sampling(plan, labels, numbers.start, numbers.stop)
+    for number in numbers:
+        yield replace(base, number=number, sampling=drawn)
+
+
+def run_study(
+    study: Study,
+    folder: Path | None = None,
+    *,
+    submit: Submit,
+    ahead: int = 1,
+    resume: bool = False,
+    stop: Callable[[Table], bool] | None = None,
+    progress: Callable[[float], None] | None = None,
+    command: Sequence[str] = (),
+) -> Outcome:
+    """Measure all samples of a study, or as many as `stop` asks for.
+
+    Parameters
+    ----------
+    study
+        What to measure.
+    folder
+        Where chunks, manifest and the final table go; nowhere unless given.
+    submit, ahead
+        How a chunk is handed out (see `on_threads`, `on_cluster`), and how many at once.
+    resume
+        Go on in a folder that has the study already; without it such a folder is refused.
+    stop
+        Asked after every chunk, in order, with its samples; True ends the study.
+    progress
+        Takes the share that is done.
+    command
+        Kept in the manifest.
+
+    Raises
+    ------
+    ParameterError
+        The folder has another study, or this one and `resume` is not given.
+    DataError
+        A file cannot be written.
+    """
+    if not study.plan.count > 0:
+        return Outcome(empty([q.name for q in open_target(study.subject).quantities]), 0, (), stopped=False)
+    if folder is not None:
+        _prepare(folder, study, resume=resume, command=command)
+    units = [q.unit for q in open_target(study.subject).quantities]
+    tables: list[Table] = []
+    read, redone, stopped = 0, [], False
+    chunks = study.chunks()
+    source = _ordered(study, chunks, folder, submit, ahead)
+    try:
+        for dies, table, note in source:
+            if note == "":
+                read += 1
+            elif folder is not None:
+                write_table(_file(folder, study, dies), table, units)
+            if note:
+                redone += [note] if note != _NEW else []
+            tables.append(table)
+            if progress is not None:
+                progress(len(tables) / len(chunks))
+            if stop is not None and stop(table):
+                stopped = len(tables) < len(chunks)
+                break
+    finally:
+        source.close()
+    whole = join(tables)
+    if folder is not None:
+        write_table(folder / SAMPLES, whole, units)
+    return Outcome(whole, read, tuple(redone), stopped)
+
+
+_NEW = "new"
+
+
+def _ordered(
+    study: Study, chunks: Sequence[range], folder: Path | None, submit: Submit, ahead: int
+) -> Generator[tuple[range, Table, str], None, None]:
+    """Chunks in order with a note: empty if read, `new`, or why an old file was not taken."""
+    waiting: deque[tuple[range, Table | Waiting, str]] = deque()
+    for dies in chunks:
+        known, note = (None, _NEW) if folder is None else _known(_file(folder, study, dies), study, dies)
+        waiting.append((dies, submit(study, dies) if known is None else known, note))
+        if len(waiting) > ahead:
+            yield _take(waiting.popleft())
+    while waiting:
+        yield _take(waiting.popleft())
+
+
+def _take(entry: tuple[range, Table | Waiting, str]) -> tuple[range, Table, str]:
+    dies, pending, note = entry
+    return dies, pending if isinstance(pending, Table) else pending.result(), note
+
+
+def _file(folder: Path, study: Study, dies: range) -> Path:
+    return folder / CHUNKS / f"{dies.start:012d}-{study.chunk}.nc"
+
+
+def _known(path: Path, study: Study, dies: range) -> tuple[Table | None, str]:
+    """A finished chunk, or None and why not."""
+    if not path.exists():
+        return None, _NEW
+    try:
+        table = read_table(path)
+    except DataError as error:
+        return None, str(error)
+    expected = [(d, c.corner, c.temperature_c, c.trial) for d in dies for c in study.conditions]
+    found = list(
+        zip(table.die.tolist(), table.corner, table.temperature_c.tolist(), table.trial.tolist(), strict=True)
+    )
+    if found == expected:
+        return table, ""
+    if found == expected[: len(found)]:
+        return None, _NEW  # the last chunk of a study that is now longer
+    return None, f"{path}: has other samples than its name says; measured again"
+
+
+def _prepare(folder: Path, study: Study, *, resume: bool, command: Sequence[str]) -> None:
+    if (folder / FILE).exists():
+        if not resume:
+            raise ParameterError(f"--output: {folder} has a study; add --resume to go on, or name another")
+        check_same(folder, study)
+    elif resume:
+        raise ParameterError(f"--resume: {folder} has no study to go on with; leave it out")
+    try:
+        (folder / CHUNKS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"{folder}: cannot be made, {error.strerror}; name another folder") from None
+    write_manifest(folder, study, command)
+
+
+@contextmanager
+def on_threads(workers: int | None = None) -> Iterator[tuple[Submit, int]]:
+    """Hand chunks to threads of this process, all cores unless given; the solver lets them run at once."""
+    count = os.cpu_count() or 1 if workers is None else workers
+    if count < 1:
+        raise ParameterError(f"--threads: {count}, must be at least 1")
+    executor = ThreadPoolExecutor(count)
+    try:
+        yield (lambda study, dies: executor.submit(measure_dies, study, dies)), AHEAD * count
+    finally:
+        executor.shutdown(cancel_futures=True)

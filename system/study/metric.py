@@ -1,0 +1,102 @@
+"""Metrics of a study by name: registered ones, what a testbench measures, and the user's own functions.
+
+A registered metric belongs to circuits of its name. What a testbench measures is read from one run of it. The
+user's own is `MODULE:FUNCTION`: a number, NaN where it is not defined, of the testbench's machine on a die.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from circuits.blocks.metric import Metric
+from circuits.circuit import Circuit
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.registry import load_metric, metric_names
+from circuits.silicon import Silicon
+from circuits.solver.transient import Result, simulate
+from system.options import Choice
+from system.registry import unknown
+
+MEASURED = "measured"
+
+
+def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
+    """Metrics by name, each once, in their order.
+
+    Raises `UnknownNameError` for a name that nothing has, `ParameterError` for a function that is not there.
+    """
+    wanted = list(dict.fromkeys(n if ":" in n else n.replace("-", "_") for n in names))
+    own = {m.name: m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits}
+    plain = [n for n in wanted if ":" not in n]
+    if any(name not in own for name in plain):
+        measured = _measured(choice)
+        for name in plain:
+            if name not in own and name not in measured:
+                raise unknown("metric", name, [*own, *measured])
+        own = {**measured, **own}
+    return tuple(_custom(choice, n) if ":" in n else own[n] for n in wanted)
+
+
+def measurements(metrics: Sequence[Metric]) -> list[Metric]:
+    """The first metric of each measurement that several can share, in order."""
+    return list({id(m.measure): m for m in reversed(metrics)}.values())[::-1]
+
+
+def runs_testbench(metric: Metric) -> bool:
+    """Whether the metric is of the block's testbench, so that stimuli reach it."""
+    return metric.measure is simulate or metric.outcome is _word
+
+
+def _measured(choice: Choice) -> dict[str, Metric]:
+    """What the testbench measures, as metrics; their names come from a run on the nominal die."""
+    measures, outcome = choice.block.measures, choice.block.outcome
+
+    def prepare(circuit: Circuit, silicon: Silicon) -> Machine:
+        return to_kernel(choice.testbench(), silicon)
+
+    def value(name: str, result: Result) -> float:
+        found = measures(result)[name]
+        return math.nan if found is None else found
+
+    def metric(name: str) -> Metric:
+        circuits, summary = (choice.circuit.name,), "of the testbench's run"
+        return Metric(
+            name, "", summary, circuits, prepare, simulate, outcome, _no_reason, partial(value, name)
+        )
+
+    nominal = simulate(
+        prepare(choice.circuit, replace(choice.silicon, die=replace(choice.silicon.die, number=None)))
+    )
+    return {name: metric(name) for name in measures(nominal)}
+
+
+def _custom(choice: Choice, name: str) -> Metric:
+    """`MODULE:FUNCTION`, a number of the testbench's machine on a die."""
+    module, _, attribute = name.partition(":")
+    if "" not in sys.path:
+        sys.path.insert(0, "")  # a module in the folder where the command was given
+    try:
+        function: Callable[[Machine], float] = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ParameterError(f"--metric: {name}, {error}; give MODULE:FUNCTION of a machine") from None
+
+    def prepare(circuit: Circuit, silicon: Silicon) -> Machine:
+        return to_kernel(replace(choice, circuit=circuit, silicon=silicon).testbench(), silicon)
+
+    summary, circuits = "a function of the user's", (choice.circuit.name,)
+    return Metric(attribute, "", summary, circuits, prepare, function, _word, _no_reason, float)
+
+
+def _word(_: Any) -> str:
+    return MEASURED
+
+
+def _no_reason(_: Any) -> str:
+    return ""

@@ -1,0 +1,74 @@
+"""Pictures of a study: outcomes, and a histogram a metric with the limits of the specifications."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.special import ndtri
+
+from system.plot import COLOURS, INK, PALE
+from system.study.specification import Limits, Specification
+from system.study.table import Table
+from system.study.target import Quantity
+
+MOST_BINS = 60
+
+
+def draw_study(
+    table: Table, quantities: Sequence[Quantity], specifications: Sequence[Specification], figure: Figure
+) -> None:
+    """A bar an outcome, then a histogram a metric."""
+    axes = figure.subplots(1 + len(quantities), 1, squeeze=False)[:, 0]
+    outcomes(table, axes[0])
+    for ax, quantity in zip(axes[1:], quantities, strict=True):
+        histogram(table, quantity, specifications, ax)
+    figure.align_ylabels(axes)
+
+
+def outcomes(table: Table, ax: Axes) -> None:
+    """Samples by class, the most frequent on top."""
+    counts = sorted(Counter(table.outcome).items(), key=lambda item: (-item[1], item[0]))
+    ax.barh([word for word, _ in counts], [n for _, n in counts], color=COLOURS[0])
+    ax.invert_yaxis()
+    ax.set_xlabel(f"samples of {len(table)}")
+
+
+def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specification], ax: Axes) -> None:
+    """Defined values with their mean, and the limits that they are held against."""
+    x = table.column(quantity.name)
+    x = x[np.isfinite(x)]
+    if x.size:
+        edges = np.histogram_bin_edges(x, "auto") if x.size > 1 else np.array([])
+        bins = min(max(edges.size - 1, 1), MOST_BINS)
+        ax.hist(x, bins=bins, color=COLOURS[0])
+        ax.axvline(float(x.mean()), color=INK, lw=1, ls="--")
+    for limits in specifications:
+        if isinstance(limits, Limits) and limits.metric == quantity.name:
+            for end in (limits.low, limits.high):
+                if math.isfinite(end):
+                    ax.axvline(end, color=COLOURS[1], lw=1.5)
+    ax.set_xlabel(_label(quantity))
+    ax.set_ylabel("samples")
+
+
+def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:
+    """Sorted values against the normal quantiles of their ranks, with the line of the same mean and sigma."""
+    x = table.column(quantity.name)
+    x = np.sort(x[np.isfinite(x)])
+    if x.size < 3:
+        ax.text(0.5, 0.5, "fewer than three defined values", ha="center", transform=ax.transAxes)
+        return
+    z = ndtri((np.arange(x.size) + 0.5) / x.size)
+    ax.plot(z, x, ".", color=COLOURS[0], ms=3)
+    ax.plot(z[[0, -1]], x.mean() + x.std(ddof=1) * z[[0, -1]], color=PALE, lw=2)
+    ax.set_xlabel("normal quantile (sigma)")
+    ax.set_ylabel(_label(quantity))
+
+
+def _label(quantity: Quantity) -> str:
+    return f"{quantity.name} ({quantity.unit})" if quantity.unit else quantity.name

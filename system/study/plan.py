@@ -1,0 +1,85 @@
+"""Sampling plans: which standard normals the dies of a study have.
+
+`random` is every die's own keyed draw: an edit elsewhere, another number of samples, a subset change nothing.
+`lhs` and `sobol` spread all dies of the study over the space of all draws together (scipy.stats.qmc): better
+means for as many samples, but the rows belong to the whole. Another number of samples, another transistor or
+another first die gives other dies, and such a study cannot be extended.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from circuits.errors import ParameterError
+from circuits.sampling import Sampling
+
+F64 = NDArray[np.float64]
+
+Method = Literal["random", "lhs", "sobol"]
+METHODS: tuple[Method, ...] = ("random", "lhs", "sobol")
+_LARGEST = 21_201  # dimensions that scipy's Sobol sequence has
+_EDGE = 2.0**-54  # a Sobol point may be 0, whose normal is infinite
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A method with its seed, over `count` dies from number `first` on."""
+
+    method: Method
+    seed: int
+    first: int
+    count: int
+
+    @property
+    def name(self) -> str:
+        """As in a die's name: `lhs/0`."""
+        return f"{self.method}/{self.seed}"
+
+    @property
+    def extensible(self) -> bool:
+        """Whether more dies leave the others as they are."""
+        return self.method == "random"
+
+
+def sampling(plan: Plan, labels: Sequence[str], start: int, stop: int) -> Sampling | None:
+    """The plan's draws of dies `start` to `stop - 1`; None where these have their own.
+
+    labels: of all draws of the target, in order. Raises `ParameterError` for a target without draws, or with
+    more than a Sobol sequence has.
+    """
+    if plan.method == "random":
+        return None
+    if not labels:
+        raise ParameterError(f"--plan: {plan.method}, nothing varies; use random")
+    columns = {label: k for k, label in enumerate(labels)}
+    rows = _rows(plan, len(labels), start - plan.first, stop - plan.first)
+    return Sampling(plan.name, start, columns, ndtri(np.clip(rows, _EDGE, 1.0 - _EDGE)))
+
+
+def _rows(plan: Plan, dimensions: int, start: int, stop: int) -> F64:
+    if plan.method == "lhs":
+        # all of it belongs together, so that a part needs the whole
+        return _hypercube(dimensions, plan.seed, plan.count)[start:stop]
+    if dimensions > _LARGEST:
+        raise ParameterError(f"--plan: sobol, {dimensions} draws, must be at most {_LARGEST}; use lhs")
+    points = qmc.Sobol(dimensions, scramble=True, rng=plan.seed)
+    with warnings.catch_warnings():
+        # balance needs powers of two, which a part of the sequence need not be; the command says so
+        warnings.filterwarnings("ignore", message="The balance properties", category=UserWarning)
+        if start:
+            points.fast_forward(start)
+        return np.asarray(points.random(stop - start))
+
+
+@lru_cache(maxsize=1)
+def _hypercube(dimensions: int, seed: int, count: int) -> F64:
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=seed).random(count))

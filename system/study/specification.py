@@ -1,0 +1,157 @@
+"""What a sample must fulfil: `best_delay in 5.9ms:6.8ms`, `width in 1ms:`, `class is works`.
+
+    specification := metric " in " [low] ":" [high] | "class" (" is " | " in ") word { "|" word }
+
+Limits are numbers as `circuits.units` reads them, in the metric's unit; both belong to the interval. A sample
+passes if it did not fail, its metric is defined and inside, and its class is one of the words. Whatever does
+not pass counts against the yield and has one cause, the first that applies: failed, then the specifications
+in the order in which they were given.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError, UnknownNameError
+from circuits.units import format_quantity, parse_quantity
+from system.registry import unknown
+from system.study.table import FAILED
+
+F64 = NDArray[np.float64]
+
+CLASS = "class"
+_GRAMMAR = re.compile(r"\s*([\w-]+)\s+(in|is)\s+(.*?)\s*", re.DOTALL)
+_HELP = 'write "best_delay in 5.9ms:6.8ms", "width in 1ms:" or "class is works"'
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """A metric must be defined and from `low` to `high`, SI; an infinite one is no limit."""
+
+    metric: str
+    low: float
+    high: float
+    unit: str
+
+    def __str__(self) -> str:
+        low, high = (format_quantity(v, self.unit) if math.isfinite(v) else "" for v in (self.low, self.high))
+        return f"{self.metric} in {low}:{high}"
+
+
+@dataclass(frozen=True, slots=True)
+class Classes:
+    """A sample's class must be one of `words`."""
+
+    words: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{CLASS} {'is' if len(self.words) == 1 else 'in'} {'|'.join(self.words)}"
+
+
+Specification = Limits | Classes
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Cause of each of n samples not to pass, empty for one that does."""
+
+    causes: tuple[str, ...]
+
+    @property
+    def passed(self) -> NDArray[np.bool_]:
+        """bool[n]."""
+        return np.array([not cause for cause in self.causes], dtype=np.bool_)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Samples by cause, the most frequent first; those that pass are not listed."""
+        counts = Counter(cause for cause in self.causes if cause)
+        return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+
+
+def parse_spec(
+    text: str, known_metrics: Mapping[str, str], known_classes: Collection[str] = ()
+) -> Specification:
+    """Read a specification.
+
+    Parameters
+    ----------
+    text
+        As the user wrote it.
+    known_metrics
+        SI unit of each metric that is a number, by name.
+    known_classes
+        Every word that a sample's class can be; empty if they are not known.
+
+    Raises
+    ------
+    ParameterError
+        The text has another form, or low is above high.
+    UnknownNameError
+        There is no such metric or class.
+    """
+    match = _GRAMMAR.fullmatch(text)
+    if match is None:
+        raise ParameterError(f'--spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {_HELP}')
+    name, verb, rest = match.group(1).replace("-", "_"), match.group(2), match.group(3)
+    if name == CLASS:
+        return _classes(text, rest, known_classes)
+    if name not in known_metrics:
+        raise UnknownNameError(f"--spec: {unknown('metric', name, [*known_metrics, CLASS])}")
+    if verb == "is" or rest.count(":") != 1:
+        raise ParameterError(f'--spec: "{text}", must be {name} in LOW:HIGH; {_HELP}')
+    return _limits(text, name, rest, known_metrics[name])
+
+
+def judge(
+    specifications: Sequence[Specification], outcomes: Sequence[str], values: Mapping[str, F64]
+) -> Verdict:
+    """Judge n samples by all specifications.
+
+    outcomes: the class of each, `failed` for one that has none; values: float64[n] by metric, NaN where not
+    defined. With no specification only failed samples do not pass.
+    """
+    causes = [FAILED if outcome == FAILED else "" for outcome in outcomes]
+    for each in specifications:
+        found = _causes(each, outcomes, values)
+        causes = [cause or new for cause, new in zip(causes, found, strict=True)]
+    return Verdict(tuple(causes))
+
+
+def _causes(each: Specification, outcomes: Sequence[str], values: Mapping[str, F64]) -> list[str]:
+    if isinstance(each, Classes):
+        return ["" if outcome in each.words else f"{CLASS} {outcome}" for outcome in outcomes]
+    x = values[each.metric]
+    causes = np.full(len(x), "", dtype=object)
+    causes[x < each.low] = f"{each.metric} below {format_quantity(each.low, each.unit)}"
+    causes[x > each.high] = f"{each.metric} above {format_quantity(each.high, each.unit)}"
+    causes[np.isnan(x)] = f"{each.metric} not defined"
+    return list(causes)
+
+
+def _limits(text: str, name: str, rest: str, unit: str) -> Limits:
+    low, high = (part.strip() for part in rest.split(":"))
+    if not low and not high:
+        raise ParameterError(f'--spec: "{text}", must have a limit; {_HELP}')
+    least = parse_quantity(low, unit, f"--spec: {name}") if low else -math.inf
+    most = parse_quantity(high, unit, f"--spec: {name}") if high else math.inf
+    if least > most:
+        raise ParameterError(f'--spec: "{text}", must have low <= high; write {name} in {high}:{low}')
+    return Limits(name, least, most, unit)
+
+
+def _classes(text: str, rest: str, known: Collection[str]) -> Classes:
+    words = tuple(dict.fromkeys(word.strip() for word in rest.split("|")))
+    if not all(words):
+        raise ParameterError(f'--spec: "{text}", must have a word on each side of "|"; {_HELP}')
+    for word in words:
+        if known and word not in known:
+            raise UnknownNameError(f"--spec: {unknown('class', word, known)}")
+    return Classes(words)

@@ -1,0 +1,99 @@
+"""Whole netlists written by hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circuits.circuit import GROUND
+from circuits.devices.source import Pulse
+from circuits.errors import DataError, UnknownNameError
+from circuits.lowering.flatten import flatten
+from circuits.lowering.kernel import to_kernel
+from circuits.silicon import Deviation, Silicon
+from circuits.solver.operating_point import operating_point
+from netlists.reader import read_netlist
+
+INVERTERS = """Two inverters
+* of a hand-written deck
+.param wn=3u
++ wp={2*wn}
+.SUBCKT INV in out vdd params: w=3u
+mn out in 0 0 NCH W={w} L=1.5U ; the n device
+mp out in vdd vdd PCH W=wp L=1.5u DELVTO=-10m
+.ENDS
+.MODEL nch NMOS (LEVEL=8 VTH0=0.6
++ TOX=30n)
+.MODEL pch PMOS LEVEL=8
+Vdd vdd 0 5
+Vin 1 0 DC 0 PULSE(0 5 1u 10n 10n 5u 20u)
+X1 1 net-3 vdd inv
+X2 net-3 out vdd inv w=wn
+Cl out 0 10fF
+.tran 10n 50u
+.end
+"""
+
+
+def test_a_deck_becomes_a_circuit_that_runs() -> None:
+    found = read_netlist(INVERTERS)
+    machine = to_kernel(found.testbench, Silicon())
+    voltages = operating_point(machine).voltages()
+    assert voltages["net_x2d_3"] == pytest.approx(5.0, abs=1e-3)  # leakage alone moves it
+    assert voltages["out"] == pytest.approx(0.0, abs=1e-3)
+    assert flatten(found.circuit).count == 5  # ground, 1, net-3, out, vdd
+
+
+def test_everything_else_is_told() -> None:
+    found = read_netlist(INVERTERS)
+    assert found.testbench.title == "Two inverters"
+    assert found.testbench.stop == 50e-6
+    pulse = found.testbench.sources[1].waveform
+    assert isinstance(pulse, Pulse)
+    np.testing.assert_allclose(pulse.starts, (1e-6, 21e-6, 41e-6), rtol=1e-12)
+    # a more negative threshold of a pFET is a larger magnitude
+    assert found.deviations == {"x1.mp": Deviation(0.01, 0.0), "x2.mp": Deviation(0.01, 0.0)}
+    assert found.names == {"_1": "1", "net_x2d_3": "net-3"}
+    assert {note.what for note in found.notes} == {
+        "parameter level of model nch",
+        "parameter vth0 of model nch",
+        "parameter tox of model nch",
+        "parameter level of model pch",
+    }
+    assert (found.dialect, found.temperature_c, found.silicon) == ("spice", None, None)
+
+
+def test_structured_comments_without_their_header_are_comments() -> None:
+    found = read_netlist("t\n*% port a\nr1 a 0 1\n")
+    assert len(found.circuit.devices) == 1
+    assert "structured comment" in found.notes[0].what
+
+
+def test_cdl_has_no_title_line() -> None:
+    text = ".SUBCKT inv a y\nm1 y a 0 0 nm W=1u L=1u\n.ENDS\n.model nm nmos\n"
+    assert read_netlist(text, dialect="cdl").circuit.name == "inv"
+    with pytest.raises(DataError, match=r"without \.subckt"):
+        read_netlist(text)
+
+
+def test_an_unknown_dialect() -> None:
+    with pytest.raises(UnknownNameError, match="dialect verilog: unknown"):
+        read_netlist("t\nr1 a 0 1\n", dialect="verilog")
+
+
+def test_spectre_without_notes_is_not_read() -> None:
+    with pytest.raises(DataError, match="netlist:2: spectre without our notes"):
+        read_netlist("// t\nsimulator lang=spectre\nr1 (a 0) resistor r=1\n")
+
+
+def test_a_million_lines_meet_the_limit_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "large.cir"
+    path.write_text("t\n" + "r1 a 0 1\n" * 1_000_000)
+    with pytest.raises(DataError, match=r"large\.cir:400000: more than 400000 lines, the limit"):
+        read_netlist(path)
+
+
+def test_unused_ports_and_ground() -> None:
+    found = read_netlist("t\n.subckt s a b\nr1 a gnd 1\n.ends\nx1 c d s\nr1 c 0 1\n")
+    assert found.circuit.instances[0].connections == {"a": "c", "b": "d"}
+    assert found.circuit.instances[0].circuit.devices[0].terminals() == ("a", GROUND)

@@ -1,0 +1,54 @@
+"""Tables of samples and their files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circuits.errors import DataError
+from system.study.table import Table, empty, join, read_table, select, to_csv, write_table
+
+TABLE = Table(
+    ("delay", "gain"),
+    np.array([3, 4], dtype=np.int64),
+    ("random", "ss"),
+    np.array([27.0, 85.0]),
+    np.array([0, 1], dtype=np.int64),
+    ("works", "failed"),
+    ("", "no, not really"),
+    np.array([[1e-3, np.nan], [np.nan, np.nan]]),
+)
+
+
+def test_a_table_comes_back_from_its_file(tmp_path: Path) -> None:
+    for table in (TABLE, empty(("delay", "gain")), join([TABLE, TABLE])):
+        write_table(tmp_path / "a.nc", table, ("s", ""))
+        back = read_table(tmp_path / "a.nc")
+        assert back.metrics == table.metrics
+        assert (back.corner, back.outcome, back.reason) == (table.corner, table.outcome, table.reason)
+        for name in ("die", "temperature_c", "trial", "values"):
+            np.testing.assert_array_equal(getattr(back, name), getattr(table, name))
+
+
+def test_what_is_no_table_is_told_in_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    with pytest.raises(DataError, match=r"a\.nc: cannot be read"):
+        read_table(path)
+    path.write_bytes(b"CDF no")
+    with pytest.raises(DataError, match=r"a\.nc: cannot be read"):
+        read_table(path)
+
+
+def test_csv_has_a_row_a_sample_and_nothing_for_what_is_not_defined() -> None:
+    assert to_csv(TABLE, ("s", "")).splitlines() == [
+        "die,corner,temperature_C,trial,class,delay_s,gain,reason",
+        "3,random,27.0,0,works,0.001,,",
+        '4,ss,85.0,1,failed,,,"no, not really"',
+    ]
+
+
+def test_columns_and_selections() -> None:
+    assert TABLE.column("delay")[0] == 1e-3
+    assert select(TABLE, np.array([False, True])).outcome == ("failed",)
