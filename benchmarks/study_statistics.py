@@ -49,7 +49,8 @@ DISTRIBUTIONS: dict[str, Any] = {
     "lognormal 0.5": stats.lognorm(0.5),
     "exponential": stats.expon(),
 }
-DIMENSIONS, RARE, SAMPLES, SEEDS = 68, 1e-4, 5_000, 20
+DIMENSIONS, RARE, SAMPLES = 68, 1e-4, 5_000
+SEEDS = range(1000, 1020)  # the methods were tuned on smaller ones
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +152,7 @@ def rare() -> Iterator[Row]:
 
     for name, method in (("mean-shift", mean_shift), ("scaled-sigma", scaled_sigma)):
         found, refused = [], 0
-        for seed in range(SEEDS):
+        for seed in SEEDS:
             try:
                 found.append(method(fails, DIMENSIONS, SAMPLES, np.random.default_rng(seed)))
             except SolverError:
@@ -159,10 +160,8 @@ def rare() -> Iterator[Row]:
         ratio = np.array([each.probability / RARE for each in found])
         within = int(((ratio < 1.5) & (ratio > 1.0 / 1.5)).sum())
         held = sum(RARE in each.interval for each in found)
-        note = (
-            f"{within} of {SEEDS} seeds within a factor 1.5, {refused} refused, {held} intervals hold 1e-4,"
-        )
-        note += f" estimates from {ratio.min():.2f} to {ratio.max():.2f} of it"
+        note = f"{within} of {len(SEEDS)} seeds within a factor 1.5, {refused} refused, {held} intervals hold"
+        note += f" 1e-4, estimates from {ratio.min():.2f} to {ratio.max():.2f} of it"
         if name == "mean-shift":
             note += f", effective samples at least {min(each.effective_samples for each in found):.0f}"
         median = float(np.median(ratio))

@@ -81,7 +81,7 @@ class Neurons(NamedTuple):
     v_held: F64  # V, to which inhibition and reset pull v_mem against m1
     echo_step: F64  # V, of v_ex when an echo's pulse ends
     margin: F64  # V, within which a threshold is too near to call
-    rebound_bound: F64  # s, C_r V_dd / I_rtau of the nominal device
+    rebound_bound: F64  # s, C_r V_dd / I_rtau, of the nominal device or, where it is smaller, of this one
     inverse_capacitance: F64  # float64[4, 3, 3], 1/F: by what is held (1: v_mem, 2: v_ex)
     follow: F64  # float64[3, 3]: step of a free node (row) for one of a held node (column)
 

@@ -31,7 +31,7 @@ Deviations are exact: `delvto` adds to the signed threshold, `mulu0` multiplies 
 
 Measured in ngspice 39, both polarities, 6 um by 6 um, drain at 5 V, -20 to 85 degC, 1e-13 A to strong
 inversion, BSIM3's current by ours: with the source at the bulk 0.89 to 1.17, slope in weak inversion 0.98 to
-0.99 of ours, 0.94 at threshold; at V_SB = 1.8 V 1.06 to 1.39. Under `ekv-gamma` 0.54 to 1.17, at 1.8 V 0.67
+0.99 of ours, 0.94 at threshold; at V_SB = 1.8 V 1.06 to 1.39. Under `ekv-gamma` 0.54 to 1.15, at 1.8 V 0.67
 to 2.36, since that law's kappa follows the gate too. The nominal rebound neuron's inhibition lasts 2.9 %
 longer, its spike comes 3.8 % later.
 

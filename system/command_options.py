@@ -78,6 +78,9 @@ Temperature = Annotated[
 Lot = Annotated[str, typer.Option("--lot", help="Lot of dies.")]
 DieNumber = Annotated[int | None, typer.Option("--die", help="Die of the lot; the nominal die unless given.")]
 DieCorner = Annotated[Corner, typer.Option("--corner", help="Process corner; n first, then p.")]
+StudyFolder = Annotated[
+    str | None, typer.Option("--study", metavar="FOLDER", help="Take --die from the plan of a study.")
+]
 Mismatch = Annotated[bool, typer.Option(help="Deviations of each device on the die.")]
 Process = Annotated[bool, typer.Option(help="Deviations that a die's devices share.")]
 At = Annotated[

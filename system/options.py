@@ -11,6 +11,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -113,8 +115,14 @@ def choose(
 
 
 def read_die(silicon: SiliconChoice) -> Die:
-    """The die that was asked for."""
-    return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
+    """The die that was asked for, of a study's plan where one is named."""
+    if silicon.study is None:
+        return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
+    if silicon.die is None:
+        raise ParameterError("--study: which die, must come with --die")
+    # studies stand above the options that they share with single runs
+    die: Die = import_module("system.study.replay").die_of(Path(silicon.study), silicon.die)
+    return replace(die, corner=silicon.corner)
 
 
 def describe_silicon(silicon: Silicon) -> dict[str, Any]:

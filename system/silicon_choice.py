@@ -10,7 +10,8 @@ from typing import Any
 class SiliconChoice:
     """Temperature (text, degC), the die's key, and the place of a block on a chip (`ranging-chip/neuron[2]`).
 
-    `die` None is the nominal die; `mismatch` and `process` leave local and shared variation out.
+    `die` None is the nominal die; `mismatch` and `process` leave local and shared variation out. `study` is
+    the folder of a study whose plan the die is of.
     """
 
     temperature: str = "27"
@@ -20,3 +21,4 @@ class SiliconChoice:
     mismatch: bool = True
     process: bool = True
     at: str | None = None
+    study: str | None = None

@@ -45,7 +45,7 @@ from netlists.reader.text import ANNOTATION
 from netlists.reader.verify import verify
 from netlists.traversal import element
 
-_SILICON = {"process", "variation", "nmos", "pmos", "silicon", "die"}
+_SILICON = {"process", "variation", "nmos", "pmos", "silicon", "die", "plan"}
 _WAVEFORMS = {"constant", "pulse", "polyline", "sampled", "driven"}
 
 

@@ -10,9 +10,9 @@ at fractional k with linear interpolation: Hutson, "Calculating nonparametric co
 quantiles using fractional order statistics" (1999). A bootstrap would only put noise on the same order
 statistics, and at the ends it knows few of them.
 
-The skewness of long-tailed data is known poorly from any sample: at 100 to 200 samples of a lognormal (sigma
-0.5) or an exponential its 95 % interval was measured to cover 70 to 81 %; of a normal 92 %. That of sigma:
-91 to 97 %.
+Measured with 1,000 experiments of 100 and of 200 samples, sigma's 95 % interval covers 92 to 95 %. Skewness
+is known poorly from any sample of a long tail: its interval covers 92 % for a normal, but 67 to 80 % for a
+lognormal (sigma 0.5) or an exponential. For a lognormal of sigma 1 that of the mean covers 93.6 % at 100.
 """
 
 from __future__ import annotations

@@ -70,13 +70,19 @@ def replay(
     study = read_study(folder)
     target = open_target(study.subject)
     condition = _condition(study, corner, temperature_c, trial)
+    die = replace(die_of(folder, number), corner=condition.corner)  # type: ignore[arg-type]  # was checked
+    kept = _kept(folder, number, condition)
+    return Replay(study, target, die, condition, kept, measure_safely(target, die, condition))
+
+
+def die_of(folder: Path, number: int) -> Die:
+    """A die of a study, under its plan; raises `ParameterError` for one that it does not have."""
+    study = read_study(folder)
     if number not in study.dies:
         last = study.dies.stop - 1
         raise ParameterError(f"--die: {number}, must be {study.dies.start} to {last}, the study's dies")
-    (die,) = dies_of(study, target, range(number, number + 1))
-    die = replace(die, corner=condition.corner)  # type: ignore[arg-type]  # a condition's corner was checked
-    kept = _kept(folder, number, condition)
-    return Replay(study, target, die, condition, kept, measure_safely(target, die, condition))
+    (die,) = dies_of(study, open_target(study.subject), range(number, number + 1))
+    return die
 
 
 def study_table(folder: Path) -> Table:

@@ -60,7 +60,7 @@ def test_what_the_study_does_not_have_is_refused(folder: Path, tmp_path: Path) -
         replay(folder, 1003)
     with pytest.raises(ParameterError, match="the study has typical 27 degC trial 0, ss 35 degC trial 0"):
         replay(folder, 1000, "ff")
-    with pytest.raises(DataError, match="no study, there is no study.json"):
+    with pytest.raises(DataError, match=r"no study, there is no study\.json"):
         replay(tmp_path, 1000)
 
 
@@ -75,3 +75,19 @@ def test_the_command_replays_with_waveforms(
     assert (document["die"], document["corner"], document["temperature_C"]) == (1001, "ss", 35.0)
     assert picture.stat().st_size > 1000
     assert raw.read_bytes().startswith(b"Title:")
+
+
+def test_a_die_of_a_study_is_the_same_in_other_commands(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chosen = ["--study", str(folder), "--die", "1001"]
+    assert main(["simulate", "rebound-neuron", *chosen, "--corner", "typical", "--json"]) == 0
+    simulated = json.loads(capsys.readouterr().out)
+    assert main(["replay", str(folder), "--die", "1001", "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert simulated["spikes_s"] == again["spikes_s"]["spike"]
+    assert simulated["measures"] == again["measures"]
+    assert main(["export", "rebound-neuron", *chosen, "-o", "-"]) == 0
+    assert "plan lhs/0" in capsys.readouterr().out
+    assert main(["simulate", "rebound-neuron", "--study", str(folder)]) == 2
+    assert "must come with --die" in capsys.readouterr().err
