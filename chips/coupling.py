@@ -31,7 +31,6 @@ from circuits.testbench import Testbench
 F64 = NDArray[np.float64]
 
 RTOL = 1e-6
-_AFTER = 12e-3  # s, how long a run goes on after the longest best delay aimed at
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +73,9 @@ def measure_coupling(silicon: Silicon, delay_ratio: float = 1.0, rtol: float = R
     chip = ranging_chip.build_with_chain()
     rest = operating_point(to_kernel(_bench(chip, silicon, None, 1e-3), silicon))
     delays = delay_ratio * np.array(ranging_chip.BEST_DELAYS)
-    stop = float(delays[-1]) + delay_ratio * _AFTER
-    coupled = _coupled(chip, silicon, rest, delays, stop, rtol)
-    pairs = [
-        _alone(chip, silicon, rest, k, float(delay), stop, rtol) for k, delay in enumerate(delays.tolist())
-    ]
-    separate = np.array(pairs).T
+    stops = rebound_neuron.CALL_TIME + delays + delay_ratio * rebound_neuron.AFTER_RELEASE
+    coupled = _coupled(chip, rest, delays, stops, rtol)
+    separate = np.array([_alone(chip, rest, k, delays, stops, rtol) for k in range(ranging_chip.NEURONS)]).T
     return Coupling(coupled[0], separate[0], coupled[1], separate[1])
 
 
@@ -97,30 +93,29 @@ def _held(bias: Bias, voltages: Mapping[str, float]) -> Bias:
     return replace(bias, kind="voltage", value=voltages[bias.port], device=None, place=None)
 
 
-def _coupled(
-    chip: Circuit, silicon: Silicon, rest: OperatingPoint, delays: F64, stop: float, rtol: float
-) -> tuple[F64, F64]:
+def _coupled(chip: Circuit, rest: OperatingPoint, delays: F64, stops: F64, rtol: float) -> tuple[F64, F64]:
     """t_inh after a call alone, and each neuron's spike in the run with the echo at its delay."""
-    bench = _bench(chip, silicon, None, stop)
+    silicon = rest.machine.silicon
     gates = tuple(f"neuron[{k}].inhibition.b" for k in range(ranging_chip.NEURONS))
+    bench = _bench(chip, silicon, None, float(stops[-1]))
     result = simulate(bench, silicon, rtol=rtol, record=gates, point=rest)
     ends = np.array([_release(result, gate, silicon) for gate in gates])
     spikes = []
-    for k, delay in enumerate(delays.tolist()):
+    for k, (delay, stop) in enumerate(zip(delays.tolist(), stops.tolist(), strict=True)):
         run = simulate(_bench(chip, silicon, delay, stop), silicon, rtol=rtol, record=(), point=rest)
         spikes.append(_spike(run, f"spike[{k}]", delay))
     return ends, np.array(spikes)
 
 
 def _alone(
-    chip: Circuit, silicon: Silicon, rest: OperatingPoint, k: int, delay: float, stop: float, rtol: float
+    chip: Circuit, rest: OperatingPoint, k: int, delays: F64, stops: F64, rtol: float
 ) -> tuple[float, float]:
     """t_inh and spike of a separately stepped neuron."""
     neuron, there = separate_neuron(chip, rest, k)
-    gate = "inhibition.b"
-    call = simulate(_bench(neuron, silicon, None, stop), there, rtol=rtol, record=(gate,))
-    both = simulate(_bench(neuron, silicon, delay, stop), there, rtol=rtol, record=())
-    return _release(call, gate, silicon), _spike(both, "spike", delay)
+    gate, delay, stop = "inhibition.b", float(delays[k]), float(stops[k])
+    call = simulate(_bench(neuron, there, None, stop), there, rtol=rtol, record=(gate,))
+    both = simulate(_bench(neuron, there, delay, stop), there, rtol=rtol, record=())
+    return _release(call, gate, there), _spike(both, "spike", delay)
 
 
 def _bench(circuit: Circuit, silicon: Silicon, delay: float | None, stop: float) -> Testbench:

@@ -17,13 +17,15 @@ in either run. w is 50 us, or less where the windows together would cover more t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circuits.blocks.block import Block
+from circuits.circuit import GROUND
 from circuits.silicon import Silicon
+from circuits.solver.operating_point import operating_point as solve_point
 from circuits.solver.transient import Result
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench
@@ -171,6 +173,15 @@ def scaled_testbench(block: Block, silicon: Silicon) -> Testbench:
     if ratio > 1.0:
         stimuli["duration"] = ratio * nominal.stop
     return block.testbench(circuit, stimuli, v_dd)
+
+
+def started(testbench: Testbench, silicon: Silicon) -> Testbench:
+    """The testbench with the solver's rest state as ngspice's start, which saves it minutes on a chip.
+
+    ngspice still solves for its own; that it is the same without the start is for `engine.operating_point`.
+    """
+    rest = solve_point(testbench, silicon).voltages()
+    return replace(testbench, start={node: v for node, v in rest.items() if node != GROUND})
 
 
 def delay_ratio(block: Block, silicon: Silicon) -> float:

@@ -6,8 +6,8 @@ operating point on, which the first run finds and the others get as `.nodeset`. 
 rest state from an unstable one either: that one word is our own eigenvalue test, at ngspice's rest state; the
 watch for spikes at rest is a run.
 
-Trapezoidal integration: at one reltol it puts a spike ten times nearer to the converged time than gear does,
-in fewer steps.
+Trapezoidal integration: on die 1000 it puts the spike after an echo at the best delay within 0.1 us at reltol
+1e-4, where gear is 0.7 us off at 1e-5 and a fifth of the step.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from circuits.blocks.tuning import (
     later_peak,
     rebound_bound,
     release,
-    search,
     tuning_machine,
 )
 from circuits.circuit import GROUND, Circuit
@@ -44,27 +43,22 @@ LARGEST_STEP = 50e-6  # s, ours: between events a neuron moves slowly, and relto
 DEADLINE = 120.0  # s, wall clock, for one run
 
 
-def tune(neuron: Circuit, silicon: Silicon, *, reltol: float = RELTOL, tmax: float = LARGEST_STEP) -> Tuning:
-    """Class, best delay and release of a rebound neuron on the silicon's die, by ngspice.
-
-    Parameters
-    ----------
-    neuron, silicon
-        As for `circuits.blocks.tuning.tuning_machine`.
-    reltol, tmax
-        ngspice's relative tolerance and largest step, s.
-
-    Raises
-    ------
-    SimulatorError
-        ngspice is missing, gives up or is too slow.
-    """
-    return search(NgspiceTrials(neuron, silicon, reltol, tmax))
+def edges_hold(trials: NgspiceTrials, tuning: Tuning, margin: float) -> bool:
+    """Whether a neuron fires `margin` (s) within both edges of a tuning, and not so far outside."""
+    until = tuning.t_inh + 2.0 * trials.span
+    inside = (tuning.first + margin, tuning.last - margin)
+    outside = (tuning.first - margin, tuning.last + margin)
+    return all(trials.fires_after_both(d, until) for d in inside) and not any(
+        trials.fires_after_both(d, until) for d in outside
+    )
 
 
 @final
 class NgspiceTrials(Trials):
-    """Trials by ngspice, each a run from the operating point; `runs` counts them."""
+    """Trials by ngspice, each a run from the operating point.
+
+    `runs` counts them; `span`: how long a rebound can last after the release, s.
+    """
 
     def __init__(
         self,
@@ -73,10 +67,16 @@ class NgspiceTrials(Trials):
         reltol: float = RELTOL,
         tmax: float = LARGEST_STEP,
     ) -> None:
-        """Lower the neuron once; nothing runs yet."""
+        """Lower the neuron; nothing runs yet.
+
+        neuron, silicon: as for `circuits.blocks.tuning.tuning_machine`. reltol, tmax: ngspice's relative
+        tolerance and largest step (s). Any trial raises `SimulatorError` where ngspice is missing, gives up
+        or is too slow.
+        """
         self._machine = tuning_machine(neuron, silicon)
         self._reltol, self._tmax = reltol, tmax
         self._start: dict[str, float] = {}
+        self.span = rebound_bound(Runner(self._machine))
         self.runs = 0
 
     def fires_at_rest(self, until: float) -> bool:
@@ -86,7 +86,7 @@ class NgspiceTrials(Trials):
 
     def after_call(self) -> Call | None:
         """As the base class says."""
-        span = rebound_bound(Runner(self._machine))
+        span = self.span
         horizon = NOMINAL_RELEASE + span
         while True:
             result = self._run(horizon, call=0.0)

@@ -33,6 +33,7 @@ EXPERIMENTS: dict[str, str] = {
     "cheely2003-fig11": "system.experiments.cheely2003_fig11:EXPERIMENT",
     "cheely2003-power": "system.experiments.cheely2003_power:EXPERIMENT",
     "agreement": "system.experiments.agreement:EXPERIMENT",
+    "ngspice-dies": "system.experiments.ngspice_dies:EXPERIMENT",
 }
 
 

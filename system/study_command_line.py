@@ -1,4 +1,4 @@
-"""The commands on studies: `noctule montecarlo` and `noctule replay`."""
+"""The commands on studies: `noctule montecarlo`, `noctule replay` and `noctule centre`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from system.command_options import (
     At,
     Biases,
     BiasSet,
+    BlockName,
     Corner,
     Engine,
     Json,
@@ -21,6 +22,7 @@ from system.command_options import (
     Plot,
     Process,
     Stimuli,
+    Temperature,
     call,
     kind_name,
 )
@@ -35,9 +37,24 @@ class PlanMethod(StrEnum):
     sobol = "sobol"
 
 
+class RareMethod(StrEnum):
+    """How the probability of a rare failure is estimated."""
+
+    scaled_sigma = "scaled-sigma"
+    mean_shift = "mean-shift"
+
+
 class Level(StrEnum):
     """How a system's boxes are run."""
 
+    behavioural = "behavioural"
+    transistor = "transistor"
+
+
+class SearchLevel(StrEnum):
+    """What a search measures its dies with."""
+
+    auto = "auto"
     behavioural = "behavioural"
     transistor = "transistor"
 
@@ -51,6 +68,7 @@ def add_to(app: typer.Typer) -> None:
     """Register the commands."""
     app.command()(montecarlo)
     app.command()(replay)
+    app.command()(centre)
 
 
 def montecarlo(
@@ -102,6 +120,15 @@ def montecarlo(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the study in --output.")] = False,
     csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write a row a sample.")] = None,
     plot: Plot = None,
+    contributions: Annotated[
+        str | None, typer.Option(metavar="METRIC", help="What its variance comes from, by device and so on.")
+    ] = None,
+    pareto: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw contributions into a .png, .svg or .pdf file.")
+    ] = None,
+    rare: Annotated[
+        RareMethod | None, typer.Option(help="Estimate how seldom a die fails --spec, by this method.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Measure a block, chip or system on many dies: statistics, and what share works."""
@@ -135,6 +162,9 @@ def montecarlo(
         resume=resume,
         csv=csv,
         plot=plot,
+        contributions=contributions,
+        pareto=pareto,
+        rare=None if rare is None else rare.value,
         as_json=as_json,
     )
 
@@ -171,5 +201,83 @@ def replay(
         plot=plot,
         csv=csv,
         raw=raw,
+        as_json=as_json,
+    )
+
+
+def centre(
+    block: BlockName,
+    *,
+    spec: Annotated[
+        list[str],
+        typer.Option("--spec", metavar="TEXT", help='What should pass, as "class is works", repeatable.'),
+    ] = [],  # noqa: B006 - typer reads the default and never changes it
+    metric: Annotated[
+        list[str],
+        typer.Option("--metric", metavar="NAME", help="Measured; those of the specs unless given."),
+    ] = [],  # noqa: B006
+    move: Annotated[
+        list[str],
+        typer.Option("--move", metavar="BIAS", help="Moved; every current unless given; repeatable."),
+    ] = [],  # noqa: B006
+    move_param: Annotated[
+        list[str], typer.Option("--move-param", metavar="NAME", help="A size that is moved too, repeatable.")
+    ] = [],  # noqa: B006
+    reach: Annotated[
+        float, typer.Option("--range", metavar="FACTOR", help="How far currents move, each way.")
+    ] = 3.0,
+    span: Annotated[
+        str, typer.Option("--span", metavar="VOLTAGE", help="How far voltages move, each way.")
+    ] = "100mV",
+    tuning_dies: Annotated[int, typer.Option(help="Dies of the search, from 0 on, at most 1000.")] = 200,
+    fresh_dies: Annotated[int, typer.Option(help="Dies of the report.")] = 1000,
+    first_fresh_die: Annotated[int, typer.Option(help="The first of them, 1000 or later.")] = 1000,
+    level: Annotated[
+        SearchLevel, typer.Option(help="Of the search; auto takes a model where there is one.")
+    ] = SearchLevel.auto,
+    generations: Annotated[int, typer.Option(help="Of the search's first stage.")] = 10,
+    seed: Annotated[int, typer.Option(help="Of the search; a die has its own key.")] = 0,
+    lot: Lot = "A",
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
+    temperature: Temperature = "27",
+    param: Params = [],  # noqa: B006
+    bias: Biases = [],  # noqa: B006
+    bias_set: BiasSet = None,
+    bias_kind: Kind = None,
+    stimulus: Stimuli = [],  # noqa: B006
+    threads: Annotated[int | None, typer.Option(help="All cores unless given.")] = None,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="FILE", help="Write the result as JSON.")
+    ] = None,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """Move biases so that more dies pass, and report on fresh dies."""
+    call(
+        "centre:centre_command",
+        block=block,
+        specs=spec,
+        metrics=metric,
+        moves=move,
+        move_params=move_param,
+        reach=reach,
+        span=span,
+        tuning_dies=tuning_dies,
+        fresh_dies=fresh_dies,
+        first_fresh_die=first_fresh_die,
+        level=level.value,
+        generations=generations,
+        seed=seed,
+        silicon=SiliconChoice(temperature, lot, None, "random", mismatch, process, at),
+        params=param,
+        biases=bias,
+        bias_set=bias_set,
+        bias_kind=kind_name(bias_kind),
+        stimuli=stimulus,
+        threads=threads,
+        output=output,
+        plot=plot,
         as_json=as_json,
     )

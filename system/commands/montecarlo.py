@@ -5,37 +5,40 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.commands.output import print_json, print_line, print_table, progress_bar, quantity_cell
+from system.commands.contributions import breakdown_document, check_pareto, print_breakdown, save_pareto
+from system.commands.output import print_json, print_line, print_table, progress_bar, quantity_cell, working
+from system.commands.rare import check_rare, print_rare
 from system.files import write_text_atomic
 from system.options import read_die
 from system.plot import check_picture, save_picture
 from system.registry import system_names
 from system.silicon_choice import SiliconChoice
+from system.study.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.engine import Outcome, Submit, on_threads, run_study
-from system.study.interval import Estimate
 from system.study.manifest import Study
 from system.study.picture import draw_study
 from system.study.plan import METHODS, Method, Plan
-from system.study.specification import Specification, judge, parse_spec
-from system.study.summary import Summary, Yield, summarise, summarise_yield
-from system.study.table import Condition, Table, empty, join, select, to_csv
+from system.study.report import write_report
+from system.study.result import Result, groups, judge_table, study_yield, summary, varied
+from system.study.specification import Specification, parse_spec
+from system.study.summary import Yield
+from system.study.table import Condition, Table, empty, join, to_csv
 from system.study.target import BlockTarget, Quantity, Subject, Target, open_target
 
 SHOWN = (0.025, 0.25, 0.5, 0.75, 0.975)  # quantiles of the printed table
+FIRST_DIE = 1000  # unless one is given
 LISTED = 20  # failed samples that the reader sees
 
 
@@ -62,27 +65,9 @@ class Request:
     resume: bool
     csv: str | None
     plot: str | None
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """A finished study with its specifications; `rule`: by which it might have stopped."""
-
-    study: Study
-    target: Target
-    outcome: Outcome
-    specifications: tuple[Specification, ...]
-    rule: StopRule | None
-
-    @property
-    def table(self) -> Table:
-        """The samples."""
-        return self.outcome.table
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """What was measured."""
-        return self.target.quantities
+    contributions: str | None
+    pareto: str | None
+    rare: str | None
 
 
 def montecarlo_command(
@@ -120,6 +105,9 @@ def montecarlo_command(
 def measure(request: Request, *, as_json: bool) -> None:
     """Run the study that is asked for, and print it."""
     study, specifications, rule = prepare(request)
+    if request.rare is not None:
+        print_rare(request.rare, study, specifications, request.threads, as_json=as_json)
+        return
     target = open_target(study.subject)
     tables: list[Table] = []
     try:
@@ -129,18 +117,40 @@ def measure(request: Request, *, as_json: bool) -> None:
         raise
     result = Result(study, target, outcome, specifications, rule)
     units = [q.unit for q in target.quantities]
+    found, refused = _contributions(request, result)
     if request.csv is not None:
         write_text_atomic(request.csv, to_csv(result.table, units))
     if request.plot is not None:
         save_picture(
             request.plot, lambda figure: draw_study(result.table, target.quantities, specifications, figure)
         )
+    # a study of no dies has no folder
+    page = write_report(Path(request.output), result, found) if request.output and study.plan.count else None
     for note in outcome.chunks_redone:
         sys.stderr.write(f"noctule: {note}\n")
     if as_json:
-        print_json(document(result))
+        extra = {"contributions": [breakdown_document(b) for b in found]} if request.contributions else {}
+        print_json({**document(result), "report": None if page is None else str(page), **extra})
     else:
         _print(result)
+        for each in found:
+            print_breakdown(each)
+        if page is not None:
+            print_line(f"report: {page}")
+    if refused:
+        raise ParameterError(refused[0] if len(refused) == 1 else f"{refused[0]} ({len(refused) - 1} more)")
+
+
+def _contributions(r: Request, result: Result) -> tuple[tuple[Breakdown, ...], tuple[str, ...]]:
+    """Breakdowns that are asked for with their picture, and why others are not possible."""
+    if r.contributions is None:
+        return (), ()
+    name = check_breakdown(result.study, result.target, r.contributions)
+    with working(f"measuring gradients of {name}"):
+        found, refused = breakdowns(result.study, result.target, result.table, name, r.threads)
+    if r.pareto is not None and found:
+        save_pareto(r.pareto, found)
+    return found, refused
 
 
 def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRule | None]:
@@ -167,8 +177,23 @@ def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRul
     study = Study(r.subject, plan, _conditions(r), r.chunk)
     target = open_target(r.subject)
     _check_target(r, target)
+    if r.contributions is not None:
+        check_breakdown(study, target, r.contributions)
+    check_pareto(r.pareto, r.contributions)
+    if r.rare is not None:
+        check_rare(r.rare, study, r.specs, _only_of_a_study(r))
     known = {q.name: q.unit for q in target.quantities}
     return study, tuple(parse_spec(text, known) for text in r.specs), rule
+
+
+def _only_of_a_study(r: Request) -> dict[str, object]:
+    """Options of a study that keeps its dies, with what they were given; none are falsy."""
+    plan, first = r.plan != "random", r.first_die != FIRST_DIE
+    return {
+        "--until": r.until, "--require": r.require, "--output": r.output, "--resume": r.resume,
+        "--csv": r.csv, "--plot": r.plot, "--contributions": r.contributions, "--workers": r.workers,
+        "--scheduler": r.scheduler, "--plan": plan, "--first-die": first,
+    }  # fmt: skip
 
 
 def _rule(r: Request) -> StopRule | None:
@@ -255,20 +280,6 @@ def _leave(r: Request, study: Study, target: Target, tables: Sequence[Table]) ->
         sys.stderr.write(f"noctule: {r.output}: go on with --resume\n")
 
 
-def judge_table(table: Table, specifications: Sequence[Specification]) -> Any:
-    """Verdict of every sample."""
-    return judge(specifications, table.outcome, {m: table.column(m) for m in table.metrics})
-
-
-def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
-    """Samples of each corner at each temperature, in the order of the conditions."""
-    table = result.table
-    corner = np.array(table.corner, dtype=object)
-    for condition in dict.fromkeys((c.corner, c.temperature_c) for c in result.study.conditions):
-        mask = (corner == condition[0]) & (table.temperature_c == condition[1])
-        yield (*condition, select(table, mask.astype(np.bool_)))
-
-
 def document(result: Result) -> dict[str, Any]:
     """The study as JSON has it."""
     table, study = result.table, result.study
@@ -340,23 +351,6 @@ def _metric(result: Result, table: Table, quantity: Quantity) -> dict[str, Any]:
     }
 
 
-def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
-    """Statistics of a metric; the bootstrap's generator is keyed by the study's seed."""
-    rng = np.random.Generator(np.random.Philox(key=result.study.plan.seed))
-    return summarise(table.column(quantity.name), rng)
-
-
-def study_yield(result: Result, table: Table) -> Yield | None:
-    """Yield against the specifications; its interval holds although the study may have stopped itself."""
-    if not result.specifications:
-        return None
-    found = summarise_yield(judge_table(table, result.specifications))
-    if result.rule is None or not found.samples:
-        return found
-    interval = sequence_interval(found.passed, found.samples, result.rule.level)
-    return Yield(found.samples, found.passed, Estimate(found.estimate.value, interval), found.causes)
-
-
 def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
     found = study_yield(result, table)
     if found is None:
@@ -366,7 +360,7 @@ def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
         "passed": found.passed,
         "value": found.estimate.value,
         "interval": asdict(found.estimate.interval),
-        "kind": "confidence sequence" if result.rule else "Clopper-Pearson",
+        "kind": result.interval_kind,
         "causes": dict(found.causes),
     }
 
@@ -376,7 +370,7 @@ def _print(result: Result) -> None:
     last = study.plan.first + len(table) // len(study.conditions) - 1
     print_line(
         f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
-        f" {study.plan.method}, {_varied(study)}{'; stopped early' if result.outcome.stopped else ''}\n"
+        f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}\n"
     )
     for corner, celsius, part in groups(result):
         where = f" at {celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
@@ -415,18 +409,10 @@ def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ..
 
 def _print_yield(result: Result, found: Yield) -> None:
     low, high = found.estimate.interval.low, found.estimate.interval.high
-    kind = "confidence sequence" if result.rule else "Clopper-Pearson"
     specs = " and ".join(str(s) for s in result.specifications)
     share = f"{100.0 * found.estimate.value:.2f} %" if found.samples else "not defined"
-    print_line(f"yield {share}, 95 % interval {100.0 * low:.2f} to {100.0 * high:.2f} % ({kind}): {specs}")
+    bounds = f"{100.0 * low:.2f} to {100.0 * high:.2f} % ({result.interval_kind})"
+    print_line(f"yield {share}, 95 % interval {bounds}: {specs}")
     rows = [(cause, n, f"{100.0 * n / found.samples:.1f} %") for cause, n in found.causes.items()]
     if rows:
         print_table("does not pass because of", ("cause", "samples:", "share:"), rows)
-
-
-def _varied(study: Study) -> str:
-    silicon = study.subject.silicon
-    parts = ["mismatch"] if silicon.mismatch else []
-    if silicon.process and any(c.corner == "random" for c in study.conditions):
-        parts.append("process")
-    return " and ".join(parts) or "corners only"

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field, replace
 
 import pytest
 
 from circuits.blocks import rebound_neuron
-from circuits.blocks.tuning import RESOLUTION, NeuronClass, rebound_bound, tune, tuning_machine
+from circuits.blocks.tuning import (
+    RESOLUTION,
+    Call,
+    NeuronClass,
+    Trials,
+    rebound_bound,
+    search,
+    tune,
+    tuning_machine,
+)
 from circuits.die import Die
 from circuits.silicon import Silicon
 from circuits.solver.transient import Runner
@@ -42,3 +52,56 @@ def test_a_slow_rebound_is_waited_for() -> None:
     assert tuning.t_reb > 7.5e-3
     assert tuning.t_reb < 0.99 * bound
     assert tuning.last < tuning.t_inh + 0.99 * bound
+
+
+SILENT = Call(fires=False, t_inh=5e-3, t_reb=2e-3, latest=12e-3)
+
+
+@dataclass
+class Neuron(Trials):
+    """An engine that only says what it is told: fires after a call for echoes between two delays."""
+
+    rest: bool = False
+    call: Call | None = SILENT
+    echo: bool = False
+    between: tuple[float, float] = (5.1e-3, 7.3e-3)
+    asked: list[float] = field(default_factory=list)
+
+    def fires_at_rest(self, until: float) -> bool:
+        return self.rest
+
+    def after_call(self) -> Call | None:
+        return self.call
+
+    def fires_after_echo(self, until: float) -> bool:
+        return self.echo
+
+    def fires_after_both(self, delay: float, until: float) -> bool:
+        self.asked.append(delay)
+        return self.between[0] < delay < self.between[1]
+
+
+@pytest.mark.parametrize(
+    ("neuron", "outcome"),
+    [
+        (Neuron(), NeuronClass.WORKS),
+        (Neuron(rest=True, echo=True), NeuronClass.REST_FIRES),
+        (Neuron(call=None), NeuronClass.NEVER),
+        (Neuron(call=replace(SILENT, fires=True)), NeuronClass.CALL_ALONE),
+        (Neuron(echo=True), NeuronClass.ECHO_ALONE),
+        (Neuron(between=(6e-3, 6e-3)), NeuronClass.NEVER),
+    ],
+    ids=["works", "rest", "inhibited", "call", "echo", "never"],
+)
+def test_any_engine_can_be_searched(neuron: Neuron, outcome: NeuronClass) -> None:
+    assert search(neuron).outcome is outcome
+
+
+@pytest.mark.parametrize("between", [(5.1e-3, 7.3e-3), (5.1e-3, 5.3e-3), (0.0, 1.0)], ids=str)
+def test_edges_are_those_of_the_interval(between: tuple[float, float]) -> None:
+    neuron = Neuron(between=between)
+    tuning = search(neuron)
+    # 7 ms before the release that comes after 5 ms is before the call: the scan begins after its pulse
+    assert tuning.first == pytest.approx(max(between[0], 30e-6), abs=RESOLUTION)
+    assert tuning.last == pytest.approx(min(between[1], 12e-3), abs=RESOLUTION)
+    assert all(30e-6 <= delay <= 12e-3 for delay in neuron.asked)

@@ -11,7 +11,7 @@ import pytest
 from circuits.registry import load_block
 from circuits.silicon import Silicon
 from netlists import ngspice
-from netlists.agreement import Agreement, compare
+from netlists.agreement import Agreement, compare, scaled_testbench, started
 from system.experiments import agreement
 from system.plot import save_picture
 
@@ -57,3 +57,21 @@ def test_the_picture_shows_a_node_in_both(found: Agreement, tmp_path: Path) -> N
     file = tmp_path / "agreement.png"
     save_picture(str(file), lambda figure: agreement.draw_beside(found, "spike", figure))
     assert file.stat().st_size > 10_000
+
+
+def test_the_chip_s_run_is_its_own_at_27_degrees_and_follows_the_delay_elsewhere() -> None:
+    usual = agreement.chip_testbench(Silicon())
+    assert usual.circuit.name == "ranging_chip"
+    assert {"chain"} < {i.name for i in usual.circuit.instances}
+    assert usual.stop == 45e-3
+    # fixed gate voltages: five times as fast at 60 degC
+    assert 0.1 < agreement.chip_testbench(Silicon(temperature_c=60.0)).stop / usual.stop < 0.3
+
+
+@pytest.mark.usefixtures("found")
+def test_a_start_and_trapezoidal_integration_change_nothing() -> None:
+    silicon = Silicon(temperature_c=-20.0)
+    bench = scaled_testbench(load_block("high-threshold-neuron"), silicon)
+    begun = started(bench, silicon)
+    assert set(begun.start) > {"spike"}
+    assert compare(begun, silicon, reltol=1e-4, points=900, method="trap").agrees
