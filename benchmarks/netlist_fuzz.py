@@ -20,7 +20,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing import get_context
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,7 +37,7 @@ from netlists.reader import read_netlist
 from netlists.reader.summary import summarise
 
 SECONDS, MEGABYTES = 2.0, 500.0
-HANG = 60.0  # s, after which a deck is given up
+HANG = 20.0  # s, after which a deck is given up
 ERROR = re.compile(r"[^\n:]+:\d+: [^\n]+")
 HAND = (
     """inverter chain
@@ -345,10 +346,47 @@ def run(cases: Iterable[int], seed: int, read: Callable[[Path], Reading] = timed
     return tally
 
 
+class Reader:
+    """A process that reads decks, so that its memory is the reader's; a deck on which it hangs ends it."""
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        """Start the process."""
+        self.here, there = Pipe()
+        self.process = get_context("spawn").Process(target=read_paths, args=(there,), daemon=True)
+        self.process.start()
+
+    def __call__(self, path: Path) -> Reading:
+        """Read a deck in the process."""
+        self.here.send(path)
+        if self.here.poll(HANG):
+            found: Reading = self.here.recv()
+            return found
+        self.end()
+        self.begin()
+        return Reading(HANG, None, f"not read after {HANG:g} s", 0.0)
+
+    def end(self) -> None:
+        """Stop the process."""
+        self.process.kill()
+        self.process.join()
+
+
+def read_paths(paths: Connection) -> None:
+    """Read decks until the process is stopped."""
+    while True:
+        paths.send(timed(paths.recv()))
+
+
 def run_apart(cases: Iterable[int], seed: int) -> Tally:
-    """Run cases whose decks a process of its own reads, so that its memory is the reader's."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as reader:
-        return run(cases, seed, lambda path: reader.submit(timed, path).result(timeout=HANG))
+    """Run cases whose decks a process of its own reads."""
+    reader = Reader()
+    try:
+        return run(cases, seed, reader)
+    finally:
+        reader.end()
 
 
 def run_all(first: int, count: int, seed: int, workers: int) -> Tally:

@@ -12,9 +12,10 @@ SCALES = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "mil": 25.4e-6, "m": 1e-3, 
           "p": 1e-12, "f": 1e-15, "a": 1e-18}  # fmt: skip
 _EXPONENTS = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "a": -18}
 
+# possessive, so that no text of digits and letters is read again from its middle
 NUMBER = re.compile(
-    r"(?P<mantissa>[0-9]+\.?[0-9]*|\.[0-9]+)(?:e(?P<exponent>[+-]?[0-9]{1,4}))?"
-    r"(?P<suffix>meg|mil|[tgkmunpfa])?[a-z\u00b5\u03a9]*",
+    r"(?P<mantissa>[0-9]++\.?[0-9]*+|\.[0-9]++)(?:e(?P<exponent>[+-]?[0-9]{1,4}))?"
+    r"(?P<suffix>meg|mil|[tgkmunpfa])?[a-z\u00b5\u03a9]*+",
     re.IGNORECASE,
 )
 _SIGNED = re.compile(rf"(?P<sign>[+-]?){NUMBER.pattern}", re.IGNORECASE)

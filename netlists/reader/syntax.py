@@ -29,7 +29,6 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _CIRCUIT_CARDS = {".subckt", ".ends", ".nodeset", ".model"}
 _MODULE = re.compile(r"module ([A-Za-z_]\w*)\(")  # the testbench's has no ports
 _MODULE_INSTANCE = re.compile(r"([A-Za-z_]\w*) (x\w+)\(")
-_NAMED = re.compile(r"([A-Za-z_]\w*)=(\S+)")
 
 _Make = Callable[[str, list[str], float], Device]
 _MAKERS: dict[str, tuple[int, _Make]] = {
@@ -175,7 +174,8 @@ class SpectreSyntax(Syntax):
         controls, scope = Controls(), Scope(limits)
         for card in cards:
             kind = [*card.text.split(maxsplit=2), ""][1]
-            given = dict(_NAMED.findall(card.text))
+            pairs = (word.partition("=") for word in card.text.split())
+            given = {name: value for name, sign, value in pairs if sign}
             if kind == "tran" and {"stop", "maxstep"} <= set(given):
                 step, stop = (scope.number(card, key, given[key]) for key in ("maxstep", "stop"))
                 controls.analyses.append(Transient(step, stop))

@@ -42,7 +42,7 @@ from system.plot import COLOURS, INK, PALE
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DRAWN = ("rebound-neuron", 27.0)
 CHIP = "ranging-chip-biased"
-CHIP_TEMPERATURES = (27.0,)  # degC; ngspice takes minutes a run
+CHIP_TEMPERATURES = (27.0,)  # degC; ngspice takes 11 minutes of CPU time
 CHIP_RELTOL, CHIP_POINTS = 5e-5, 1800  # where ngspice begins, trapezoidal; at twice both it is not converged
 
 

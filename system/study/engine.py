@@ -9,12 +9,15 @@ that cannot be read is measured again and counted.
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import FrameType
 from typing import Protocol
 
 import numpy as np
@@ -28,14 +31,15 @@ from system.study.table import Table, empty, join, read_table, write_table
 from system.study.target import Target, measure_safely, open_target
 
 CHUNKS, SAMPLES = "chunks", "samples.nc"
+_PATIENCE = 0.2  # s, after which a wait looks whether it was interrupted
 AHEAD = 2  # chunks a worker that are handed out before they are asked for
 
 
 class Waiting(Protocol):
     """A chunk that was handed out."""
 
-    def result(self) -> Table:
-        """Wait for the chunk."""
+    def result(self, timeout: float | None = None) -> Table:
+        """Wait for the chunk, `TimeoutError` after so many seconds."""
 
 
 Submit = Callable[[Study, range], Waiting]
@@ -133,8 +137,7 @@ def run_study(
     tables: list[Table] = []
     read, redone, stopped = 0, [], False
     chunks = study.chunks()
-    source = _ordered(study, chunks, folder, submit, ahead)
-    try:
+    with _interrupts() as asked, closing(_ordered(study, chunks, folder, submit, ahead, asked)) as source:
         for dies, table, note in source:
             if note == "":
                 read += 1
@@ -148,8 +151,6 @@ def run_study(
             if stop is not None and stop(table):
                 stopped = len(tables) < len(chunks)
                 break
-    finally:
-        source.close()
     whole = join(tables)
     if folder is not None:
         write_table(folder / SAMPLES, whole, units)
@@ -160,7 +161,12 @@ _NEW = "new"
 
 
 def _ordered(
-    study: Study, chunks: Sequence[range], folder: Path | None, submit: Submit, ahead: int
+    study: Study,
+    chunks: Sequence[range],
+    folder: Path | None,
+    submit: Submit,
+    ahead: int,
+    asked: threading.Event,
 ) -> Generator[tuple[range, Table, str], None, None]:
     """Chunks in order with a note: empty if read, `new`, or why an old file was not taken."""
     waiting: deque[tuple[range, Table | Waiting, str]] = deque()
@@ -168,14 +174,45 @@ def _ordered(
         known, note = (None, _NEW) if folder is None else _known(_file(folder, study, dies), study, dies)
         waiting.append((dies, submit(study, dies) if known is None else known, note))
         if len(waiting) > ahead:
-            yield _take(waiting.popleft())
+            yield _take(waiting.popleft(), asked)
     while waiting:
-        yield _take(waiting.popleft())
+        yield _take(waiting.popleft(), asked)
 
 
-def _take(entry: tuple[range, Table | Waiting, str]) -> tuple[range, Table, str]:
+def _take(entry: tuple[range, Table | Waiting, str], asked: threading.Event) -> tuple[range, Table, str]:
+    """Wait for a chunk; raises `KeyboardInterrupt` soon after it was asked for."""
     dies, pending, note = entry
-    return dies, pending if isinstance(pending, Table) else pending.result(), note
+    while not isinstance(pending, Table):
+        if asked.is_set():
+            raise KeyboardInterrupt
+        with suppress(TimeoutError):
+            pending = pending.result(_PATIENCE)
+    if asked.is_set():
+        raise KeyboardInterrupt
+    return dies, pending, note
+
+
+@contextmanager
+def _interrupts() -> Iterator[threading.Event]:
+    """Inside, Ctrl-C sets an event, so that it is not lost where a library takes the exception for its own.
+
+    A second one interrupts at once. Other threads than the main one cannot catch signals, and get none.
+    """
+    asked = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield asked
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, before)
+        asked.set()
+
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield asked
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _file(folder: Path, study: Study, dies: range) -> Path:

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter, MaxNLocator
 from scipy.special import ndtri
 
 from system.plot import COLOURS, INK, PALE
@@ -17,6 +19,7 @@ from system.study.table import Table
 from system.study.target import Quantity
 
 MOST_BINS = 60
+TICKS = 5
 
 
 def draw_study(
@@ -36,6 +39,7 @@ def outcomes(table: Table, ax: Axes) -> None:
     ax.barh([word for word, _ in counts], [n for _, n in counts], color=COLOURS[0])
     ax.invert_yaxis()
     ax.set_xlabel(f"samples of {len(table)}")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specification], ax: Axes) -> None:
@@ -52,8 +56,9 @@ def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specifi
             for end in (limits.low, limits.high):
                 if math.isfinite(end):
                     ax.axvline(end, color=COLOURS[1], lw=1.5)
-    ax.set_xlabel(_label(quantity))
+    _name(ax.xaxis, quantity)
     ax.set_ylabel("samples")
+    ax.yaxis.set_major_locator(MaxNLocator(TICKS, integer=True))
 
 
 def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:
@@ -67,8 +72,11 @@ def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:
     ax.plot(z, x, ".", color=COLOURS[0], ms=3)
     ax.plot(z[[0, -1]], x.mean() + x.std(ddof=1) * z[[0, -1]], color=PALE, lw=2)
     ax.set_xlabel("normal quantile (sigma)")
-    ax.set_ylabel(_label(quantity))
+    _name(ax.yaxis, quantity)
 
 
-def _label(quantity: Quantity) -> str:
-    return f"{quantity.name} ({quantity.unit})" if quantity.unit else quantity.name
+def _name(axis: Axis, quantity: Quantity) -> None:
+    """Label an axis, its few ticks in the quantity's unit with a prefix."""
+    axis.set_label_text(quantity.name)
+    axis.set_major_locator(MaxNLocator(TICKS))
+    axis.set_major_formatter(EngFormatter(unit=quantity.unit))

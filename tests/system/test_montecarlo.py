@@ -173,20 +173,36 @@ def test_bad_input_is_one_line(arguments: list[str], words: str, capsys: pytest.
 
 
 def test_an_interrupt_leaves_what_was_finished(tmp_path: Path) -> None:
-    table = tmp_path / "dies.csv"
-    command = [sys.executable, "-m", "system.command_line", "montecarlo", BLOCK, "-n", "100000"]
+    table, folder = tmp_path / "dies.csv", tmp_path / "study"
+    command = [
+        sys.executable,
+        "-m",
+        "system.command_line",
+        "montecarlo",
+        BLOCK,
+        "-n",
+        "100000",
+        "--chunk",
+        "2",
+    ]
     child = subprocess.Popen(
-        [*command, "--csv", str(table)], cwd=ROOT, text=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    time.sleep(3.0)
+        [*command, "--csv", str(table), "-o", str(folder)],
+        cwd=ROOT, text=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+    deadline = time.monotonic() + 120.0
+    while len(list(folder.glob("chunks/0*.nc"))) < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
     os.kill(child.pid, signal.SIGINT)
-    out, err = child.communicate(timeout=30)
+    out, err = child.communicate(timeout=60)
     assert child.returncode == 130
     assert out == ""
-    assert err.splitlines()[-1] == "noctule: interrupted"
-    if table.exists():  # on a slow machine the signal can come before the first die
-        count = len(table.read_text().splitlines()) - 1
-        assert err.splitlines()[0] == f"noctule: {table}: {count} of 100000 samples, those that were finished"
+    lines = err.splitlines()
+    count = len(table.read_text().splitlines()) - 1
+    assert count >= 2
+    assert lines[0] == f"noctule: {table}: {count} of 100000 samples, those that were finished"
+    assert lines[1] == f"noctule: {folder}: go on with --resume"
+    assert lines[-1] == "noctule: interrupted"
 
 
 def test_the_share_of_dies_with_one_spike_an_echo(run_json: Callable[..., Any]) -> None:

@@ -42,6 +42,12 @@ def test_anything_else_is_no_number(text: str) -> None:
     assert read_number(text) is None
 
 
+def test_a_long_text_is_read_once() -> None:
+    digits = "1" * 200_000
+    assert read_number(digits + "_") is None
+    assert read_number(digits) == math.inf
+
+
 def test_no_float_is_large_enough() -> None:
     assert read_number("1e999") == math.inf
 

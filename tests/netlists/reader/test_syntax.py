@@ -58,6 +58,11 @@ def test_the_run_is_read(dialect: str) -> None:
     assert controls.temperature_c == 60.0
 
 
+def test_a_long_word_is_read_once() -> None:
+    card = Card("save " + "vdd" * 500_000, "a.cir", 1)
+    assert syntax("spectre").run([card], Limits(), Notes()).analyses == []
+
+
 def test_a_damaged_line_is_refused() -> None:
     with pytest.raises(DataError, match=r"a\.cir:1: rx a b c: must be 2 nodes and a number"):
         syntax("ngspice").simple(Card("rx a b c", "a.cir", 1))

@@ -49,6 +49,11 @@ def test_not_alike(own: list[str], again: list[str], says: str) -> None:
         verify(cards(*own), cards(*again), ngspice())
 
 
+def test_a_long_line_is_held_against_another_at_once() -> None:
+    with pytest.raises(DataError, match="edited"):
+        verify(cards("r1 a b " + "1" * 500_000 + "_"), cards("r1 a b " + "1" * 500_000 + "#"), ngspice())
+
+
 def test_what_differs_is_shown_however_long_the_line_is() -> None:
     long = "b1 a b i=" + "1.0*v(a)+" * 50
     with pytest.raises(DataError, match=r"v\(other\) is .*v\(c\) by its notes"):

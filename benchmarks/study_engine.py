@@ -1,0 +1,120 @@
+"""Claim: a study costs under 20 % more than the bare batch, two workers halve it, and its memory stays flat.
+
+The bare batch puts one lowered machine on every die and tunes it, on one thread; the study does the same dies
+in chunks that are kept on disk, with statistics at the end. Two workers are two threads of one process.
+Memory is the peak resident size of a process that runs a study of a quick metric, 100,000 samples by 1,000.
+Values are compared bit by bit between all runs of the same dies.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from circuits.blocks import rebound_neuron, tuning
+from circuits.die import Die
+from circuits.lowering.kernel import Machine
+from circuits.silicon import Silicon
+from circuits.solver.batch import map_dies
+from system.silicon_choice import SiliconChoice
+from system.study.engine import on_threads, run_study
+from system.study.manifest import Study
+from system.study.plan import Plan
+from system.study.summary import summarise
+from system.study.table import Condition, Table
+from system.study.target import Subject
+
+FIRST = 1000
+HERE = "benchmarks.study_engine"
+
+
+def threshold(machine: Machine) -> float:
+    """A quick metric: the mean threshold of the die's transistors, V."""
+    return float(machine.kernel.transistors.v_t0.mean())
+
+
+def study(metric: str, count: int, chunk: int = 32) -> Study:
+    """Dies with mismatch only."""
+    subject = Subject("rebound-neuron", (metric,), silicon=SiliconChoice(process=False))
+    return Study(subject, Plan("random", 0, FIRST, count), (Condition("random", 27.0, 0),), chunk)
+
+
+def timed_study(wanted: Study, threads: int) -> tuple[float, Table]:
+    """Wall seconds of a study with its files and statistics, and its samples."""
+    with tempfile.TemporaryDirectory() as folder, on_threads(threads) as (submit, ahead):
+        start = time.perf_counter()
+        table = run_study(wanted, Path(folder) / "study", submit=submit, ahead=ahead).table
+        summarise(table.values[:, 0], np.random.Generator(np.random.Philox(key=0)))
+        return time.perf_counter() - start, table
+
+
+def bare(count: int) -> tuple[float, list[float]]:
+    """Wall seconds of the batch alone on one thread, and its best delays."""
+    machine = tuning.tuning_machine(rebound_neuron.build(), Silicon(die=Die(process=False)))
+    dies = [Die(number=k, process=False) for k in range(FIRST, FIRST + count)]
+    start = time.perf_counter()
+    found = map_dies(tuning.tune, machine, dies, 1)
+    seconds = time.perf_counter() - start
+    return seconds, [np.nan if s.value is None else s.value.best_delay for s in found]
+
+
+def peak(count: int) -> float:
+    """Peak resident size of a process that runs a quick study of `count` dies, MB."""
+    quick = f"b.study('{HERE}:threshold', {count}, 500)"
+    code = f"import {HERE} as b; b.timed_study({quick}, 1); print(b.resident())"
+    root = Path(__file__).resolve().parents[1]
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    return float(done.stdout)
+
+
+def resident() -> float:
+    """Peak resident size of this process, MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def main() -> None:
+    """Print the three rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--quick", action="store_true", help="fewer dies")
+    options = parser.parse_args()
+    count, many = (96, 20_000) if options.quick else (320, 100_000)
+    timed_study(study("best_delay", 8), 1)  # compiles the kernels
+    batch, expected = bare(count)
+    one, table = timed_study(study("best_delay", count), 1)
+    two, again = timed_study(study("best_delay", count), 2)
+    same = np.array_equal(table.values[:, 0], expected, equal_nan=True) and np.array_equal(
+        table.values, again.values, equal_nan=True
+    )
+    accuracy = "all values identical" if same else "VALUES DIFFER"
+    few, most = peak(1000), peak(many)
+    rows = [
+        {
+            "name": f"study of {count} dies by the bare batch",
+            "ours": one,
+            "peer": batch,
+            "ratio": one / batch,
+        },
+        {"name": "one worker by two", "ours": two, "peer": one, "ratio": one / two},
+        {"name": f"memory, {many} samples by 1,000, MB", "ours": most, "peer": few, "ratio": most / few},
+    ]
+    rows = [{**row, "accuracy": accuracy, "cores": 2 if "two" in str(row["name"]) else 1} for row in rows]
+    if options.json:
+        print(json.dumps(rows, indent=2))
+        return
+    for row in rows:
+        print(
+            f"{row['name']:40} {row['ours']:9.3f} against {row['peer']:9.3f}: {row['ratio']:.3f}; {accuracy}"
+        )
+
+
+if __name__ == "__main__":
+    main()
