@@ -12,6 +12,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -30,11 +31,12 @@ from chips.rebound_kernel import (
     call,
     echo,
 )
-from chips.rebound_model import model_of, neurons_on, outside
+from chips.rebound_model import ReboundModel, model_of, neurons_on, outside
 from chips.record import Record
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, unknown_name
+from circuits.process import Process
 from circuits.silicon import Silicon
 
 F64 = NDArray[np.float64]
@@ -42,7 +44,7 @@ F64 = NDArray[np.float64]
 TEMPERATURE_STEP = 0.1  # degC, to which a running temperature is rounded; ours
 _PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second event merges into the first
 _INPUTS = ("call", "echo")
-_ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
+ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
 
 class OutsideBox(UserWarning):
@@ -70,6 +72,11 @@ class ChipState:
         return int(self.neurons[:, UNDECIDED].sum() + self.neurons[:, NEAR].sum())
 
 
+@lru_cache(maxsize=8)
+def _shipped_model(process: Process) -> ReboundModel:
+    return model_of(ranging_chip.build(), process)
+
+
 class RangingChip:
     """13 rebound neurons, or any array of them (or one), on `silicon`.
 
@@ -86,7 +93,10 @@ class RangingChip:
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box unless it is to warn."""
         self.silicon, self.path, self.outside_box = silicon, path, outside_box
-        self.model = model_of(circuit or ranging_chip.build(), silicon.process, record)
+        if circuit is None and record is None:
+            self.model = _shipped_model(silicon.process)
+        else:
+            self.model = model_of(circuit or ranging_chip.build(), silicon.process, record)
         self.spikes = self.model.circuit.port("spike").elements()
         self.analog: tuple[str, ...] = ()
         self._at: dict[float, Neurons] = {}
@@ -180,7 +190,7 @@ class RangingChip:
     def _check(self, lines: Mapping[str, Polyline]) -> None:
         if "v_ex_max" in lines:
             v_dd = self.silicon.process.v_dd
-            low, high = v_dd - self.model.record.box.v_ex_max, v_dd + _ABOVE_SUPPLY
+            low, high = v_dd - self.model.record.box.v_ex_max, v_dd + ABOVE_SUPPLY
             level = lines["v_ex_max"][1]
             if not (level.min() >= low and level.max() <= high):
                 self._tell(

@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 from hashlib import sha256
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -24,8 +24,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
+from chips.board_kernel import monotone_cubic
 from circuits.circuit import Circuit
 from circuits.die import shared
 from circuits.errors import DataError, ParameterError
@@ -42,6 +42,16 @@ HELD_OUT = tuple(range(500, 508))  # dies on which a model is judged; none is us
 HELD_OUT_TEMPERATURES = 0.0, 27.0, 60.0
 
 Quantities = Mapping[str, F64 | float]
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """A record's numbers by name, axes among them, and its held-out errors."""
+
+    values: Mapping[str, F64]
+    errors: Mapping[str, float]
+
+
 _IN_FORCE: ContextVar[Mapping[str, xr.Dataset] | None] = ContextVar("records", default=None)
 
 
@@ -105,20 +115,52 @@ def matching_record(block: str, circuits: Sequence[Circuit], process: Process) -
     return data
 
 
+def matching_tables(block: str, circuits: Callable[[], Sequence[Circuit]], process: Process) -> Tables:
+    """Tables of the record of a block, as `matching_record`; those of the shipped record are kept.
+
+    circuits: a function of a module that builds what the model stands for, the same at every call.
+    """
+    if block in (_IN_FORCE.get() or {}):
+        return _tables(matching_record(block, circuits(), process))
+    return _shipped_tables(block, circuits, process)
+
+
+@lru_cache(maxsize=32)
+def _shipped_tables(block: str, circuits: Callable[[], Sequence[Circuit]], process: Process) -> Tables:
+    return _tables(matching_record(block, circuits(), process))
+
+
+def _tables(data: xr.Dataset) -> Tables:
+    return Tables({str(n): np.asarray(v.values) for n, v in data.variables.items()}, record_errors(data))
+
+
 def record_errors(data: xr.Dataset) -> dict[str, float]:
     """Held-out errors by name, with the unit at its end."""
     return {str(n).removeprefix("error_"): float(v) for n, v in data.attrs.items() if "error_" in str(n)}
 
 
-def on_silicon(data: xr.Dataset, name: str, silicon: Silicon, axis: str = "shift") -> F64:
+def on_silicon(data: xr.Dataset | Mapping[str, F64], name: str, silicon: Silicon, axis: str = "shift") -> F64:
     """A quantity at the silicon's temperature, on its die; `axis`: that of its shared threshold shift."""
-    values = np.tensordot(temperature_weights(silicon.temperature_c), data[name].values, (0, 0))
-    shift = np.asarray(data[axis].values)
-    parts = [
-        PchipInterpolator(shift, values[k])(shared(silicon.die, silicon.process, polarity).v_t0)
-        for k, polarity in enumerate(POLARITIES)
-    ]
-    return np.asarray(parts[0] + parts[1] - values[0][int(np.argmin(np.abs(shift)))])
+    return all_on_silicon(data, (name,), silicon, axis)[0]
+
+
+def all_on_silicon(
+    data: xr.Dataset | Mapping[str, F64], names: Sequence[str], silicon: Silicon, axis: str = "shift"
+) -> list[F64]:
+    """Several quantities, as `on_silicon`."""
+    weights = temperature_weights(silicon.temperature_c)
+    shift = np.asarray(data[axis], dtype=np.float64)
+    moved = [float(shared(silicon.die, silicon.process, polarity).v_t0) for polarity in POLARITIES]
+    unmoved = int(np.argmin(np.abs(shift)))
+    found = []
+    for name in names:
+        table = np.asarray(data[name])
+        columns = (weights @ table.reshape(weights.size, -1)).reshape(len(moved), shift.size, -1)
+        parts = np.empty((len(moved), columns.shape[-1]))
+        for k, x in enumerate(moved):
+            monotone_cubic(shift, columns[k], x, parts[k])
+        found.append((parts[0] + parts[1] - columns[0, unmoved]).reshape(table.shape[3:]))
+    return found
 
 
 def check_box(path: str, silicon: Silicon) -> None:
@@ -137,11 +179,14 @@ def check_box(path: str, silicon: Silicon) -> None:
             )
 
 
+@lru_cache(maxsize=256)
 def temperature_weights(temperature_c: float) -> F64:
-    """Weights of the polynomial through all temperatures."""
+    """Weights of the polynomial through all temperatures; not to be written to."""
     nodes = np.array(TEMPERATURES)
     others = [np.delete(nodes, i) for i in range(nodes.size)]
-    return np.array([np.prod((temperature_c - o) / (a - o)) for a, o in zip(nodes, others, strict=True)])
+    weights = np.array([np.prod((temperature_c - o) / (a - o)) for a, o in zip(nodes, others, strict=True)])
+    weights.setflags(write=False)
+    return weights
 
 
 def _shifted(temperature_c: float, polarity: Polarity, shift: float) -> Silicon:

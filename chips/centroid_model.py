@@ -11,14 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chips.board_kernel import EVENT_WIDTH, Centroid, centroid_run
-from chips.board_record import check_box, matching_record, on_silicon
+from chips.board_record import all_on_silicon, check_box, matching_tables
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
 from circuits.blocks import centroid_board
+from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
 from circuits.silicon import Silicon
@@ -43,6 +45,12 @@ class CentroidState:
         return float(self.board[0])
 
 
+@cache
+def circuits() -> tuple[Circuit, ...]:
+    """The circuit that the model stands for."""
+    return (centroid_board.build(),)
+
+
 class CentroidModel:
     """A centroid board on `silicon`; `lookup`: V by neuron, the board's own unless given.
 
@@ -54,14 +62,10 @@ class CentroidModel:
     ) -> None:
         """Read the record at the silicon's temperature and die."""
         check_box(path, silicon)
-        data = matching_record("centroid_board", (centroid_board.build(),), silicon.process)
+        data = matching_tables("centroid_board", circuits, silicon.process).values
         entry = np.array(centroid_board.linear_lookup() if lookup is None else lookup)
-        strength, far, offset, leak, low_pass, slew = (
-            on_silicon(data, name, silicon)
-            for name in (
-                "log_share", "log_far_default", "offset_V", "leak_time_s", "filter_time_s", "slew_time_s"
-            )
-        )  # fmt: skip
+        names = "log_share", "log_far_default", "offset_V", "leak_time_s", "filter_time_s", "slew_time_s"
+        strength, far, offset, leak, low_pass, slew = all_on_silicon(data, names, silicon)
         known = centroid_board.linear_lookup()
         share = np.interp(entry, known[::-1], strength[::-1]) / EVENT_WIDTH
         self.numbers = Centroid(

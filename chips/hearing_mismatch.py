@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,17 +53,22 @@ def deviations(silicon: Silicon) -> F64:
     return np.array([x for circuit in _circuits() for x in _of(circuit, silicon)])
 
 
+@cache
 def _circuits() -> tuple[Circuit, ...]:
     return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
 
 
 def _of(circuit: Circuit, silicon: Silicon) -> Iterator[float]:
-    for name in DEVICES[circuit.name]:
+    names = DEVICES[circuit.name]
+    area = np.empty(len(names))
+    for k, name in enumerate(names):
         device = circuit.device(name)
         if not isinstance(device, Transistor):
             raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its mismatch")
-        area = device.width * device.length * device.multiplicity
-        path = tuple((part, ()) for part in name.split("."))
-        found = silicon.deviation(circuit.name, path, area)
-        yield float(np.ravel(found.v_t0)[0])
-        yield math.log1p(float(np.ravel(found.beta)[0]))
+        area[k] = device.width * device.length * device.multiplicity
+    paths = [tuple((part, ()) for part in name.split(".")) for name in names]
+    found = silicon.deviations(circuit.name, paths, area)
+    v_t0, beta = (np.broadcast_to(x, area.shape) for x in found)
+    for shift, gain in zip(v_t0.tolist(), beta.tolist(), strict=True):
+        yield shift
+        yield math.log1p(gain)

@@ -15,19 +15,19 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from chips.board_kernel import MEMORY, Hearing, hear_sound
 from chips.board_record import (
+    all_on_silicon,
     check_box,
-    matching_record,
+    matching_tables,
     on_silicon,
-    record_errors,
     temperature_weights,
 )
 from chips.hearing_mismatch import RATIO, deviations
@@ -61,6 +61,7 @@ class HearingModel:
     high_threshold: Hearing
 
 
+@cache
 def circuits() -> tuple[Circuit, ...]:
     """The circuits that the model stands for."""
     return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
@@ -72,9 +73,9 @@ def hearing_on(silicon: Silicon, path: str = "hearing") -> HearingModel:
     Raises `ParameterError` outside the record and `DataError` where the record is stale.
     """
     check_box(path, silicon)
-    data = matching_record("hearing", circuits(), silicon.process)
-    own = deviations(silicon)
-    margin, unsure = _rest_margin(data, silicon, own), 2.0 * record_errors(data).get("rest_margin_rms_V", 0.0)
+    record = matching_tables("hearing", circuits, silicon.process)
+    data, own = record.values, deviations(silicon)
+    margin, unsure = _rest_margin(data, silicon, own), 2.0 * record.errors.get("rest_margin_rms_V", 0.0)
     if margin < unsure:
         warnings.warn(
             f"{path}.onset: rest margin {margin:.2g} V, must be > {unsure:.2g} V, else a loud sound must come"
@@ -87,30 +88,29 @@ def hearing_on(silicon: Silicon, path: str = "hearing") -> HearingModel:
 
 def rest_margin_on(silicon: Silicon) -> float:
     """By how much v_level may fall before the resting onset neuron does not hear, V; below 0 it does not."""
-    data = matching_record("hearing", circuits(), silicon.process)
+    data = matching_tables("hearing", circuits, silicon.process).values
     return _rest_margin(data, silicon, deviations(silicon))
 
 
-def _rest_margin(data: xr.Dataset, silicon: Silicon, own: F64) -> float:
+def _rest_margin(data: Mapping[str, F64], silicon: Silicon, own: F64) -> float:
     at = temperature_weights(silicon.temperature_c)
     shared = float(on_silicon(data, "onset_rest_margin_V", silicon, "rest_shift"))
     ratio = _by_mismatch(data, "onset_rest_margin", silicon, own * RATIO)
-    bend = float(at @ data["onset_rest_margin_bend"].values)
+    bend = float(at @ data["onset_rest_margin_bend"])
     return shared + _by_mismatch(data, "onset_rest_margin", silicon, own) + 0.5 * bend * ratio**2
 
 
-def _by_mismatch(data: xr.Dataset, name: str, silicon: Silicon, own: F64) -> float:
+def _by_mismatch(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> float:
     at = temperature_weights(silicon.temperature_c)
-    return float(np.tensordot(at, data[f"{name}_gradient"].values, (0, 0)) @ own)
+    return float(np.tensordot(at, data[f"{name}_gradient"], (0, 0)) @ own)
 
 
-def _neuron(data: xr.Dataset, name: str, silicon: Silicon, own: F64) -> Hearing:
-    threshold, latency, recovery = (
-        on_silicon(data, f"{name}_{q}", silicon) for q in ("threshold_V", "latency_s", "recovery_s")
-    )
+def _neuron(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> Hearing:
+    names = [f"{name}_{q}" for q in ("threshold_V", "latency_s", "recovery_s")]
+    threshold, latency, recovery = all_on_silicon(data, names, silicon)
     threshold = threshold * math.exp(_by_mismatch(data, f"{name}_threshold", silicon, own))
-    knots = np.log(np.asarray(data[f"{name}_ratio"].values))
-    loudness = np.log(np.asarray(data[f"{name}_peak_V"].values))
+    knots = np.log(np.asarray(data[f"{name}_ratio"]))
+    loudness = np.log(np.asarray(data[f"{name}_peak_V"]))
     return Hearing(float(threshold), knots, latency, loudness, recovery)
 
 

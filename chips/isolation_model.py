@@ -12,12 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
-from chips.board_record import check_box, matching_record, on_silicon
+from chips.board_record import all_on_silicon, check_box, matching_tables
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
 from circuits.blocks import first_target_isolation
+from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.silicon import Silicon
 
@@ -40,6 +42,12 @@ class IsolationState:
     undecided: int = 0
 
 
+@cache
+def circuits() -> tuple[Circuit, ...]:
+    """The circuit that the model stands for."""
+    return (first_target_isolation.build(),)
+
+
 class IsolationModel:
     """A first-target isolation board on `silicon`.
 
@@ -49,9 +57,9 @@ class IsolationModel:
     def __init__(self, silicon: Silicon, path: str = "first_target_isolation") -> None:
         """Read the record at the silicon's temperature and die."""
         check_box(path, silicon)
-        data = matching_record("first_target_isolation", (first_target_isolation.build(),), silicon.process)
+        data = matching_tables("first_target_isolation", circuits, silicon.process).values
         names = ("open_V", "isolated_V", "set_delay_s", "reset_delay_s", "held_delay_s", "tie_s")
-        values = (float(on_silicon(data, name, silicon)) for name in names)
+        values = (float(value) for value in all_on_silicon(data, names, silicon))
         self.open_level, self.isolated_level, self.set, self.reset, self.held, self.tie = values
         self.analog: tuple[str, ...] = ("v_ex_max",)
 

@@ -50,12 +50,14 @@ from circuits.compiled import compiled
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-KEPT = 160  # states kept after the release
-SPACING = 50e-6  # s, between them
-WATCHED = 20e-3  # s, looked ahead of a neuron that may not sleep
+KEPT = 80  # states kept after the release
+SPACING = 100e-6  # s, between them
+WATCHED = 5e-3  # s, looked ahead of a neuron that may not sleep
+LOOKED = 20e-3  # s after the release, looked ahead of a neuron that may
 ROOM = 64  # echoes remembered; more than come in any `recover`
 PULSE = 10.1e-6  # s, within which a second event merges into the first
 _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
+_EARLY_WITHIN = 0.25e-3  # s, to which `early` is found
 _PIECES = 64  # of inhibition, in which `hold` is found
 
 _compiled = compiled(callees=(rebound_kernel,))
@@ -188,7 +190,7 @@ def _too_early(m: Neurons, k: int, p: Plan, s: F64) -> bool:
     early = max(late - _EARLIEST, 0.0)
     if not _silent_after(m, k, p, s, early):
         return False
-    while late - early > SPACING:
+    while late - early > _EARLY_WITHIN:
         middle = 0.5 * (early + late)
         if _silent_after(m, k, p, s, middle):
             early = middle
@@ -229,7 +231,9 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
     s = c.ahead[k]
     copy_state(c.base[k], s)
     s[DOZE] = MAY_DOZE if p.certain[k] else WAKE
-    until = max(s[NOW], s[RELEASE]) + WATCHED
+    until = max(s[NOW], s[RELEASE]) + LOOKED
+    if not p.certain[k]:  # not beyond the release, before which an echo may come, nor far beyond it
+        until = s[RELEASE] if s[NOW] < s[RELEASE] else s[NOW] + WATCHED
     spike = advance(m, k, s, until)
     if spike < np.inf:
         c.mood[k], c.due[k] = FIRING, spike

@@ -14,32 +14,36 @@ at v_ex_max. The axon fires when w reaches `axon_charge`, w' = v_mem - v_thresho
 threshold moved by the margin either way tells what is too near to call.
 
 Stepped by RODAS3 (Sandu, Verwer, Blom, Spee, Carmichael, Potra 1997), four stages, order 3(2), L-stable.
-The functions stand in one file, so that numba's own stamp of the file tells a stale cache.
+Where the error of a step outgrows the last one's, the next is shortened in advance (Gustafsson 1994).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
+from circuits.devices.softplus import softplus_five
+
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
-F = TypeVar("F", bound=Callable[..., Any])
 Three = tuple[float, float, float]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 
 TOLERANCE = 1e-4  # V, local error of a step; ours: moves a peak by up to 0.35 mV, inside the measured margin
 ECHO_HELD = (0.05e-6, 10.15e-6)  # s, half-supply crossings of an event's pulse
-_FIRST_STEP = 1e-8  # s, after the release
-_EVENT_STEP = 1e-6  # s, after other changes
+# First steps, s, after v_mem is pulled low, after it is let go, and after an echo's pulse begins or ends. The
+# last is short: v_ex keeps its errors, and 0.1 mV of it is some millivolts of a later peak of v_mem.
+_PULLED_STEP, _RELEASED_STEP, _EXCITED_STEP = 5e-8, 4e-9, 1e-6
+_SAFETY = 0.9  # of the step that the error allows
+_LEEWAY = 100.0  # largest ratio of the tolerance to an error that the next step is judged by
+_NO_STEP = 1e-30  # s, before the first one
+_HALVINGS = 40  # of the supply: far below a nanovolt
 _PARTS = 8  # of a step, over which w is summed
 _LOOKAHEAD = 2e-3  # s, for which a spike's certainty is looked for beyond it
-_FAR = 36.0  # beyond it ln(1 + e^x) is x, or 0 against the other currents
 SETTLED = 0.1  # V/s, of every node: nothing happens any more
 _FALLEN = 0.1  # V below the threshold, from which v_mem falls on to rest while v_r and v_ex only rise
 _RECOVERED = 20e-3  # V, of v_ex below the supply: less excitation than the coupling of v_mem makes
@@ -86,124 +90,149 @@ class Neurons(NamedTuple):
     follow: F64  # float64[3, 3]: step of a free node (row) for one of a held node (column)
 
 
-def _compiled(function: F) -> F:
-    """Compile without reference counts (no arrays are made), cached by this file's own stamp."""
-    options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
-    return cast("F", nb.njit(**options)(function))
+class Numbers(NamedTuple):
+    """What the equations of one neuron need, with C^-1 apart: the arguments of q are linear in the voltages.
+
+    g, gn, gp: 1 / (2 U_T), times kappa_n, times kappa_p, 1/V; rest to me4: constant parts of the arguments of
+    m1 (source at v_rest, at v_mem), m2, me5, me4; i_m1 to i_me4: specific currents, forward to i_rtau:
+    constant ones, A.
+    """
+
+    g: float
+    gn: float
+    gp: float
+    rest: float
+    m1: float
+    m2: float
+    me5: float
+    me4: float
+    i_m1: float
+    i_m2: float
+    i_me5: float
+    i_me4: float
+    forward: float
+    i_rslope: float
+    i_rtau: float
+
+
+_compiled = compiled(fastmath={"contract"})
+# part of every step, so that arguments are not copied from function to function
+_inlined = compiled(fastmath={"contract"}, forceinline=True)
+
+
+@_inlined
+def _numbers(m: Neurons, k: int) -> Numbers:
+    g, vdd = m.inverse_2ut[k], m.v_dd[k]
+    gn, gp = g * m.kappa_n[k], g * m.kappa_p[k]
+    return Numbers(
+        g, gn, gp, gn * m.m1_threshold[k] + g * m.v_rest[k], gn * m.m1_threshold[k],
+        gp * (vdd - m.m2_threshold[k]) - g * vdd, gp * (vdd - m.me5_threshold[k]), g * (m.me4_pinch[k] - vdd),
+        m.m1_current[k], m.m2_current[k], m.me5_current[k], m.me4_current[k], m.me4_forward[k], m.i_rslope[k],
+        m.i_rtau[k],
+    )  # fmt: skip
+
+
+@_inlined
+def _matrix(m: Neurons, mode: int) -> Nine:
+    c = m.inverse_capacitance[mode]
+    return c[0, 0], c[0, 1], c[0, 2], c[1, 0], c[1, 1], c[1, 2], c[2, 0], c[2, 1], c[2, 2]
 
 
 @_compiled
-def _softplus(x: float) -> tuple[float, float]:
-    """`ln(1 + e^x)` and its derivative."""
-    if x > _FAR:
-        return x, 1.0
-    if x < -_FAR:
-        return 0.0, 0.0
-    t = math.exp(-abs(x))
-    s = 1.0 / (1.0 + t)
-    if x >= 0.0:
-        return x + math.log1p(t), s
-    return math.log1p(t), t * s
+def _softplus(x: float) -> float:
+    """`ln(1 + e^x)`."""
+    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
 
 
-@_compiled
-def _currents(m: Neurons, k: int, v: float, r: float, x: float) -> Nine:
+@_inlined
+def _currents(p: Numbers, v: float, r: float, x: float) -> Nine:
     """Currents into v_mem, v_r, v_ex (A) and their derivatives (S).
 
     Order: i_mem, i_r, i_ex, di_mem/dv, di_mem/dr, di_mem/dx, di_r/dv, di_r/dr, di_ex/dx.
     """
-    g, vdd = m.inverse_2ut[k], m.v_dd[k]
-    kn, kp = m.kappa_n[k], m.kappa_p[k]
-    vp = kn * (r - m.m1_threshold[k])
-    a, da = _softplus((vp - m.v_rest[k]) * g)
-    b, db = _softplus((vp - v) * g)
-    i1 = m.m1_current[k] * (a - b) * (a + b)
-    c1 = 2.0 * g * m.m1_current[k]
-    c, dc = _softplus((kp * (vdd - v - m.m2_threshold[k]) - vdd + r) * g)
-    i2 = m.m2_current[k] * c * c
-    c2 = 2.0 * g * m.m2_current[k] * c * dc
-    e, de = _softplus(kp * (vdd - x - m.me5_threshold[k]) * g)
-    i5 = m.me5_current[k] * e * e
-    q, dq = _softplus((m.me4_pinch[k] - vdd + x) * g)
-    i4 = m.me4_forward[k] - m.me4_current[k] * q * q
+    a, b, c, e, q, da, db, dc, de, dq = softplus_five(
+        p.gn * r - p.rest, p.gn * r - p.g * v - p.m1, p.g * r - p.gp * v + p.m2, p.me5 - p.gp * x,
+        p.g * x + p.me4,
+    )  # fmt: skip
+    ja, jb, jc = p.i_m1 * a * da, p.i_m1 * b * db, 2.0 * p.i_m2 * c * dc
     return (
-        m.i_rslope[k] + i5 - i1,
-        m.i_rtau[k] - i2,
-        i4,
-        -c1 * b * db,
-        -c1 * kn * (a * da - b * db),
-        -2.0 * g * kp * m.me5_current[k] * e * de,
-        kp * c2,
-        -c2,
-        -2.0 * g * m.me4_current[k] * q * dq,
+        p.i_rslope + p.i_me5 * e * e - p.i_m1 * (a - b) * (a + b),
+        p.i_rtau - p.i_m2 * c * c,
+        p.forward - p.i_me4 * q * q,
+        -2.0 * p.g * jb,
+        -2.0 * p.gn * (ja - jb),
+        -2.0 * p.gp * p.i_me5 * e * de,
+        p.gp * jc,
+        -p.g * jc,
+        -2.0 * p.g * p.i_me4 * q * dq,
     )
 
 
 @_compiled
 def excitation(m: Neurons, k: int, s: F64) -> float:
     """Rate at which me5 raises a free v_mem, V/s."""
-    e, _ = _softplus(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
+    e = _softplus(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
     return float(m.me5_current[k] * e * e * m.inverse_capacitance[0, 0, 0])
 
 
-@_compiled
-def _rates(m: Neurons, mode: int, i: Nine) -> Three:
+@_inlined
+def _rates(c: Nine, i: Nine) -> Three:
     """dv/dt of the three nodes, V/s; zero for a held node."""
-    c = m.inverse_capacitance[mode]
     return (
-        c[0, 0] * i[0] + c[0, 1] * i[1] + c[0, 2] * i[2],
-        c[1, 0] * i[0] + c[1, 1] * i[1] + c[1, 2] * i[2],
-        c[2, 0] * i[0] + c[2, 1] * i[1] + c[2, 2] * i[2],
+        c[0] * i[0] + c[1] * i[1] + c[2] * i[2],
+        c[3] * i[0] + c[4] * i[1] + c[5] * i[2],
+        c[6] * i[0] + c[7] * i[1] + c[8] * i[2],
     )
 
 
-@_compiled
-def _factor(m: Neurons, mode: int, h: float, i: Nine) -> Nine:
-    """LU factors of `2/h - C^-1 dI/dv`: l10, l20, l21, u00, u01, u02, u11, u12, u22."""
-    c = m.inverse_capacitance[mode]
+@_inlined
+def _inverse(c: Nine, h: float, i: Nine) -> Nine:
+    """Inverse of `2/h - C^-1 dI/dv`, row by row."""
     d = 2.0 / h
-    a00 = d - (c[0, 0] * i[3] + c[0, 1] * i[6])
-    a01 = -(c[0, 0] * i[4] + c[0, 1] * i[7])
-    a02 = -(c[0, 0] * i[5] + c[0, 2] * i[8])
-    a10 = -(c[1, 0] * i[3] + c[1, 1] * i[6])
-    a11 = d - (c[1, 0] * i[4] + c[1, 1] * i[7])
-    a12 = -(c[1, 0] * i[5] + c[1, 2] * i[8])
-    a20 = -(c[2, 0] * i[3] + c[2, 1] * i[6])
-    a21 = -(c[2, 0] * i[4] + c[2, 1] * i[7])
-    a22 = d - (c[2, 0] * i[5] + c[2, 2] * i[8])
-    l10 = a10 / a00
-    l20 = a20 / a00
-    u11 = a11 - l10 * a01
-    u12 = a12 - l10 * a02
-    l21 = (a21 - l20 * a01) / u11
-    u22 = a22 - l20 * a02 - l21 * u12
-    return l10, l20, l21, a00, a01, a02, u11, u12, u22
+    a00 = d - (c[0] * i[3] + c[1] * i[6])
+    a01 = -(c[0] * i[4] + c[1] * i[7])
+    a02 = -(c[0] * i[5] + c[2] * i[8])
+    a10 = -(c[3] * i[3] + c[4] * i[6])
+    a11 = d - (c[3] * i[4] + c[4] * i[7])
+    a12 = -(c[3] * i[5] + c[5] * i[8])
+    a20 = -(c[6] * i[3] + c[7] * i[6])
+    a21 = -(c[6] * i[4] + c[7] * i[7])
+    a22 = d - (c[6] * i[5] + c[8] * i[8])
+    b00 = a11 * a22 - a12 * a21
+    b10 = a12 * a20 - a10 * a22
+    b20 = a10 * a21 - a11 * a20
+    p = 1.0 / (a00 * b00 + a01 * b10 + a02 * b20)
+    return (
+        p * b00, p * (a02 * a21 - a01 * a22), p * (a01 * a12 - a02 * a11),
+        p * b10, p * (a00 * a22 - a02 * a20), p * (a02 * a10 - a00 * a12),
+        p * b20, p * (a01 * a20 - a00 * a21), p * (a00 * a11 - a01 * a10),
+    )  # fmt: skip
 
 
-@_compiled
+@_inlined
 def _solve(f: Nine, b0: float, b1: float, b2: float) -> Three:
-    y1 = b1 - f[0] * b0
-    y2 = b2 - f[1] * b0 - f[2] * y1
-    z2 = y2 / f[8]
-    z1 = (y1 - f[7] * z2) / f[6]
-    return (b0 - f[4] * z1 - f[5] * z2) / f[3], z1, z2
+    return (
+        f[0] * b0 + f[1] * b1 + f[2] * b2,
+        f[3] * b0 + f[4] * b1 + f[5] * b2,
+        f[6] * b0 + f[7] * b1 + f[8] * b2,
+    )
 
 
-@_compiled
-def _step(m: Neurons, k: int, mode: int, h: float, y: Three, i: Nine) -> tuple[Three, float]:
-    """One RODAS3 step of `h` s from y, whose currents are i; returns (new y, error V)."""
-    d = _rates(m, mode, i)
-    f = _factor(m, mode, h, i)
+@_inlined
+def _step(p: Numbers, matrix: Nine, h: float, y: Three, i: Nine) -> tuple[Three, float]:
+    """One RODAS3 step of `h` s from y, whose currents are i; returns the new y and its error, V."""
+    d = _rates(matrix, i)
+    f = _inverse(matrix, h, i)
     a = _solve(f, d[0], d[1], d[2])
     g = 4.0 / h
     b = _solve(f, d[0] + g * a[0], d[1] + g * a[1], d[2] + g * a[2])
-    i = _currents(m, k, y[0] + 2.0 * a[0], y[1] + 2.0 * a[1], y[2] + 2.0 * a[2])
-    d = _rates(m, mode, i)
+    i = _currents(p, y[0] + 2.0 * a[0], y[1] + 2.0 * a[1], y[2] + 2.0 * a[2])
+    d = _rates(matrix, i)
     g = 1.0 / h
     c = _solve(f, d[0] + g * (a[0] - b[0]), d[1] + g * (a[1] - b[1]), d[2] + g * (a[2] - b[2]))
     n = (y[0] + 2.0 * a[0] + c[0], y[1] + 2.0 * a[1] + c[1], y[2] + 2.0 * a[2] + c[2])
-    i = _currents(m, k, n[0], n[1], n[2])
-    d = _rates(m, mode, i)
+    i = _currents(p, n[0], n[1], n[2])
+    d = _rates(matrix, i)
     w = 8.0 / 3.0
     z = _solve(
         f,
@@ -212,6 +241,38 @@ def _step(m: Neurons, k: int, mode: int, h: float, y: Three, i: Nine) -> tuple[T
         d[2] + g * (a[2] - b[2] - w * c[2]),
     )
     return (n[0] + z[0], n[1] + z[1], n[2] + z[2]), max(abs(z[0]), abs(z[1]), abs(z[2]))
+
+
+class Pull(NamedTuple):
+    """What pulls v_mem low, n neurons: float64[n], specific currents, A, and voltages; V where not said."""
+
+    v_rest: F64
+    m1_current: F64
+    m1_threshold: F64
+    mi12_current: F64
+    mi12_pinch: F64  # v_p with its gate at the supply
+    v_r: F64  # v_r - kappa_p v_mem while m2 carries I_rtau
+    i_rslope: F64
+
+
+@_compiled
+def pull_low(p: Pull, u_t: float, kappa_n: float, kappa_p: float, out: F64) -> None:
+    """v_mem at which mi12 sinks I_rslope and what m1 brings from v_rest, bisected, V; out: float64[n]."""
+    for k in range(out.size):
+        low, high = 0.0, p.v_rest[k]
+        for _ in range(_HALVINGS):
+            v = 0.5 * (low + high)
+            pinch = kappa_n * (p.v_r[k] + kappa_p * v - p.m1_threshold[k])
+            brought = (
+                _softplus(0.5 * (pinch - v) / u_t) ** 2 - _softplus(0.5 * (pinch - p.v_rest[k]) / u_t) ** 2
+            )
+            full = p.mi12_pinch[k]
+            sunk = _softplus(0.5 * full / u_t) ** 2 - _softplus(0.5 * (full - v) / u_t) ** 2
+            if p.mi12_current[k] * sunk < p.m1_current[k] * brought + p.i_rslope[k]:
+                low = v
+            else:
+                high = v
+        out[k] = 0.5 * (low + high)
 
 
 @_compiled
@@ -236,8 +297,9 @@ def begin(m: Neurons, k: int, s: F64, time: float) -> float:
     """Rest state into `s`; returns the distance of v_mem from the threshold, V (above 0: no rest)."""
     v, r = m.v_rest[k], m.v_rest[k] + 1.0
     x = m.v_dd[k]
+    numbers = _numbers(m, k)
     for _ in range(200):
-        i = _currents(m, k, v, r, x)
+        i = _currents(numbers, v, r, x)
         determinant = i[3] * i[7] - i[4] * i[6]
         dv = (i[0] * i[7] - i[4] * i[1]) / determinant
         dr = (i[3] * i[1] - i[6] * i[0]) / determinant
@@ -246,7 +308,7 @@ def begin(m: Neurons, k: int, s: F64, time: float) -> float:
         if abs(dv) + abs(dr) < 1e-9:
             break
     s[:] = 0.0
-    s[V_MEM], s[V_R], s[V_EX], s[NOW], s[STEP] = v, r, x, time, _EVENT_STEP
+    s[V_MEM], s[V_R], s[V_EX], s[NOW], s[STEP] = v, r, x, time, _EXCITED_STEP
     s[RELEASE], s[RESET_END] = -np.inf, -np.inf
     s[ECHO_START], s[ECHO_END] = np.inf, -np.inf
     s[PEAK] = -np.inf
@@ -260,7 +322,7 @@ def call(m: Neurons, k: int, s: F64) -> None:
     s[RELEASE] = s[NOW] + m.t_inh[k]
     s[CHARGE], s[CHARGE_LOW] = 0.0, 0.0
     _hold(m, s, V_MEM, m.v_held[k])
-    s[STEP] = _EVENT_STEP
+    s[STEP] = _PULLED_STEP
 
 
 @_compiled
@@ -285,21 +347,21 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
         if spike < np.inf:
             _hold(m, s, V_MEM, m.v_held[k])
             s[RESET_END] = spike + m.pulse_width[k]
-            s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _EVENT_STEP
+            s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _PULLED_STEP
             return spike
         if s[DOZE] == DOZING:
             return np.inf
         s[NOW] = stop
         if stop == s[RELEASE] or stop == s[RESET_END]:
-            s[STEP] = _FIRST_STEP
+            s[STEP] = _RELEASED_STEP
         if stop == s[ECHO_START]:
             _hold(m, s, V_EX, s[ECHO_LEVEL])
             if held:
                 s[V_MEM] = m.v_held[k]
-            s[STEP] = _EVENT_STEP
+            s[STEP] = _EXCITED_STEP
         if stop == s[ECHO_END]:
             s[V_EX] += m.echo_step[k]
-            s[STEP] = _EVENT_STEP
+            s[STEP] = _EXCITED_STEP
     return np.inf
 
 
@@ -308,24 +370,26 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
     """Integrate in one mode to `stop` or to a spike (its time, else inf)."""
     y = (s[V_MEM], s[V_R], s[V_EX])
     t, h = s[NOW], s[STEP]
-    i = _currents(m, k, y[0], y[1], y[2])
-    d = _rates(m, mode, i)
+    numbers, matrix = _numbers(m, k), _matrix(m, mode)
+    i = _currents(numbers, y[0], y[1], y[2])
+    d = _rates(matrix, i)
     threshold, enough, margin = m.v_threshold[k], m.axon_charge[k], m.margin[k]
     charge, low, high, near = s[CHARGE], s[CHARGE_LOW], 0.0, s[NEAR]
     spike, end = np.inf, stop
     kept = y
+    earlier_step, earlier_room = _NO_STEP, 1.0
     while t < end:
         if spike == np.inf and max(abs(d[0]), abs(d[1]), abs(d[2])) < SETTLED and y[0] < threshold - 0.05:
             break
         last = h >= end - t
         step = min(h, end - t)
-        n, error = _step(m, k, mode, step, y, i)
-        scale = 0.9 * (TOLERANCE / max(error, 1e-12)) ** (1.0 / 3.0)
+        n, error = _step(numbers, matrix, step, y, i)
+        room = TOLERANCE / max(error, 1e-12)
         if not error <= TOLERANCE:
-            h = step * max(scale, 0.1) if error == error else 0.1 * step  # noqa: PLR0124 - a NaN
+            h = step * (max(_SAFETY * np.cbrt(room), 0.1) if error > TOLERANCE else 0.1)  # else a NaN
             continue
-        i = _currents(m, k, n[0], n[1], n[2])
-        e = _rates(m, mode, i)
+        i = _currents(numbers, n[0], n[1], n[2])
+        e = _rates(matrix, i)
         if mode & 1 == 0:
             s[PEAK] = max(s[PEAK], n[0])
             top = max(y[0], n[0]) + 0.15 * step * max(d[0] - e[0], 0.0)
@@ -366,7 +430,11 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
         if s[DOZE] == MAY_DOZE and spike == np.inf and _falls_back(m, k, mode, s, t, y, e):
             s[DOZE] = DOZING
             end = t
-        h = step * min(max(scale, 0.2), 5.0) if not last else max(h, step * min(scale, 5.0))
+        # an error that grows from step to step goes on growing (Gustafsson 1994)
+        trend = (step / earlier_step) ** 3 * room / earlier_room
+        earlier_step, earlier_room = step, min(room, _LEEWAY)
+        factor = _SAFETY * np.cbrt(room * min(trend, 1.0))
+        h = step * min(max(factor, 0.2), 5.0) if not last else max(h, step * min(factor, 5.0))
     if spike < np.inf:
         if high < enough:
             s[UNDECIDED] += 1.0

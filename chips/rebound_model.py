@@ -16,13 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from chips.rebound_kernel import CLASSES, COLUMNS, F64, I64, Neurons, respond_all, tune_all
+from chips.rebound_kernel import CLASSES, COLUMNS, F64, I64, Neurons, Pull, pull_low, respond_all, tune_all
 from chips.record import Record, record_key, shipped_record
 from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks import rebound_neuron
@@ -58,7 +59,9 @@ class ReboundModel:
     """The model of a circuit: a rebound neuron, or an array of them, with its record.
 
     transistors: by path inside the neuron; reference: gate voltages (V) of the biases in the record;
-    inverse_capacitance, follow: as in `Neurons`; rebound_capacitance: C_r, F.
+    inverse_capacitance, follow: as in `Neurons`; rebound_capacitance: C_r, F; fixed: gate voltages, V, of
+    the biases that neither temperature nor die moves; tables: value, gradient and curvature of the record's
+    quantities side by side, float64[currents or 1, temperatures, 1 + 2 parameters].
     """
 
     circuit: Circuit
@@ -69,6 +72,8 @@ class ReboundModel:
     inverse_capacitance: F64
     follow: F64
     rebound_capacitance: float
+    fixed: Mapping[str, F64]
+    tables: Mapping[str, F64]
 
 
 class Devices(NamedTuple):
@@ -127,6 +132,7 @@ def model_of(circuit: Circuit, process: Process, record: Record | None = None) -
     lone = rebound_neuron.build()
     nominal = Silicon(process)
     inverse, follow = _capacitances(neuron, process)
+    ports = {b.port: b.name for b in neuron.biases}
     return ReboundModel(
         circuit,
         process,
@@ -140,6 +146,15 @@ def model_of(circuit: Circuit, process: Process, record: Record | None = None) -
         inverse,
         follow,
         next(float(g.parameters["capacitance"][0]) for g in groups if g.device.name == "c_r"),
+        {
+            ports[b.port]: bias_voltages(circuit, b, nominal)
+            for b in circuit.biases
+            if b.port in ports and b.kind != "generator"
+        },
+        {
+            name: np.concatenate([q.value[..., None], q.gradient, q.curvature], axis=-1)
+            for name, q in record.quantities.items()
+        },
     )
 
 
@@ -216,7 +231,12 @@ def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
     """
     circuit = model.circuit
     needed = {b.port: b.name for b in neuron_of(circuit).biases}
-    found = {needed[b.port]: bias_voltages(circuit, b, silicon) for b in circuit.biases if b.port in needed}
+    found = {
+        needed[b.port]: bias_voltages(circuit, b, silicon)
+        for b in circuit.biases
+        if b.port in needed and needed[b.port] not in model.fixed
+    }
+    found.update(model.fixed)
     if len(found) == len(needed):
         return found
     for instance in circuit.instances[1:]:
@@ -270,35 +290,47 @@ def inhibition_current(d: Devices, gate: F64, silicon: Silicon) -> F64:
 def evaluate(model: ReboundModel, d: Devices, v_th: F64, i_inh: F64, silicon: Silicon) -> dict[str, F64]:
     """The smooth quantities of n neurons by name; v_th: V; i_inh: float64[n], A."""
     grid = model.record.grid
-    weight = _lagrange(np.array(grid.temperature), silicon.temperature_c)
+    weight = _lagrange(grid.temperature, silicon.temperature_c)
+    share = _cardinal_splines(grid.current)(np.log(i_inh))
     result = {}
     for name, q in model.record.quantities.items():
-        x = np.stack([_deviation(model, d, p, v_th, i_inh) for p in q.parameters], axis=-1)
-        value, gradient, curvature = (
-            _over_current(np.tensordot(weight, table, (0, 1)), grid.current, i_inh)
-            for table in (q.value, q.gradient, q.curvature)
-        )
-        result[name] = value + (gradient * x + 0.5 * curvature * x**2).sum(axis=-1)
+        count = len(q.parameters)
+        x = np.empty((i_inh.size, count))
+        for k, parameter in enumerate(q.parameters):
+            x[:, k] = _deviation(model, d, parameter, v_th)
+        table = _over_current(np.tensordot(weight, model.tables[name], (0, 1)), share)
+        gradient, curvature = table[:, 1 : count + 1], table[:, count + 1 :]
+        result[name] = table[:, 0] + ((gradient + 0.5 * curvature * x) * x).sum(axis=-1)
     return result
 
 
-def _over_current(table: F64, grid: tuple[float, ...], current: F64) -> F64:
-    if table.shape[0] == 1:
-        return table
-    return np.asarray(CubicSpline(np.log(grid), table)(np.log(current)))
+def _over_current(table: F64, share: F64) -> F64:
+    """Table at n currents; share: float64[n, currents]."""
+    return table if table.shape[0] == 1 else np.asarray(share @ table)
 
 
-def _deviation(model: ReboundModel, d: Devices, parameter: str, v_th: F64, like: F64) -> F64:
+@lru_cache(maxsize=16)
+def _cardinal_splines(grid: tuple[float, ...]) -> CubicSpline:
+    """Splines over ln(current), each one at one current of the grid and zero at the others."""
+    return CubicSpline(np.log(grid), np.eye(len(grid)))
+
+
+def _deviation(model: ReboundModel, d: Devices, parameter: str, v_th: F64) -> F64:
+    """Of n neurons, or of all of them."""
     if parameter == "v_th":
-        return np.broadcast_to(v_th - model.reference["v_th"], like.shape)
+        return v_th - model.reference["v_th"]
     device, _, name = parameter.rpartition(".")
-    return np.broadcast_to((d.shift if name == "v_t0" else d.log_beta)[device], like.shape)
+    return (d.shift if name == "v_t0" else d.log_beta)[device]
 
 
-def _lagrange(nodes: F64, x: float) -> F64:
-    """Weights at x of the polynomial through all nodes."""
-    others = [np.delete(nodes, i) for i in range(nodes.size)]
-    return np.array([np.prod((x - o) / (a - o)) for a, o in zip(nodes, others, strict=True)])
+@lru_cache(maxsize=256)
+def _lagrange(nodes: tuple[float, ...], x: float) -> F64:
+    """Weights at x of the polynomial through all nodes; not to be written to."""
+    at = np.array(nodes)
+    others = [np.delete(at, i) for i in range(at.size)]
+    weights = np.array([np.prod((x - o) / (a - o)) for a, o in zip(at, others, strict=True)])
+    weights.setflags(write=False)
+    return weights
 
 
 def _interpolation(u: F64) -> F64:
@@ -307,23 +339,18 @@ def _interpolation(u: F64) -> F64:
 
 
 def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon) -> F64:
-    """v_mem while mi12, its gate at the supply, sinks what m1 brings from v_rest: bisected, V."""
+    """v_mem while mi12, its gate at the supply, sinks what m1 brings from v_rest, V."""
     u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
     n, p = silicon.law("n"), silicon.law("p")
     m1, m2, mi12 = "membrane.m1", "membrane.m2", "inhibition.mi12"
     # v_r where m2, its gate at v_mem, carries I_rtau: q(x) = sqrt(I / I_S), v_r = V_dd - v_p + 2 U_T x
     drive = 2.0 * u_t * np.log(np.expm1(np.sqrt(i_rtau / d.current[m2])))
     full = n.kappa * (v_dd - d.threshold[mi12])
-    low, high = np.zeros_like(v_rest), v_rest.copy()
-    for _ in range(40):
-        v = 0.5 * (low + high)
-        v_r = v_dd - p.kappa * (v_dd - v - d.threshold[m2]) + drive
-        pinch = n.kappa * (v_r - d.threshold[m1])
-        brought = d.current[m1] * (_interpolation((pinch - v) / u_t) - _interpolation((pinch - v_rest) / u_t))
-        sunk = d.current[mi12] * (_interpolation(full / u_t) - _interpolation((full - v) / u_t))
-        short = sunk < brought + i_rslope
-        low, high = np.where(short, v, low), np.where(short, high, v)
-    return np.asarray(0.5 * (low + high))
+    v_r = v_dd - p.kappa * (v_dd - d.threshold[m2]) + drive
+    found = np.empty_like(v_rest)
+    pull = Pull(v_rest, d.current[m1], d.threshold[m1], d.current[mi12], full, v_r, i_rslope)
+    pull_low(pull, u_t, n.kappa, p.kappa, found)
+    return found
 
 
 def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
@@ -417,10 +444,10 @@ def outside(model: ReboundModel, silicon: Silicon, path: str = "") -> list[str]:
             ("v_t0 shift", d.shift[device], box.threshold, " V"),
             ("ln beta shift", d.log_beta[device], box.log_beta, ""),
         ):
-            for k, value in enumerate(np.atleast_1d(values)):
-                if not abs(value) <= largest:
-                    place = _element(model, name, k)
-                    found.append(f"{place}.{device}: {label} {value:.3g}{unit}, must be within {largest:g}")
+            each = np.atleast_1d(values)
+            for k in np.flatnonzero(~(np.abs(each) <= largest)).tolist():
+                place = _element(model, name, k)
+                found.append(f"{place}.{device}: {label} {each[k]:.3g}{unit}, must be within {largest:g}")
     shift = float(np.abs(gate["v_th"] - model.reference["v_th"]).max())
     if shift > box.v_th:
         found.append(f"{name}.v_th: {shift:.3g} V from the record's, must be within {box.v_th:g} V")

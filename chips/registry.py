@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 CHIPS: dict[str, str] = {
     "ranging-chip": "chips.ranging_chip:CHIP",
     "ranging-chip-biased": "chips.ranging_chip:BIASED_CHIP",
+    "wavefront-chip": "circuits.blocks.wavefront_grid:CHIP",
 }
 
 

@@ -11,14 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chips.board_kernel import Vocalization, vocalization_run
-from chips.board_record import check_box, matching_record, on_silicon, temperature_weights
+from chips.board_record import all_on_silicon, check_box, matching_tables, temperature_weights
 from chips.cell import Event, Output
 from circuits.blocks import vocalization_controller
+from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
@@ -39,6 +41,12 @@ class VocalizationState:
     lines: Mapping[str, Polyline] = field(default_factory=dict)
 
 
+@cache
+def circuits() -> tuple[Circuit, ...]:
+    """The circuit that the model stands for."""
+    return (vocalization_controller.build(),)
+
+
 class VocalizationModel:
     """A vocalization controller on `silicon`; of its mismatch that of the current mirror counts.
 
@@ -48,12 +56,11 @@ class VocalizationModel:
     def __init__(self, silicon: Silicon, path: str = "vocalization_controller") -> None:
         """Read the record at the silicon's temperature and die."""
         check_box(path, silicon)
-        circuit = vocalization_controller.build()
-        data = matching_record("vocalization_controller", (circuit,), silicon.process)
+        data = matching_tables("vocalization_controller", circuits, silicon.process).values
         names = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplitude_V", "amplitude_slope")
-        values = [float(on_silicon(data, name, silicon)) for name in names]
+        values = [float(value) for value in all_on_silicon(data, names, silicon)]
         at = temperature_weights(silicon.temperature_c)
-        by_mirror = np.tensordot(at, data["mirror"].values, (0, 0)) @ mirror_mismatch(silicon)
+        by_mirror = np.tensordot(at, data["mirror"], (0, 0)) @ mirror_mismatch(silicon)
         base, slope = (v * math.exp(x) for v, x in zip(values[:2], by_mirror, strict=True))
         dead, first, amplitude, amplitude_slope = values[2:]
         self.numbers = Vocalization(
@@ -94,7 +101,7 @@ class VocalizationModel:
 
 def mirror_mismatch(silicon: Silicon) -> F64:
     """Difference of the current mirror's transistors, output less input: V_T0 (V) and ln beta."""
-    circuit = vocalization_controller.build()
+    (circuit,) = circuits()
     found = []
     for name in ("m_out", "m_in"):
         device = circuit.device(name)

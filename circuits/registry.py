@@ -26,6 +26,10 @@ BLOCKS: dict[str, str] = {
     "bias-generator": "circuits.blocks.bias_generator:BLOCK",
     "bias-chain": "circuits.blocks.bias_chain:BLOCK",
     "first-target-isolation": "circuits.blocks.first_target_isolation:BLOCK",
+    "dpi-synapse": "circuits.blocks.dpi_synapse:BLOCK",
+    "rolls-neuron": "circuits.blocks.rolls_neuron:BLOCK",
+    "axon-delay": "circuits.blocks.axon_delay:BLOCK",
+    "wavefront-cell": "circuits.blocks.wavefront_cell:BLOCK",
 }
 
 METRICS: dict[str, str] = {
@@ -35,6 +39,10 @@ METRICS: dict[str, str] = {
     "t_reb": "circuits.blocks.tuning_metrics:T_REB",
     "spikes_per_echo": "circuits.blocks.tuning_metrics:SPIKES_PER_ECHO",
     "class": "circuits.blocks.tuning_metrics:CLASS",
+    "delay": "circuits.blocks.axon_linearity:DELAY",
+    "unit_delay": "circuits.blocks.axon_linearity:UNIT_DELAY",
+    "delay_offset": "circuits.blocks.axon_linearity:DELAY_OFFSET",
+    "inl": "circuits.blocks.axon_linearity:INL",
 }
 
 

@@ -112,9 +112,14 @@ def format_deck(
 
 def format_title(writer: Writer, what: str, circuit: str, silicon: Silicon) -> str:
     """First line of a netlist; `what` is folded into one line."""
+    return f"{writer.comment} {format_position(what, circuit, silicon)}"
+
+
+def format_position(what: str, circuit: str, silicon: Silicon) -> str:
+    """What a netlist is: its title, circuit, place, process, die and temperature in one line."""
     place = "" if silicon.place is None else " at " + "/".join(element(*part) for part in silicon.place)
     made = f"process {silicon.process.name}, {silicon.die}, temperature {silicon.temperature_c!r} degC"
-    return f"{writer.comment} {' '.join(what.split())}: circuit {circuit}{place}, {made}"
+    return f"{' '.join(what.split())}: circuit {circuit}{place}, {made}"
 
 
 def run_name(writer: Writer, path: str, top: Definition) -> str:

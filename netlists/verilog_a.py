@@ -103,7 +103,7 @@ def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = NO_
 @_format_device.register
 def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
     """Write contributions inside the testbench's analog block."""
-    pairs, node = corners(device), _node(device.node)
+    pairs, node = corners(device), format_node(device.node)
     branch = f"V({node}, {_GROUND})" if device.quantity == "voltage" else f"I({_GROUND}, {node})"
     if len(pairs) == 1:
         return [f"    {branch} <+ {pairs[0][1]!r};"]
@@ -116,7 +116,8 @@ def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> 
     return [*lines, f"      {branch} <+ v0 + slope * ($abstime - t0);", "    end"]
 
 
-def _node(reference: str) -> str:
+def format_node(reference: str) -> str:
+    """Name of a node, ground included."""
     return _GROUND if reference == GROUND else _NAMING.node(reference)
 
 
@@ -126,7 +127,7 @@ def _note(kind: str, device: Device) -> list[str]:
 
 def _instance(letter: str, device: Device, module: str, parameters: Mapping[str, float]) -> list[str]:
     given = ", ".join(f".{name}({float(value)!r})" for name, value in parameters.items())
-    nodes = ", ".join(map(_node, device.terminals()))
+    nodes = ", ".join(map(format_node, device.terminals()))
     return [f"  {module} #({given}) {letter}{_NAMING.plain(device.name)}({nodes});"]
 
 
@@ -140,16 +141,17 @@ def _open(name: str, definition: Definition) -> list[str]:
 
 def _module(name: str, ports: list[str], inner: Iterable[str]) -> list[str]:
     """First lines of a module: ports and nodes, ground declared where it is used."""
-    nodes = [_node(n) for n in inner]
+    nodes = [format_node(n) for n in inner]
     return [
-        *_listed(f"module {name}(", ports, ");", ""),
-        *(_listed("inout ", ports, ";") if ports else ()),
-        *(_listed("electrical ", [*ports, *nodes], ";") if ports or nodes else ()),
+        *format_list(f"module {name}(", ports, ");", ""),
+        *(format_list("inout ", ports, ";") if ports else ()),
+        *(format_list("electrical ", [*ports, *nodes], ";") if ports or nodes else ()),
         *([f"  ground {_GROUND};"] if _GROUND in nodes else ()),
     ]
 
 
-def _listed(head: str, names: list[str], end: str, indent: str = "  ") -> list[str]:
+def format_list(head: str, names: list[str], end: str, indent: str = "  ") -> list[str]:
+    """Names behind a head with commas between them, in lines of about `WIDTH` characters."""
     lines, line = [], indent + head
     for k, name in enumerate(names):
         word = name + ("," if k + 1 < len(names) else end)
@@ -165,11 +167,15 @@ def _close(name: str) -> list[str]:
 
 
 def _call(name: str, nodes: list[str], definition: str) -> list[str]:
-    return _listed(f"{definition} {name}(", [_GROUND if n == GROUND else n for n in nodes], ");")
+    return format_list(f"{definition} {name}(", [_GROUND if n == GROUND else n for n in nodes], ");")
 
 
 def _top(name: str, nodes: list[str], definition: str) -> list[str]:
-    head = [f"module {_TESTBENCH};", *_listed("electrical ", [*nodes, _GROUND], ";"), f"  ground {_GROUND};"]
+    head = [
+        f"module {_TESTBENCH};",
+        *format_list("electrical ", [*nodes, _GROUND], ";"),
+        f"  ground {_GROUND};",
+    ]
     return [*head, *_call(name, nodes, definition), "  analog begin"]
 
 

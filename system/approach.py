@@ -15,9 +15,10 @@ them are models.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -39,7 +40,8 @@ from circuits.blocks import (
     onset_neuron,
     vocalization_controller,
 )
-from circuits.circuit import Circuit
+from circuits.circuit import BiasKind, Circuit
+from circuits.errors import ParameterError
 from circuits.place import circuit_at
 from circuits.silicon import Silicon
 from system import approach_kernel as kernel
@@ -329,6 +331,19 @@ class ApproachSystem:
     name: str = "approach"
     summary: str = "bat-like sonar that closes in on a moving target, at transistor or behavioural level"
     metrics: tuple[str, ...] = SUMMARY
+    study_metrics: tuple[str, ...] = ("held_fraction", "range_error_mean_m")  # unless others are asked for
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields."""
+        return Scenario(**options)
+
+    def study_options(
+        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario; the boards' biases have their own kinds. Raises for a route."""
+        for name in route:
+            raise ParameterError(f"--{name}: not an option of approach; it is one of rover")
+        return {"level": level, "duration": duration}
 
     def circuits(self) -> tuple[Circuit, ...]:
         """What it is made of."""

@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from circuits.errors import CircuitError
-from system import study_command_line
+from system import run_command_line, study_command_line
 from system.command_options import (
     At,
     Biases,
@@ -29,6 +29,7 @@ from system.command_options import (
     Engine,
     Json,
     Kind,
+    Level,
     Lot,
     Mismatch,
     Models,
@@ -39,7 +40,6 @@ from system.command_options import (
     Process,
     Stimuli,
     StudyFolder,
-    Targets,
     Temperature,
     call,
     kind_name,
@@ -225,6 +225,9 @@ def export(
         str | None,
         typer.Option("--mapping", metavar="NAME", help="A foundry's process, as gf180mcu, or a TOML file."),
     ] = None,
+    level: Annotated[
+        Level, typer.Option("--level", help="Devices, or a chip's neurons by their reduced equations.")
+    ] = Level.transistor,
     as_json: Json = False,
 ) -> None:
     """Write a block or chip with its testbench as a netlist."""
@@ -238,6 +241,7 @@ def export(
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
         stimuli=stimulus,
         mapping=mapping,
+        level=level.value,
         dialect=dialect.value,
         models=models.value,
         parasitics=parasitics,
@@ -273,48 +277,7 @@ def compare(
 
 
 study_command_line.add_to(app)
-
-
-@app.command()
-def run(
-    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A system: see noctule list.")],
-    *,
-    targets: Targets = None,
-    level: Annotated[str | None, typer.Option(help="As transistor or behavioural.")] = None,
-    transistors: Annotated[
-        list[str], typer.Option("--transistors", metavar="BOX", help="A box kept as transistors, repeatable.")
-    ] = [],  # noqa: B006
-    isolation: Annotated[bool, typer.Option(help="First-target isolation.")] = True,
-    amplitude_law: Annotated[str | None, typer.Option(help="Of the call: linear or d4.")] = None,
-    duration: Annotated[str | None, typer.Option(metavar="TIME", help="Length of the run, as 2s.")] = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    seed: Annotated[int, typer.Option(help="Of noise and worlds.")] = 0,
-    noise: Annotated[str | None, typer.Option(metavar="VOLTAGE", help="Rms at a microphone, as 1mV.")] = None,
-    plot: Plot = None,
-    as_json: Json = False,
-) -> None:
-    """Run a system in its world."""
-    call(
-        "run:run_command",
-        system,
-        targets=targets,
-        level=level,
-        transistors=transistors,
-        isolation=isolation,
-        amplitude_law=amplitude_law,
-        duration=duration,
-        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
-        seed=seed,
-        noise=noise,
-        plot=plot,
-        as_json=as_json,
-    )
+run_command_line.add_to(app)
 
 
 @app.command()

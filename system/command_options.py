@@ -51,6 +51,13 @@ class Dialect(StrEnum):
     verilog_a = "verilog-a"
 
 
+class Level(StrEnum):
+    """What a netlist is made of: devices, or the reduced equations of a chip's neurons."""
+
+    transistor = "transistor"
+    behavioural = "behavioural"
+
+
 class Models(StrEnum):
     """What transistors are in a netlist: our equations, or BSIM3 on cards from the process."""
 

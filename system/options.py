@@ -107,6 +107,7 @@ def choose(
         circuit = rebias(circuit, read_bias_set(block, bias_set))
     circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
     made = Silicon(
+        process=block.process,
         temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
         die=read_die(silicon),
         place=place,

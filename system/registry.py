@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 SYSTEMS: dict[str, str] = {
     "approach": "system.approach:SYSTEM",
+    "rover": "system.rover:SYSTEM",
 }
 
 EXPERIMENTS: dict[str, str] = {
@@ -32,6 +33,11 @@ EXPERIMENTS: dict[str, str] = {
     "cheely2003-fig10": "system.experiments.cheely2003_fig10:EXPERIMENT",
     "cheely2003-fig11": "system.experiments.cheely2003_fig11:EXPERIMENT",
     "cheely2003-power": "system.experiments.cheely2003_power:EXPERIMENT",
+    "hwu2018-fig1": "system.experiments.hwu2018_fig1:EXPERIMENT",
+    "hwu2018-fig2": "system.experiments.hwu2018_fig2:EXPERIMENT",
+    "hwu2018-table1": "system.experiments.hwu2018_table1:EXPERIMENT",
+    "hwu2018-table2": "system.experiments.hwu2018_table2:EXPERIMENT",
+    "hwu2018-campaign": "system.experiments.hwu2018_campaign:EXPERIMENT",
     "agreement": "system.experiments.agreement:EXPERIMENT",
     "ngspice-dies": "system.experiments.ngspice_dies:EXPERIMENT",
 }

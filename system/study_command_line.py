@@ -26,6 +26,7 @@ from system.command_options import (
     call,
     kind_name,
 )
+from system.rover_options import MapName, RouteGoal, RouteStart, UnitDelay
 from system.silicon_choice import SiliconChoice
 
 
@@ -110,6 +111,10 @@ def montecarlo(
     stimulus: Stimuli = [],  # noqa: B006
     level: Annotated[Level, typer.Option(help="Of a system.")] = Level.behavioural,
     duration: Annotated[str, typer.Option(metavar="TIME", help="Of a system's run.")] = "4s",
+    cost_map: MapName = None,
+    start: RouteStart = None,
+    goal: RouteGoal = None,
+    unit: UnitDelay = None,
     threads: Annotated[int | None, typer.Option(help="All cores unless given.")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes of a local Dask cluster.")] = None,
     scheduler: Annotated[
@@ -144,6 +149,7 @@ def montecarlo(
         silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at),
         level=level.value,
         duration=duration,
+        route={"map": cost_map, "start": start, "goal": goal, "unit": unit},
         temperatures=temperature,
         corners=[c.value for c in corner],
         trials=trials,

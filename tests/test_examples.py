@@ -8,7 +8,12 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
-SAYS = {"facilitation": "fires for echoes from 5.5 to 7.0 ms", "latch": "unstable"}
+SAYS = {
+    "facilitation": "fires for echoes from 5.5 to 7.0 ms",
+    "latch": "unstable",
+    "learn_a_map": "unknown cells taken for 5: 26 26",
+    "topological_map": "34 places, cost 186; networkx's Dijkstra: 186",
+}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)

@@ -23,19 +23,19 @@ topology in detail, sizes, M, R and start-up are ours, in the AMI 1.5 um process
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Circuit, Port
 from circuits.devices import Device, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_currents, transistor_work
 from circuits.errors import ParameterError, unknown_name
-from circuits.process import Polarity
-from circuits.silicon import Silicon
-from circuits.solver.operating_point import OperatingPoint, operating_point
+from circuits.process import AMI_1500, Polarity
+from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -184,19 +184,13 @@ def _output() -> tuple[Device, ...]:
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """An ideal voltage `output` at i_out, through which the current is measured.
-
-    It starts near the working state, that of the nominal die at the reference temperature to 1 mV: not every
-    simulator finds it from 0 V, and a state that is found without this start is reported beside.
-    """
+    """An ideal voltage `output` at i_out, through which the current is measured; starts as it works."""
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
         Source("i_out", "i_out", Constant(stimuli["output"] or 0.0)),
     )
     bench = Testbench("bias generator", circuit, sources, stimuli["duration"] or DURATION)
-    driven = {"0", *(source.node for source in sources)}
-    voltages = operating_point(bench, Silicon(temperature_c=REFERENCE_C)).voltages()
-    return replace(bench, start={node: round(v, 3) for node, v in voltages.items() if node not in driven})
+    return started_at_rest(bench, AMI_1500)
 
 
 DURATION = 1e-3  # s; ours: nothing moves

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from circuits.circuit import Circuit
+from circuits.process import AMI_1500, Process
 from circuits.silicon import Silicon
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -54,6 +55,7 @@ class Block:
     stimuli, v_dd)` takes a value for each of `stimuli` (None is off) and the supply (V). `measures(result)`
     returns SI numbers by name, None where a quantity is not defined in this run; `outcome(result)` one word.
     `bias_sets`: values of biases (A or V) by the name of the set, for blocks that come with several.
+    `process`: what its sizes are drawn for.
     """
 
     name: str
@@ -68,3 +70,4 @@ class Block:
     closed_forms: Callable[[Circuit, Silicon], tuple[ClosedForm, ...]] | None = None
     equations: tuple[EquationText, ...] = ()
     bias_sets: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    process: Process = AMI_1500

@@ -4,13 +4,15 @@ numba's wheel carries no vector math library, so that `math.exp` in a loop is a 
 `t = e^-|x|` comes from a Cody-Waite reduction and a minimax polynomial, and
 `log1p(t) = 2 atanh(t / (2 + t))` from a second one; the loops have no branch and the compiler packs them.
 Relative error below 1e-14 (tested) for |x| <= 340; beyond, x is taken at the limit.
+`softplus_five` is made for few numbers that are waited for: its polynomials are summed by pairs, so that few
+products follow each other, and its relative error stays below 1e-12 (tested) over the same range.
 Coefficients: minimax fits of e^r on |r| <= ln(2)/2 (error 2.2e-16) and atanh(z)/z on z <= 1/3 (1.8e-15).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -29,6 +31,19 @@ _LN2_HIGH = 6.93147180369123816490e-01
 _LN2_LOW = 1.90821492927058770002e-10
 # 1.5 * 2^52: adding it rounds to the nearest integer and leaves that integer in the low mantissa bits.
 _ROUND = 6755399441055744.0
+_LANES = ir.VectorType(ir.DoubleType(), 8)
+# Minimax fits of e^r on |r| <= ln(2)/2 (relative error 1.4e-14) and of ln(1 + t) / t on t <= 1 (8e-14).
+_EXP = (
+    1.0000000000000127, 0.9999999999998928, 0.49999999999457895, 0.1666666666782712, 0.041666667032503636,
+    0.008333333002787201, 0.0013888802822499447, 0.00019841596420258644, 2.488401304576375e-05,
+    2.74821844407226e-06,
+)  # fmt: skip
+_LOG1P = (
+    0.9999999999999213, -0.4999999999587827, 0.33333332973436647, -0.24999987513540073,
+    0.19999771047448708, -0.16664107328279482, 0.14266732321514877, -0.12401301846324851,
+    0.10737294723392482, -0.08938938281612602, 0.06780283020082599, -0.043833282705579055,
+    0.022414487349865928, -0.008294413449972171, 0.0019442707940410197, -0.00021467263078661544,
+)  # fmt: skip
 
 
 def _bits_of(typingctx: Any, value: Any) -> Any:
@@ -49,9 +64,65 @@ def _of_bits(typingctx: Any, value: Any) -> Any:
     return types.float64(types.int64), codegen
 
 
+def _five_lanes(typingctx: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
+    """`ln(1 + e^x)` of five numbers, then their slopes `1 / (1 + e^-x)`, in the lanes of one vector."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        x = ir.Constant(_LANES, ir.Undefined)
+        for lane in range(_LANES.count):
+            x = builder.insert_element(x, args[min(lane, len(args) - 1)], _lane(lane))
+        found = [builder.extract_element(y, _lane(k)) for y in _packed(builder, x) for k in range(len(args))]
+        return context.make_tuple(builder, signature.return_type, found)
+
+    ten: Any = cast("Any", types.UniTuple)(types.float64, 10)
+    return ten(*(types.float64,) * 5), codegen
+
+
+def _packed(builder: Any, x: Any) -> tuple[Any, Any]:
+    """Instructions of `softplus` for a vector: its values and slopes."""
+    whole = ir.VectorType(ir.IntType(64), _LANES.count)
+    contract = ("contract",)
+
+    def number(value: float) -> Any:
+        return ir.Constant(_LANES, [value] * _LANES.count)
+
+    def integer(value: int) -> Any:
+        return ir.Constant(whole, [value] * _LANES.count)
+
+    def polynomial(x: Any, coefficients: Sequence[float]) -> Any:
+        """By pairs, pairs of pairs and so on, so that few products wait for each other."""
+        terms = [number(c) for c in coefficients]
+        while len(terms) > 1:
+            pairs = zip(terms[::2], terms[1::2], strict=False)
+            odd = terms[-1:] if len(terms) % 2 else []
+            terms = [builder.fadd(builder.fmul(b, x, contract), a, contract) for a, b in pairs] + odd
+            x = builder.fmul(x, x)
+        return terms[0]
+
+    absolute = builder.bitcast(builder.and_(builder.bitcast(x, whole), integer((1 << 63) - 1)), _LANES)
+    inside = builder.fcmp_ordered("<", absolute, number(LIMIT))
+    a = builder.select(inside, absolute, number(LIMIT))
+    y = builder.fsub(number(_ROUND), builder.fmul(a, number(_LOG2E), contract), contract)
+    k = builder.fsub(y, number(_ROUND))
+    r = builder.fsub(builder.fmul(k, number(-math.log(2.0)), contract), a, contract)
+    shifted = builder.shl(builder.bitcast(y, whole), integer(52))
+    power = builder.bitcast(builder.add(shifted, integer(1023 << 52)), _LANES)
+    t = builder.fmul(polynomial(r, _EXP), power)
+    log = builder.fmul(t, polynomial(t, _LOG1P))
+    s = builder.fdiv(number(1.0), builder.fadd(t, number(1.0)))
+    positive = builder.fcmp_ordered(">=", x, number(0.0))
+    above = builder.select(positive, x, number(0.0))
+    return builder.fadd(above, log), builder.select(positive, s, builder.fmul(t, s))
+
+
+def _lane(k: int) -> Any:
+    return ir.Constant(ir.IntType(32), k)
+
+
 # called without the typing context, which numba puts first
 _to_bits: Callable[[Any], Any] = cast("Callable[[Any], Any]", intrinsic(_bits_of))
 _from_bits: Callable[[Any], Any] = cast("Callable[[Any], Any]", intrinsic(_of_bits))
+softplus_five: Callable[..., Any] = cast("Callable[..., Any]", intrinsic(_five_lanes))
 
 
 @compiled(fastmath={"contract"})

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from circuits.errors import ParameterError
+from circuits.devices import Transistor
+from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import Kernel
 from circuits.solver.newton import Work, allocate, evaluate
 from circuits.solver.transient import Result
@@ -48,6 +49,35 @@ def delivered_energy(result: Result) -> dict[str, float]:
 def supply_power(result: Result) -> float:
     """Mean power that all voltage sources deliver over the run, W."""
     return sum(delivered_energy(result).values()) / float(result.time[-1] - result.time[0])
+
+
+def drain_current(result: Result, path: str) -> F64:
+    """Current from drain to source of the transistor at `path` (`excitatory.md5`), A, float64[T].
+
+    Raises `UnknownNameError` for a path that is no transistor.
+    """
+    machine = result.machine
+    labels = [
+        group.label(k)
+        for group in machine.flat.groups
+        if isinstance(group.device, Transistor)
+        for k in range(group.nodes.shape[1])
+    ]
+    if path not in labels:
+        raise unknown_name(f"{machine.flat.circuit.name} transistor", path, labels)
+    v = np.zeros((result.time.size, machine.kernel.columns))
+    v[:, machine.column] = result.voltage
+    out = np.empty(result.time.size)
+    _drain(machine.kernel, v, allocate(machine.kernel), labels.index(path), out)
+    return out
+
+
+@compiled()
+def _drain(k: Kernel, v: F64, w: Work, row: int, out: F64) -> None:
+    """Current of the transistor in `row`, A, [T]."""
+    for p in range(v.shape[0]):
+        evaluate(k, v[p], w)
+        out[p] = w.transistor.current[row]
 
 
 @compiled()

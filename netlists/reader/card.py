@@ -46,6 +46,11 @@ class Card:
                 raise self.error(f"{word} without its other half; close it on the same card")
         return words
 
+    def check_name(self, name: str, most: int) -> None:
+        """Raise `DataError` for a name of more than `most` characters."""
+        if len(name) > most:
+            raise self.error(f"a name of more than {most} characters, the limit; shorten it")
+
 
 @dataclass(slots=True)
 class Arguments:
@@ -75,6 +80,8 @@ def arguments(card: Card, words: Sequence[str]) -> Arguments:
 
 def shown(text: str) -> str:
     """A user's text for an error: one line, printable, cut to 60 characters."""
+    if len(text) <= _SHOWN and text.isprintable():
+        return text
     plain = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[: _SHOWN + 1])
     return plain if len(plain) <= _SHOWN else plain[:_SHOWN] + "..."
 

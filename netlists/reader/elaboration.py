@@ -27,7 +27,6 @@ from netlists.reader.scope import Scope
 from netlists.reader.section import Deck, Section, duplicate
 from netlists.reader.waveform import Span, negated, read_waveform, vertex_count
 
-_AGAIN = 40  # cards read again, for each card of the netlist
 _GROUNDS = {GROUND, "gnd"}
 
 
@@ -88,7 +87,8 @@ class Elaboration:
     built: dict[tuple[Section, tuple[tuple[str, float], ...]], Part] = field(default_factory=dict)
     seen: set[Section] = field(default_factory=set)
     calls: list[Section] = field(default_factory=list)
-    expanded: int = 0
+    again: int = 0  # how many of the calls at hand are read again
+    expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     vertices: int = 0
 
     def top(self) -> Top:
@@ -135,14 +135,14 @@ class Elaboration:
             raise card.error(f"{shown(section.name)}: a sub-circuit that calls itself; break the cycle")
         if len(self.calls) >= self.limits.call_depth:
             raise card.error(f"calls deeper than {self.limits.call_depth}, the limit; flatten the netlist")
-        if section in self.seen:
-            self.expanded += len(section.elements) + len(section.defaults) + len(section.parameters) + 1
-            most = max(self.limits.expansion, _AGAIN * self.deck.size)
-            if self.expanded > most:
-                limit = f"more than {most} cards of sub-circuits called with other parameters"
-                raise card.error(f"{limit}, the limit; call them with equal ones")
+        is_again = section in self.seen
+        if is_again:
+            self._count(section, card)
         self.seen.add(section)
         self.calls.append(section)
+        self.again += is_again
+        for name in (section.name, *section.ports):
+            section.card.check_name(name, self.limits.word)
         scope = Scope(self.limits, self.scope, dict(given))
         scope.define({n: (text, section.card) for n, text in section.defaults.items()} | section.parameters)
         contents = self._contents(section, scope)
@@ -150,7 +150,17 @@ class Elaboration:
         ports = tuple(Port(circuit_name(n), "analog") for n in (*section.ports, *lifted))
         self.built[key] = self._finish(section.name, ports, contents, section.card, lifted)
         self.calls.pop()
+        self.again -= is_again
         return self.built[key]
+
+    def _count(self, section: Section, card: Card) -> None:
+        """Count a section that is read again; raises `DataError` beyond the limits."""
+        nested = self.again > 0
+        self.expanded[nested] += len(section.elements) + len(section.defaults) + len(section.parameters) + 1
+        most = self.limits.expansion if nested else self.limits.calls
+        if self.expanded[nested] > most:
+            limit = f"more than {most} cards of sub-circuits called with other parameters"
+            raise card.error(f"{limit}, the limit; call them with equal ones")
 
     def _finish(
         self,
@@ -168,11 +178,12 @@ class Elaboration:
         return Part(circuit, contents.parts, contents.deviations, lifted, count)
 
     def _contents(self, section: Section, scope: Scope) -> _Contents:
-        contents = _Contents()
+        contents, card = _Contents(), section.card
 
         def node(name: str) -> str:
             if name in _GROUNDS:
                 return GROUND
+            card.check_name(name, self.limits.word)  # the card that the loop below is at
             if name in self.deck.global_nodes:
                 contents.lifted[name] = None
             return circuit_name(name)
@@ -183,8 +194,7 @@ class Elaboration:
             if name in contents.names:
                 raise duplicate(card, name, contents.names[name])
             contents.names[name] = card
-            if len(name) > self.limits.word:
-                raise card.error(f"a name of more than {self.limits.word} characters, the limit; shorten it")
+            card.check_name(name, self.limits.word)
             self._element(card, context, contents)
         return contents
 

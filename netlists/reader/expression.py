@@ -9,53 +9,49 @@
     atom := number | name | function ( expression , ... ) | v ( node [ , node ] ) | ( expression )
 
 A value is linear in node voltages, `c + sum of g v(node)`: what is not linear is refused where it arises.
-`log` is natural, as in ngspice. Text is limited in length, brackets in depth.
+`log` is natural, as in ngspice. Text is limited in length, brackets in depth. A text is parsed once: what
+comes of it is a function of the parameters' values.
 """
 
 from __future__ import annotations
 
 import math
-import operator
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
+from netlists.reader.arithmetic import (
+    FUNCTIONS,
+    OPERATORS,
+    VOLTAGE,
+    Expression,
+    ExpressionError,
+    Linear,
+    Lookup,
+    applied,
+    choice,
+    constant,
+    joined,
+    parameter,
+    signed,
+    voltage,
+)
 from netlists.reader.limits import DEFAULT_LIMITS, Limits
 from netlists.reader.number import NUMBER, number_value
 
 _TOKEN = re.compile(
-    rf"\s*(?:(?P<number>{NUMBER.pattern})|(?P<name>[a-z_][a-z0-9_.]*)|(?P<mark>\*\*|\|\||&&|[<>=!]=|[-+*/%^<>!?:(),]))",
+    rf"\s*(?:(?P<number>{NUMBER.pattern})|v\s*\((?P<voltage>[^()]*)\)|(?P<name>[a-z_][a-z0-9_.]*)"
+    r"|(?P<mark>\*\*|\|\||&&|[<>=!]=|[-+*/%^<>!?:(),]))",
     re.IGNORECASE,
 )
-_NODE = re.compile(r"\s*([^\s(),]+)\s*")
-_COMPARISONS: dict[str, Callable[[float, float], bool]] = {
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq,
-    "!=": operator.ne,
-}  # fmt: skip
-_FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
-    "abs": (1, abs), "acos": (1, math.acos), "asin": (1, math.asin), "atan": (1, math.atan),
-    "ceil": (1, math.ceil), "cos": (1, math.cos), "cosh": (1, math.cosh), "exp": (1, math.exp),
-    "floor": (1, math.floor), "int": (1, math.trunc), "ln": (1, math.log), "log": (1, math.log),
-    "log10": (1, math.log10), "max": (2, max), "min": (2, min), "nint": (1, round), "pow": (2, math.pow),
-    "pwr": (2, lambda x, y: math.copysign(math.pow(abs(x), y), x)), "sgn": (1, lambda x: (x > 0) - (x < 0)),
-    "sin": (1, math.sin), "sinh": (1, math.sinh), "sqrt": (1, math.sqrt), "tan": (1, math.tan),
-    "tanh": (1, math.tanh),
-}  # fmt: skip
-CONSTANTS = {"pi": math.pi, "e": math.e, "true": 1.0, "false": 0.0}
-
-Lookup = Callable[[str], "float | None"]
 
 
-class ExpressionError(ValueError):
-    """What is wrong with an expression, without its place in a file."""
+class _Token(NamedTuple):
+    kind: str  # number, voltage, name or mark; empty at the end
+    word: str
+    value: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Linear:
-    """`constant + sum of slopes[node] v(node)`."""
-
-    constant: float
-    slopes: Mapping[str, float] = field(default_factory=dict)
+_END = _Token("", "")
 
 
 def evaluate(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> float:
@@ -63,225 +59,173 @@ def evaluate(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> floa
 
     Raises `ExpressionError`: not an expression, an unknown name, too long or deep, or not finite.
     """
-    found = evaluate_linear(text, lookup, limits)
-    if found.slopes:
-        raise ExpressionError("a node voltage where a number is needed; write a number or a parameter")
-    return found.constant
+    return number_of(parse(text, limits), lookup)
 
 
 def evaluate_linear(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> Linear:
     """Value of an expression that is linear in node voltages; errors as of `evaluate`."""
+    return linear_of(parse(text, limits), lookup)
+
+
+def number_of(expression: Expression, lookup: Lookup) -> float:
+    """Finite value of a parsed expression without node voltages."""
+    found = expression(lookup)
+    if isinstance(found, Linear):
+        if found.slopes:
+            raise ExpressionError("a node voltage where a number is needed; write a number or a parameter")
+        found = found.constant
+    return _finite(found)
+
+
+def linear_of(expression: Expression, lookup: Lookup) -> Linear:
+    """Finite value of a parsed expression that is linear in node voltages."""
+    found = expression(lookup)
+    linear = found if isinstance(found, Linear) else Linear(found)
+    for number in (linear.constant, *linear.slopes.values()):
+        _finite(number)
+    return linear
+
+
+def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
+    """Function of the parameters' values that a text is; raises `ExpressionError`."""
     if len(text) > limits.expression:
         raise ExpressionError(
             f"{len(text)} characters, an expression may have {limits.expression}; shorten it"
         )
-    parser = _Parser(text, lookup, limits)
+    parser = _Parser(_tokens(text.strip()), limits)
     found = parser.expression()
     parser.expect_end()
-    if not all(map(math.isfinite, (found.constant, *found.slopes.values()))):
+    return found
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
         raise ExpressionError("its value is not finite; correct it")
+    return value
+
+
+def _tokens(text: str) -> list[_Token]:
+    found, end = [], 0
+    for match in _TOKEN.finditer(text):
+        if match.start() != end:
+            break
+        end, kind = match.end(), match.lastgroup or ""
+        if kind == "number":
+            found.append(_Token(kind, match[kind].lower(), number_value(match)))
+        else:
+            found.append(_Token(kind, match[kind].lower()))
+    if end != len(text):
+        rest = text[end : end + 20]
+        raise ExpressionError(f"{rest!r} is no part of an expression; use numbers, names and + - * / ^ ( )")
+    found.append(_END)
     return found
 
 
 class _Parser:
-    """One pass over the text: `position` is behind the word that `kind` and `word` hold."""
+    """One pass over the tokens; a run of operators of one rank is one function, whatever its length."""
 
-    def __init__(self, text: str, lookup: Lookup, limits: Limits) -> None:
-        self.text, self.lookup, self.limits = text.strip(), lookup, limits
+    def __init__(self, tokens: list[_Token], limits: Limits) -> None:
+        self.tokens, self.limits = tokens, limits
         self.position = self.depth = 0
-        self.kind = self.word = ""
-        self.value = 0.0
-        self.advance()
+        self.token = tokens[0]
 
     def advance(self) -> None:
-        if self.position == len(self.text):
-            self.kind = self.word = ""
-            return
-        match = _TOKEN.match(self.text, self.position)
-        if match is None:
-            rest = self.text[self.position : self.position + 20]
-            raise ExpressionError(
-                f"{rest!r} is no part of an expression; use numbers, names and + - * / ^ ( )"
-            )
-        self.position = match.end()
-        self.kind = match.lastgroup or ""
-        if match["number"] is not None:
-            self.kind, self.value = "number", number_value(match)
-        elif match["name"] is not None:
-            self.kind = "name"
-        else:
-            self.kind = "mark"
-        self.word = match.group().strip().lower()
+        self.position += 1
+        self.token = self.tokens[self.position]
 
     def take(self, *marks: str) -> str:
         """The mark at hand if it is one of `marks`, taken; else empty."""
-        if self.kind != "mark" or self.word not in marks:
+        kind, word, _ = self.token
+        if kind != "mark" or word not in marks:
             return ""
-        found = self.word
         self.advance()
-        return found
+        return word
 
     def expect(self, mark: str) -> None:
         if not self.take(mark):
-            raise ExpressionError(f"{self.word or 'the end'} where {mark} is needed; correct the brackets")
+            word = self.token.word or "the end"
+            raise ExpressionError(f"{word[:20]} where {mark} is needed; correct the brackets")
 
     def expect_end(self) -> None:
-        if self.kind:
-            raise ExpressionError(f"{self.word[:20]} after a whole expression; put an operator between them")
+        if self.token.kind:
+            raise ExpressionError(
+                f"{self.token.word[:20]} after a whole expression; put an operator between them"
+            )
 
-    def expression(self) -> Linear:
+    def deeper(self, what: str, remedy: str) -> None:
         self.depth += 1
         if self.depth > self.limits.expression_depth:
-            raise ExpressionError(
-                f"more than {self.limits.expression_depth} brackets in one another; use .param for its parts"
-            )
-        condition = self.either()
+            raise ExpressionError(f"more than {self.limits.expression_depth} {what}; {remedy}")
+
+    def expression(self) -> Expression:
+        self.deeper("brackets in one another", "use .param for its parts")
+        found = self.operation(0)
         if self.take("?"):
             yes = self.expression()
             self.expect(":")
-            no = self.expression()
-            condition = yes if _number(condition) else no
+            found = choice(found, yes, self.expression())
         self.depth -= 1
-        return condition
+        return found
 
-    def either(self) -> Linear:
-        left = self.both()
-        while self.take("||"):
-            right = self.both()
-            left = Linear(float(bool(_number(left)) or bool(_number(right))))
-        return left
-
-    def both(self) -> Linear:
-        left = self.comparison()
-        while self.take("&&"):
-            right = self.comparison()
-            left = Linear(float(bool(_number(left)) and bool(_number(right))))
-        return left
-
-    def comparison(self) -> Linear:
-        left = self.sum()
-        while mark := self.take(*_COMPARISONS):
-            left = Linear(float(_COMPARISONS[mark](_number(left), _number(self.sum()))))
-        return left
-
-    def sum(self) -> Linear:
-        left = self.product()
-        while mark := self.take("+", "-"):
-            left = _add(left, self.product(), 1.0 if mark == "+" else -1.0)
-        return left
-
-    def product(self) -> Linear:
+    def operation(self, least: int) -> Expression:
+        """Operands joined by operators of rank `least` and above."""
         left = self.unary()
-        while mark := self.take("*", "/", "%"):
-            left = _multiply(left, self.unary(), mark)
+        while (rank := self.rank()) >= least:
+            operands = []
+            while self.rank() == rank:
+                apply = OPERATORS[self.token.word][1]
+                self.advance()
+                operands.append((apply, self.operation(rank + 1)))
+            left = joined(left, operands)
         return left
 
-    def unary(self) -> Linear:
+    def rank(self) -> int:
+        """Rank of the operator at hand, -1 where there is none."""
+        kind, word, _ = self.token
+        return OPERATORS[word][0] if kind == "mark" and word in OPERATORS else -1
+
+    def unary(self) -> Expression:
         signs = []
         while mark := self.take("+", "-", "!"):
             signs.append(mark)
         value = self.power()
-        for mark in reversed(signs):
-            if mark == "-":
-                value = _scale(value, -1.0)
-            elif mark == "!":
-                value = Linear(float(not _number(value)))
-        return value
+        return signed(value, [s for s in reversed(signs) if s != "+"]) if signs else value
 
-    def power(self) -> Linear:
+    def power(self) -> Expression:
         base = self.atom()
         if not self.take("^", "**"):
             return base
-        self.depth += 1  # right-associative: a chain of powers is a depth
-        if self.depth > self.limits.expression_depth:
-            raise ExpressionError(f"more than {self.limits.expression_depth} powers of powers; shorten it")
+        self.deeper("powers of powers", "shorten it")  # right-associative: a chain of powers is a depth
         exponent = self.unary()
         self.depth -= 1
-        return Linear(_call("pow", math.pow, (_number(base), _number(exponent))))
+        return applied("pow", math.pow, [base, exponent])
 
-    def atom(self) -> Linear:
-        kind, word, value = self.kind, self.word, self.value
+    def atom(self) -> Expression:
+        kind, word, value = self.token
         if self.take("("):
             inside = self.expression()
             self.expect(")")
             return inside
-        if kind not in {"number", "name"}:
+        if kind in {"", "mark"}:
             raise ExpressionError(f"{word or 'the end'} where a value is needed; complete the expression")
-        if kind == "name" and word == "v" and self.text[self.position :].lstrip().startswith("("):
-            return self.voltage()
         self.advance()
         if kind == "number":
-            return Linear(value)
-        return self.function(word) if self.take("(") else self.parameter(word)
+            return constant(value)
+        if kind == "voltage":
+            return voltage(word)
+        return self.function(word) if self.take("(") else parameter(word)
 
-    def parameter(self, name: str) -> Linear:
-        value = self.lookup(name)
-        if value is None:
-            value = CONSTANTS.get(name)
-        if value is None:
-            raise ExpressionError(f"{name[:40]}: unknown parameter; define it in a .param card")
-        return Linear(value)
-
-    def function(self, name: str) -> Linear:
-        if name not in _FUNCTIONS:
-            known = ", ".join(sorted(_FUNCTIONS))
+    def function(self, name: str) -> Expression:
+        if name == "v":
+            raise ExpressionError(VOLTAGE)
+        if name not in FUNCTIONS:
+            known = ", ".join(sorted(FUNCTIONS))
             raise ExpressionError(f"{name[:40]}(): unknown function; known are {known}")
-        count, function = _FUNCTIONS[name]
-        given = [_number(self.expression())]
+        count, function = FUNCTIONS[name]
+        given = [self.expression()]
         while self.take(","):
-            given.append(_number(self.expression()))
+            given.append(self.expression())
         self.expect(")")
         if len(given) != count:
             raise ExpressionError(f"{name}(): {len(given)} arguments, must be {count}")
-        return Linear(_call(name, function, tuple(given)))
-
-    def voltage(self) -> Linear:
-        """`v(node)` or `v(node, node)`: nodes are not expressions, any characters may be in their names."""
-        end = self.text.find(")", self.position)
-        start = self.text.find("(", self.position) + 1
-        nodes = [part.strip().lower() for part in self.text[start:end].split(",")] if end >= 0 else []
-        if not (1 <= len(nodes) <= 2 and all(_NODE.fullmatch(node) for node in nodes)):
-            raise ExpressionError("v(): must name one or two nodes, as in v(out) or v(a,b)")
-        self.position = end + 1
-        self.advance()
-        one = Linear(0.0, {nodes[0]: 1.0})
-        return one if len(nodes) == 1 else _add(one, Linear(0.0, {nodes[1]: 1.0}), -1.0)
-
-
-def _number(value: Linear) -> float:
-    if value.slopes:
-        raise ExpressionError("not linear in one voltage difference")
-    return value.constant
-
-
-def _add(a: Linear, b: Linear, sign: float) -> Linear:
-    constant = a.constant + sign * b.constant
-    if not (a.slopes or b.slopes):
-        return Linear(constant)
-    slopes = dict(a.slopes)
-    for node, slope in b.slopes.items():
-        slopes[node] = slopes.get(node, 0.0) + sign * slope
-    return Linear(constant, {node: slope for node, slope in slopes.items() if slope != 0.0})
-
-
-def _scale(a: Linear, factor: float) -> Linear:
-    return Linear(a.constant * factor, {node: slope * factor for node, slope in a.slopes.items()})
-
-
-def _multiply(a: Linear, b: Linear, mark: str) -> Linear:
-    if mark == "*":
-        return _scale(b, a.constant) if not a.slopes else _scale(a, _number(b))
-    divisor = _number(b)
-    if divisor == 0.0:
-        raise ExpressionError("a division by zero; correct it")
-    if mark == "%":
-        return Linear(_call("%", math.fmod, (_number(a), divisor)))
-    return Linear(a.constant / divisor, {node: slope / divisor for node, slope in a.slopes.items()})
-
-
-def _call(name: str, function: Callable[..., float], given: tuple[float, ...]) -> float:
-    try:
-        return float(function(*given))
-    except (ValueError, OverflowError):
-        values = ", ".join(f"{x:g}" for x in given)
-        raise ExpressionError(f"{name}({values}): outside the function's range; correct it") from None
+        return applied(name, function, given)

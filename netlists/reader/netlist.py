@@ -21,7 +21,7 @@ from netlists.reader.elaboration import Elaboration, Top
 from netlists.reader.limits import DEFAULT_LIMITS, Limits
 from netlists.reader.name import circuit_name, original_name
 from netlists.reader.note import Note, Notes
-from netlists.reader.scope import Scope
+from netlists.reader.scope import Expressions, Scope
 from netlists.reader.section import read_deck
 from netlists.reader.syntax import syntax_of
 from netlists.reader.text import ANNOTATION, Text, read_text
@@ -106,14 +106,16 @@ def _read(source: Path | str, root: Path | None, dialect: str | None, limits: Li
         notes.add(
             "structured comment without a noctule note first", first.place, len(text.cards) - len(cards)
         )
+    if len(cards) > limits.cards:
+        raise cards[limits.cards].error(f"more than {limits.cards} cards, the limit; split the netlist")
     deck = read_deck(text.title, cards, notes)
-    scope = Scope(limits)
+    scope = Scope(limits, expressions=Expressions(limits, deck.size))
     scope.define(deck.top.parameters)
     controls = read_controls(deck.controls, scope, notes)
     top = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl").top()
     if top.part.elements > limits.elements:
         raise deck.top.card.error(f"{top.part.elements} elements, the limit is {limits.elements}; split it")
-    bench = _testbench(text.title, top, controls)
+    bench = _testbench(text.title, top, controls, limits)
     return Imported(
         bench,
         tuple(controls.analyses),
@@ -153,9 +155,12 @@ def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Import
     )
 
 
-def _testbench(title: str, top: Top, controls: Controls) -> Testbench:
+def _testbench(title: str, top: Top, controls: Controls, limits: Limits) -> Testbench:
     circuit, stop = top.part.circuit, controls.span.stop
     known: dict[int, _Inside] = {}
+    for node, (_, card) in controls.starts.items():
+        for part in node.split("."):
+            card.check_name(part, limits.word)
     start = {_node_path(top, node, card, known): v for node, (v, card) in controls.starts.items()}
     return Testbench(title, circuit, top.sources, inf if stop is None else stop, start=start)
 

@@ -10,13 +10,38 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from netlists.reader.arithmetic import Expression, ExpressionError, Linear
 from netlists.reader.card import Card, shown
-from netlists.reader.expression import ExpressionError, Linear, evaluate, evaluate_linear
+from netlists.reader.expression import linear_of, number_of, parse
 from netlists.reader.limits import Limits
 from netlists.reader.number import read_number
 
+_AGAIN = 8  # how much faster a parsed text is evaluated than read
+_A_CARD = 40  # characters of expressions that a card may have on average, beyond the limit
 _IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
 Definition = tuple[str, Card]  # text of the value, and where it stands
+
+
+@dataclass(slots=True)
+class Expressions:
+    """Expressions of a netlist of `cards` cards, each text parsed once; `read`: characters so far."""
+
+    limits: Limits
+    cards: int = 0
+    read: int = 0
+    parsed: dict[str, Expression | None] = field(default_factory=dict)  # None until its second time
+
+    def get(self, text: str) -> Expression:
+        """Parsed text; raises `ExpressionError`, also where all expressions together are too long."""
+        found = self.parsed.get(text)
+        self.read += len(text) if found is None else len(text) // _AGAIN + 1
+        most = max(self.limits.arithmetic, _A_CARD * self.cards)
+        if self.read > most:
+            raise ExpressionError(f"more than {most} characters of expressions, the limit; simplify them")
+        if found is None:
+            found = parse(text, self.limits)
+            self.parsed[text] = found if text in self.parsed else None
+        return found
 
 
 @dataclass(slots=True)
@@ -26,6 +51,16 @@ class Scope:
     limits: Limits
     parent: Scope | None = None
     values: dict[str, float] = field(default_factory=dict)
+    expressions: Expressions | None = None  # of the netlist: the parent's unless given
+
+    def __post_init__(self) -> None:
+        """Share the expressions of the parent."""
+        if self.expressions is None:
+            self.expressions = Expressions(self.limits) if self.parent is None else self.parent.expressions
+
+    def _parsed(self, text: str) -> Expression:
+        expressions = self.expressions or Expressions(self.limits)
+        return expressions.get(_bare(text))
 
     def lookup(self, name: str) -> float | None:
         """Value of a parameter, None where there is none."""
@@ -37,7 +72,7 @@ class Scope:
         value = read_number(word)
         if value is None:
             try:
-                value = evaluate(_bare(word), self.lookup, self.limits)
+                value = number_of(self._parsed(word), self.lookup)
             except ExpressionError as error:
                 raise card.error(f"{what}: {shown(word)}: {error}") from None
         if not abs(value) < float("inf"):
@@ -47,7 +82,7 @@ class Scope:
     def linear(self, card: Card, what: str, text: str) -> Linear:
         """Value of an expression that may be linear in node voltages."""
         try:
-            return evaluate_linear(_bare(text), self.lookup, self.limits)
+            return linear_of(self._parsed(text), self.lookup)
         except ExpressionError as error:
             raise card.error(f"{what}: {error}") from None
 

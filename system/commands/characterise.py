@@ -10,6 +10,7 @@ from pathlib import Path
 
 from chips.board_measurement import characterise_board
 from chips.record import Record, write_record
+from chips.wavefront_measurement import characterise_wavefront
 from circuits.errors import DataError, ParameterError, unknown_name
 from circuits.registry import load_block
 from system.commands.output import print_json, print_line, print_table, progress_bar
@@ -19,6 +20,8 @@ from system.options import read_bias_set
 CHARACTERISERS: dict[str, str] = {"rebound-neuron": "chips.characterise:characterise"}
 # Blocks whose record is of the boards' kind, all measured by `chips.board_measurement`.
 BOARDS = ("centroid-board", "vocalization-controller", "hearing", "first-target-isolation")
+# Blocks of the wavefront chip, measured by `chips.wavefront_measurement`.
+WAVEFRONT = ("axon-delay", "wavefront-cell")
 
 
 def characterise_command(block: str, *, output: str | None, bias_set: str | None, as_json: bool) -> None:
@@ -26,13 +29,14 @@ def characterise_command(block: str, *, output: str | None, bias_set: str | None
 
     bias_set: the set of biases at which the errors on other dies are measured, the block's own unless given.
     """
-    if block not in CHARACTERISERS and block not in BOARDS:
-        raise unknown_name("characterised block", block, (*CHARACTERISERS, *BOARDS))
+    known = (*CHARACTERISERS, *BOARDS, *WAVEFRONT)
+    if block not in known:
+        raise unknown_name("characterised block", block, known)
     biases = _biases(block, bias_set, output)
     path = Path(output) if output else shipped_path(block)
     if path.is_dir() or not path.parent.is_dir():
         raise DataError(f"{path}: must be a file in a folder that exists; give another with -o")
-    if block in BOARDS:
+    if block not in CHARACTERISERS:
         _board(block, path, as_json=as_json)
         return
     module, function = CHARACTERISERS[block].split(":")
@@ -62,7 +66,7 @@ def characterise_command(block: str, *, output: str | None, bias_set: str | None
 def _biases(block: str, bias_set: str | None, output: str | None) -> Mapping[str, float] | None:
     if bias_set is None:
         return None
-    if block in BOARDS:
+    if block not in CHARACTERISERS:
         raise ParameterError(f"--bias-set: {bias_set}, {block} has no named sets; leave it out")
     if output is None:
         raise ParameterError(
@@ -73,8 +77,9 @@ def _biases(block: str, bias_set: str | None, output: str | None) -> Mapping[str
 
 def _board(block: str, path: Path, *, as_json: bool) -> None:
     start = time.perf_counter()
+    measure = characterise_wavefront if block in WAVEFRONT else characterise_board
     with progress_bar(f"characterise {block}"):
-        errors = characterise_board(block.replace("-", "_"), path)
+        errors = measure(block.replace("-", "_"), path)
     seconds = time.perf_counter() - start
     if as_json:
         print_json({"block": block, "file": str(path), "errors": errors, "seconds": seconds})

@@ -5,18 +5,23 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from chips.rebound_sheet import rebound_sheet
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
+from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.dialect import Settings, load_dialect
 from netlists.foundry import read_mapping
 from netlists.foundry_deck import format_foundry, map_circuit
 from netlists.parasitics import read_parasitics
+from netlists.verilog_a_cell import CellArray, format_cells
 from system.commands.output import print_json
 from system.files import write_text_atomic
 from system.options import Choice, choose, describe_silicon
 from system.silicon_choice import SiliconChoice
+
+_BEHAVIOURAL = ("rebound-neuron", "ranging-chip", "ranging-chip-biased")
 
 
 def export_command(
@@ -29,6 +34,7 @@ def export_command(
     silicon: SiliconChoice,
     stimuli: Sequence[str],
     mapping: str | None,
+    level: str,
     dialect: str,
     models: str,
     parasitics: str | None,
@@ -40,11 +46,15 @@ def export_command(
     bench = choice.testbench()
     loads = {} if parasitics is None else read_parasitics(parasitics, choice.circuit)
     settings = Settings(models, parasitics=loads)
-    if mapping is None:
-        text = load_dialect(dialect).write(bench, choice.silicon, settings)
-    else:
+    if level == "behavioural":
+        _refuse_with_behavioural(dialect, mapping, settings)
+        text = _as_cells(choice)
+    elif mapping is not None:
         _refuse_with_mapping(dialect, settings)
         text = _on_foundry(choice, mapping)
+    else:
+        _refuse_with_cdl(dialect, choice.silicon)
+        text = load_dialect(dialect).write(bench, choice.silicon, settings)
     to_stdout = output == "-"
     if not to_stdout:
         write_text_atomic(output, text)
@@ -53,9 +63,10 @@ def export_command(
             {
                 "block": choice.block.name,
                 "dialect": dialect,
+                "level": level,
                 "models": models,
                 "parasitics": len(loads),
-                **_contents(bench, text),
+                **(_contents(bench, text) if level == "transistor" else {"cells": text.count("  x")}),
                 "mapping": mapping,
                 **describe_silicon(choice.silicon),
                 "stimuli": choice.stimuli,
@@ -74,6 +85,46 @@ def _contents(bench: Testbench, text: str) -> dict[str, int]:
     plain = text.count("\n.subckt ")
     devices = sum(group.nodes.shape[1] for group in flatten(bench.circuit).groups)
     return {"definitions": noted or plain, "devices": devices}
+
+
+def _refuse_with_cdl(dialect: str, silicon: Silicon) -> None:
+    """Raise `ParameterError` for a drawing on a die or at a temperature: all are drawn alike."""
+    if dialect != "cdl":
+        return
+    die, nominal = silicon.die, silicon.process.nominal_temperature_c
+    for option, value, refused in (
+        ("--die", die.number, die.number is not None),
+        ("--corner", die.corner, die.corner not in {"random", "typical"}),
+        ("--temperature", f"{silicon.temperature_c:g} degC", silicon.temperature_c != nominal),
+    ):
+        if refused:
+            raise ParameterError(
+                f"{option}: {value}, cdl is the drawing, for LVS, which no {option[2:]} changes;"
+                " leave it out, or choose another --dialect"
+            )
+
+
+def _refuse_with_behavioural(dialect: str, mapping: str | None, settings: Settings) -> None:
+    for option, refused in (
+        ("--dialect", dialect != "verilog-a"),
+        ("--models", settings.models != "ekv"),
+        ("--parasitics", bool(settings.parasitics)),
+        ("--mapping", mapping is not None),
+    ):
+        if refused:
+            remedy = "give --dialect verilog-a" if option == "--dialect" else "leave it out"
+            raise ParameterError(f"{option}: the behavioural level comes as verilog-a text alone; {remedy}")
+
+
+def _as_cells(choice: Choice) -> str:
+    """Behavioural neurons of the chosen block, in Verilog-A (`netlists.verilog_a_cell`)."""
+    circuit, name = choice.circuit, choice.block.name
+    if name not in _BEHAVIOURAL:
+        known = ", ".join(_BEHAVIOURAL)
+        raise ParameterError(f"--level: {name} has no behavioural cell, {known} have; leave --level out")
+    sheet = rebound_sheet(circuit, choice.silicon)
+    cells = CellArray(circuit.name, sheet.shape, sheet.figures, sheet.remarks)
+    return format_cells(cells, choice.silicon, name)
 
 
 def _refuse_with_mapping(dialect: str, settings: Settings) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from importlib import import_module
@@ -22,7 +22,7 @@ from system.commands.rare import check_rare, print_rare
 from system.files import write_text_atomic
 from system.options import read_die
 from system.plot import check_picture, save_picture
-from system.registry import system_names
+from system.registry import load_system, system_names
 from system.silicon_choice import SiliconChoice
 from system.study.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.confidence_sequence import StopRule, ended, sequence_interval
@@ -85,14 +85,20 @@ def montecarlo_command(
     temperatures: Sequence[str],
     corners: Sequence[str],
     specs: Sequence[str],
+    route: Mapping[str, str | None],
     as_json: bool,
     **options: Any,
 ) -> None:
     """Measure the target on dies, print statistics, and leave files as asked."""
-    is_system = target in system_names()
-    system = {"level": level, "duration": parse_quantity(duration, "s", "--duration")} if is_system else {}
-    if is_system and list(metrics) == ["best_delay"]:
-        metrics = ("held_fraction", "range_error_mean_m")  # what a block is asked for by default has none
+    given = {name: value for name, value in route.items() if value is not None}
+    system: dict[str, Any] = {}
+    if target in system_names():
+        loaded = load_system(target)
+        system = loaded.study_options(level, parse_quantity(duration, "s", "--duration"), bias_kind, given)
+        if list(metrics) == ["best_delay"]:
+            metrics = loaded.study_metrics  # what a block is asked for by default has none
+    elif given:
+        raise ParameterError(f"--{next(iter(given))}: not an option of a block; it is one of the rover")
     subject = Subject(
         target, tuple(metrics), tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon,
         system,

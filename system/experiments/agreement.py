@@ -38,6 +38,7 @@ from netlists.agreement import (
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.chip_coupling import coupling_note, coupling_rows
 from system.plot import COLOURS, INK, PALE
+from system.registry import load_block_or_chip
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DRAWN = ("rebound-neuron", 27.0)
@@ -51,7 +52,7 @@ def run(progress: Progress) -> Report:
     cases = [*product(block_names(), TEMPERATURES), *((CHIP, t) for t in CHIP_TEMPERATURES)]
     found: dict[tuple[str, float], Agreement] = {}
     for k, (block, temperature) in enumerate(cases):
-        silicon = Silicon(temperature_c=temperature)
+        silicon = Silicon(load_block_or_chip(block).process, temperature)
         found[block, temperature] = (
             compare_chip(silicon) if block == CHIP else compare(load_block(block), silicon)
         )

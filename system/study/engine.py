@@ -33,6 +33,7 @@ from system.study.target import Target, measure_safely, open_target
 CHUNKS, SAMPLES = "chunks", "samples.nc"
 _PATIENCE = 0.2  # s, after which a wait looks whether it was interrupted
 AHEAD = 2  # chunks a worker that are handed out before they are asked for
+_PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
 
 
 class Waiting(Protocol):
@@ -57,6 +58,17 @@ class Outcome:
     chunks_read: int
     chunks_redone: tuple[str, ...]
     stopped: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Pieces:
+    """A chunk that several threads work at, in order."""
+
+    parts: tuple[Waiting, ...]
+
+    def result(self, timeout: float | None = None) -> Table:
+        """All of it; `timeout` (s) is that of the first piece that is not done."""
+        return join([part.result(timeout) for part in self.parts])
 
 
 def measure_dies(study: Study, dies: range) -> Table:
@@ -259,7 +271,13 @@ def on_threads(workers: int | None = None) -> Iterator[tuple[Submit, int]]:
     if count < 1:
         raise ParameterError(f"--threads: {count}, must be at least 1")
     executor = ThreadPoolExecutor(count)
+
+    def submit(study: Study, dies: range) -> Waiting:
+        length = len(dies) if count == 1 else -(-len(dies) // _PIECES)
+        starts = range(0, len(dies), max(length, 1))
+        return _Pieces(tuple(executor.submit(measure_dies, study, dies[k : k + length]) for k in starts))
+
     try:
-        yield (lambda study, dies: executor.submit(measure_dies, study, dies)), AHEAD * count
+        yield submit, AHEAD * count
     finally:
         executor.shutdown(cancel_futures=True)

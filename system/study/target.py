@@ -26,7 +26,6 @@ from circuits.die import Die
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.variation import variation_draws, variation_labels
-from system.approach_trace import Scenario
 from system.options import choose
 from system.registry import SYSTEMS, load_system, system_names, unknown
 from system.silicon_choice import SiliconChoice
@@ -221,7 +220,7 @@ class SystemTarget(Target):
 
     def run(self, die: Die, condition: Condition) -> Any:
         """Run the system; `trial` is the seed of noise and worlds."""
-        scenario = Scenario(
+        scenario = self._system.scenario(
             **self._options, die=die, temperature_c=condition.temperature_c, seed=condition.trial
         )
         return self._system.run(scenario)

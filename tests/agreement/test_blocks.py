@@ -50,7 +50,7 @@ VDD = Port("vdd", "supply")
 @pytest.mark.parametrize("name", block_names())
 def test_every_block_agrees(name: str) -> None:
     temperature = TEMPERATURES[block_names().index(name) % 3]
-    silicon = Silicon(temperature_c=temperature)
+    silicon = Silicon(load_block(name).process, temperature)
     testbench = agreement.scaled_testbench(load_block(name), silicon)
     testbench = replace(testbench, stop=min(testbench.stop, SHORTENED.get(name, testbench.stop)))
     found = compare(testbench, silicon, **FINE.get(name, {}))

@@ -57,7 +57,9 @@ def deck(circuit: Circuit, *sources: Source, stop: float = 1e-3, **options: obje
 
 def block_testbench(name: str) -> Testbench:
     block = load_block(name)
-    return block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+    return block.testbench(
+        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
+    )
 
 
 @pytest.mark.parametrize("kind", DEVICE_TYPES)

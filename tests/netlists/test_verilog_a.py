@@ -21,7 +21,9 @@ from netlists.verilog_a_law import MODULES
 
 def block_testbench(name: str) -> Testbench:
     block = load_block(name)
-    return block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+    return block.testbench(
+        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
+    )
 
 
 def bank() -> Testbench:

@@ -129,3 +129,25 @@ def test_compare_of_dies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 11
     assert all("deviation of V_T0" in line or "deviation of beta" in line for line in lines[1:])
+
+
+def test_a_die_of_a_study_is_exported_and_imported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = ("--study", str(tmp_path / "study"))
+    made = ("--plan", "lhs", "-n", "2", "--first-die", "3", "--metric", "first_call_s", "--threads", "1")
+    assert main(["montecarlo", "vocalization-controller", *made, "-o", study[1]]) == 0
+    paths = {}
+    for name, options in (
+        ("ngspice", (*study, "--die", "4")),
+        ("spectre", (*study, "--die", "4", "--dialect", "spectre")),
+        ("own", ("--die", "4")),
+    ):
+        paths[name] = str(tmp_path / f"{name}.cir")
+        assert main(["export", "vocalization-controller", *options, "-o", paths[name]]) == 0
+    capsys.readouterr()
+    assert main(["import", paths["ngspice"], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["die"] == "die A/4 plan lhs/0"
+    assert main(["compare", paths["ngspice"], paths["spectre"]]) == 0
+    assert main(["compare", paths["ngspice"], paths["own"]]) == 1
+    assert "deviation of V_T0" in capsys.readouterr().out

@@ -9,10 +9,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from circuits.devices.softplus import LIMIT, exp_negative, inverse_softplus, softplus
+from circuits.compiled import compiled
+from circuits.devices.softplus import LIMIT, exp_negative, inverse_softplus, softplus, softplus_five
 
 # a polynomial's fit (2e-15) and a dozen roundings (1e-16 each)
 TOLERANCE = 1e-14
+# a polynomial's fit (8e-14) and a few dozen roundings
+FIVE_TOLERANCE = 1e-12
+
+
+@compiled()
+def fives(x: NDArray[np.float64], value: NDArray[np.float64], slope: NDArray[np.float64]) -> None:
+    """Both of 5 n numbers, five at a time."""
+    for i in range(0, x.size, 5):
+        y = softplus_five(x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4])
+        for k in range(5):
+            value[i + k], slope[i + k] = y[k], y[5 + k]
 
 
 def both(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -43,6 +55,26 @@ def test_dense_sample_against_the_standard_library() -> None:
     reference = [max(a, 0.0) + math.log1p(math.exp(-abs(a))) for a in x]
     np.testing.assert_allclose(value, reference, rtol=TOLERANCE, atol=0.0)
     np.testing.assert_allclose(slope, 1.0 / (1.0 + np.exp(-x)), rtol=TOLERANCE, atol=0.0)
+
+
+def test_five_numbers_keep_their_lanes_and_their_accuracy() -> None:
+    # neighbours far apart, so that a mixed-up lane shows
+    x = np.linspace(-LIMIT, LIMIT, 50_005).reshape(5, -1).T.ravel()
+    exact_value, exact_slope = both(x)
+    value, slope = np.empty_like(x), np.empty_like(x)
+    fives(x, value, slope)
+    np.testing.assert_allclose(value, exact_value, rtol=FIVE_TOLERANCE, atol=0.0)
+    np.testing.assert_allclose(slope, exact_slope, rtol=FIVE_TOLERANCE, atol=0.0)
+
+
+def test_five_numbers_beyond_the_limit() -> None:
+    value, slope = np.empty(5), np.empty(5)
+    fives(np.array([-1e6, -LIMIT, 0.0, LIMIT, 1e6]), value, slope)
+    assert value[0] == value[1] > 0.0
+    assert value[2] == pytest.approx(math.log(2.0), rel=FIVE_TOLERANCE)
+    assert value[4] == 1e6
+    assert slope[0] < 1e-140
+    assert slope[4] == 1.0
 
 
 def test_beyond_the_limit_nothing_overflows() -> None:

@@ -17,6 +17,7 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import DataError
 from circuits.lowering.flatten import flatten
 from circuits.registry import BLOCKS, load_block
+from circuits.sampling import Sampling
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.compare import compare
@@ -34,7 +35,9 @@ WRITTEN = [(name, models) for name in ALL for models in load_dialect(name).devic
 @functools.cache
 def bench_of(name: str) -> Testbench:
     block = load_chip(name) if name in CHIPS else load_block(name)
-    return block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+    return block.testbench(
+        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
+    )
 
 
 def write(
@@ -265,3 +268,59 @@ def test_without_its_header_the_deck_is_read_as_it_stands() -> None:
     deck = write(bench_of("vocalization-controller"))
     with pytest.raises(DataError, match="supported is I= linear"):  # an EKV current
         read_netlist(deck.replace("*% noctule", "* noctule"))
+
+
+def planned(number: int = 1005) -> Silicon:
+    """A die of a sampling plan that sets three draws of a chip, and leaves the others to the die."""
+    columns = {
+        "ranging_chip.neuron[3].membrane.m1.v_t0": 0,
+        "ranging_chip.neuron[12].axon.ma7.beta": 1,
+        "process.p.shared.v_t0": 2,
+    }
+    rows = np.array([[0.1, 0.2, 0.3], [2.5, -1.75, 1.0 / 3.0]])
+    return Silicon(die=Die("B", number, sampling=Sampling("lhs/7", 1004, columns, rows)))
+
+
+@pytest.mark.parametrize(("dialect", "models"), [w for w in WRITTEN if w[0] != "cdl"])
+def test_a_die_of_a_sampling_plan_comes_back_with_its_draws(dialect: str, models: str) -> None:
+    silicon, bench = planned(), bench_of("ranging-chip")
+    found = read_netlist(write(bench, silicon, dialect, Settings(models=models)))
+    assert found.silicon is not None
+    assert str(found.silicon.die) == str(silicon.die) == "die B/1005 plan lhs/7"
+    for part, device in (("membrane", "m1"), ("axon", "ma7")):
+        path = (("neuron", (13,)), (part, ()), (device, ()))
+        for drawn, expected in zip(
+            found.silicon.deviations("ranging_chip", [path], 18e-12),
+            silicon.deviations("ranging_chip", [path], 18e-12),
+            strict=True,
+        ):
+            np.testing.assert_array_equal(drawn, expected)
+    own = Silicon(die=Die("B", 1005))
+    assert found.silicon.law("p").v_t0 == silicon.law("p").v_t0 != own.law("p").v_t0
+    assert found.silicon.law("n") == own.law("n")
+    assert compare(found.circuit, bench.circuit).equal
+
+
+def test_dies_of_a_plan_are_equal_in_two_dialects_and_no_others() -> None:
+    bench = bench_of("ranging-chip")
+    decks = [
+        read_netlist(write(bench, silicon, dialect))
+        for silicon, dialect in (
+            (planned(), "ngspice"),
+            (planned(), "spectre"),
+            (Silicon(die=Die("B", 1005)), "ngspice"),
+        )
+    ]
+    first, again, own = ((deck.circuit, deck.deviations) for deck in decks)
+    assert compare(first[0], again[0], deviations=(first[1], again[1])).equal
+    found = compare(first[0], own[0], deviations=(first[1], own[1]), most=1000)
+    assert {d.path.partition(".")[0] for d in found.differences} == {"neuron[3]", "neuron[12]"}
+    assert {d.path.rpartition(".")[2] for d in found.differences} == {"m1", "ma7"}
+
+
+def test_a_draw_that_was_edited_is_refused() -> None:
+    deck = write(bench_of("ranging-chip"), planned())
+    old = "neuron[3].membrane.m1.v_t0:2.5"
+    assert deck.count(old) == 1
+    with pytest.raises(DataError, match="edited"):
+        read_netlist(deck.replace(old, "neuron[3].membrane.m1.v_t0:2.4"))

@@ -112,7 +112,10 @@ def test_start_voltages_reach_into_instances() -> None:
         ("r1 a 0 -1", "netlist:2: r1.resistance: -1 ohm, must be > 0"),
         ("r1 a 0 1\n.ic v(b)=1", "netlist:3: v.b.: unknown node"),
         (".tran 1u 1m", "no elements"),
-        ("r" + "x" * 500 + " a 0 1", "a name of more than 400 characters, the limit"),
+        ("r" + "x" * 500 + " a 0 1", "netlist:2: a name of more than 400 characters, the limit"),
+        ("r1 a 0 1\nr2 " + "%" * 500 + " 0 1", "netlist:3: a name of more than 400 characters, the limit"),
+        (".subckt s a " + "%" * 500 + "\n.ends\nx1 a b s", "netlist:2: a name of more than 400"),
+        ("r1 a 0 1\n.ic v(a." + "%" * 500 + ")=1", "netlist:3: a name of more than 400"),
     ],
 )
 def test_refused_with_its_place(text: str, says: str) -> None:
@@ -132,12 +135,31 @@ def test_doubling_calls_are_counted_not_listed() -> None:
         read(chain + ".subckt s60 a\nr1 a 0 1\n.ends\nx1 b s0")
 
 
-def test_other_parameters_in_every_call_have_a_limit() -> None:
+def doubling(levels: int) -> str:
+    """Sub-circuits that call the next one twice, each time with a parameter value of its own."""
     chain = "".join(
-        f".subckt s{k} a p=1\nx1 a s{k + 1} p={{p*2}}\nx2 a s{k + 1} p={{p+1}}\n.ends\n" for k in range(20)
+        f".subckt s{k} a p=1\nx1 a s{k + 1} p={{p*2}}\nx2 a s{k + 1} p={{p+1}}\n.ends\n"
+        for k in range(levels)
     )
-    with pytest.raises(DataError, match=r"more than \d+ cards of sub-circuits called with other parameters"):
-        read(chain + ".subckt s20 a p=1\nr1 a 0 {p}\n.ends\nx1 b s0", Limits(expansion=1000))
+    return chain + f".subckt s{levels} a p=1\nr1 a 0 {{p}}\n.ends\nx1 b s0\n"
+
+
+@pytest.mark.parametrize("others", [0, 2000])
+def test_parameters_that_multiply_from_level_to_level_have_a_limit(others: int) -> None:
+    """However many other cards there are, which have no part in it."""
+    filler = "".join(f"rz{k} b 0 1\n" for k in range(others))
+    with pytest.raises(DataError, match="more than 1000 cards of sub-circuits called with other parameters"):
+        read(doubling(20) + filler, Limits(expansion=1000))
+
+
+def test_the_netlist_s_own_calls_may_have_parameters_of_their_own() -> None:
+    cell = ".subckt s a w=1\nr1 a 0 {w}\nr2 a 0 {2*w}\n.ends\n"
+    calls = "".join(f"x{k} a{k} s w={k + 1}\n" for k in range(100))
+    found = read(cell + calls, Limits(expansion=10, calls=400))
+    values = [i.circuit.devices[1].parameters()["resistance"] for i in found.circuit.instances]
+    assert values == [2.0 * (k + 1) for k in range(100)]
+    with pytest.raises(DataError, match="more than 300 cards of sub-circuits called with other parameters"):
+        read(cell + calls, Limits(expansion=10, calls=300))
 
 
 def test_the_corners_of_all_sources_have_a_limit() -> None:

@@ -12,7 +12,7 @@ from circuits.lowering.flatten import flatten
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon import Deviation, Silicon
 from circuits.solver.operating_point import operating_point
-from netlists.reader import read_netlist
+from netlists.reader import Limits, read_netlist
 
 INVERTERS = """Two inverters
 * of a hand-written deck
@@ -97,3 +97,10 @@ def test_unused_ports_and_ground() -> None:
     found = read_netlist("t\n.subckt s a b\nr1 a gnd 1\n.ends\nx1 c d s\nr1 c 0 1\n")
     assert found.circuit.instances[0].connections == {"a": "c", "b": "d"}
     assert found.circuit.instances[0].circuit.devices[0].terminals() == ("a", GROUND)
+
+
+def test_cards_without_notes_have_a_limit_and_comments_do_not_count() -> None:
+    deck = "t\n" + "* a comment\n" * 30 + "r1 a 0 1\nr2 a 0 1\n"
+    assert len(read_netlist(deck, limits=Limits(cards=2)).circuit.devices) == 2
+    with pytest.raises(DataError, match="netlist:34: more than 2 cards, the limit"):
+        read_netlist(deck + "r3 a 0 1\n", limits=Limits(cards=2))

@@ -5,7 +5,7 @@ import pytest
 from circuits.errors import DataError
 from netlists.reader.card import Card
 from netlists.reader.limits import Limits
-from netlists.reader.scope import Scope
+from netlists.reader.scope import Expressions, Scope
 
 CARD = Card(".param", "a.cir", 3)
 
@@ -41,6 +41,25 @@ def test_a_section_sees_the_top_level_behind_its_own() -> None:
 def test_a_value_that_was_given_stays() -> None:
     scope = define(Scope(Limits(), values={"w": 5.0}), w="1", l="{w}")
     assert scope.values == {"w": 5.0, "l": 5.0}
+
+
+def test_all_expressions_together_have_a_limit() -> None:
+    texts = {f"p{k}": "1" + "+1" * 50 + f"+{k}" for k in range(20)}
+    assert define(Scope(Limits(arithmetic=2100)), **texts).values["p3"] == 54.0
+    with pytest.raises(DataError, match=r"\.param p9: .*more than 1000 characters of expressions, the limit"):
+        define(Scope(Limits(arithmetic=1000)), **texts)
+    cards = Expressions(Limits(arithmetic=1000), cards=60)  # a long netlist may have more
+    assert define(Scope(Limits(), expressions=cards), **texts).values["p3"] == 54.0
+
+
+def test_a_text_that_comes_again_is_not_parsed_again() -> None:
+    top = Scope(Limits())
+    text = "w*" * 40 + "w"
+    for k in range(100):
+        scope = Scope(Limits(), top, {"w": 1.0 + k / 1000.0})
+        assert scope.number(CARD, "x", text) == pytest.approx((1.0 + k / 1000.0) ** 41, rel=1e-13)
+    assert top.expressions is not None
+    assert top.expressions.read < 25 * len(text)  # twice, then an eighth each
 
 
 @pytest.mark.parametrize("word", ["1e999", "{1e308*1e308}", "nan", "inf", "{"])

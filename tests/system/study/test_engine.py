@@ -81,6 +81,16 @@ def test_workers_chunks_and_resumes_change_nothing(tmp_path: Path, method: str) 
     assert read_study(tmp_path / "a") == wanted
 
 
+@pytest.mark.parametrize("method", ["random", "sobol"])
+@pytest.mark.parametrize("chunk", [9, 17, 40])
+def test_threads_that_share_a_chunk_change_nothing(method: str, chunk: int) -> None:
+    # more dies than pieces, pieces that do not come out even, and a chunk larger than the study
+    wanted = study(count=20, chunk=chunk, method=method)
+    once = run(wanted).table
+    assert once.die.tolist() == list(range(1000, 1020))
+    assert same(once, run(wanted, workers=3).table)
+
+
 def test_a_subset_and_a_longer_study_have_the_same_dies(tmp_path: Path) -> None:
     once = run(study(10)).table
     part = run(study(4, first=1002)).table

@@ -1,4 +1,4 @@
-"""`noctule run SYSTEM`: a whole system in its world, closed loop."""
+"""`noctule run approach`: the sonar in its world, and any system with a scenario like its own."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ from system.silicon_choice import SiliconChoice
 from system.targets import default_scene, describe, read_targets
 
 
-def run_command(
+def run_approach(
     system: str,
-    targets: str | None,
-    level: str | None,
-    transistors: Sequence[str],
-    isolation: bool,
-    amplitude_law: str | None,
-    duration: str | None,
     silicon: SiliconChoice,
     seed: int,
-    noise: str | None,
     plot: str | None,
+    *,
     as_json: bool,
+    targets: str | None = None,
+    level: str | None = None,
+    transistors: Sequence[str] = (),
+    isolation: bool = True,
+    amplitude_law: str | None = None,
+    duration: str | None = None,
+    noise: str | None = None,
 ) -> None:
     """Run `system` and print its arrays and summary; `plot` draws it."""
-    loaded = load_system(system)
     if plot is not None:
         check_picture(plot)
-    chosen = _choice("--level", level or LEVELS[0], LEVELS)
+    loaded = load_system(system)
+    chosen = choice("--level", level or LEVELS[0], LEVELS)
     scenario = scenario_of(targets, isolation, amplitude_law, duration, silicon, seed, noise)
-    boxes = frozenset(_choice("--transistors", box, BOXES) for box in transistors)
+    boxes = frozenset(choice("--transistors", box, BOXES) for box in transistors)
     scenario = replace(scenario, level=chosen, transistors=boxes)  # type: ignore[arg-type]
     with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
         trace: Trace = loaded.run(scenario, progress)
@@ -67,7 +68,7 @@ def scenario_of(
     """Scenario from the command line's texts; raises `ParameterError` or `DataError` naming the option."""
     celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     check_temperature(celsius)
-    law = _choice("--amplitude-law", amplitude_law or LAWS[0], LAWS)
+    law = choice("--amplitude-law", amplitude_law or LAWS[0], LAWS)
     length = parse_quantity(duration or "4s", "s", "--duration")
     if not 0.0 < length <= 3600.0:
         raise ParameterError(f"--duration: {length:g} s, must be above 0 and at most 3600 s")
@@ -78,7 +79,8 @@ def scenario_of(
     return Scenario(scene, length, celsius, isolation, law, rms, seed, read_die(silicon))  # type: ignore[arg-type]
 
 
-def _choice(option: str, value: str, known: tuple[str, ...]) -> str:
+def choice(option: str, value: str, known: tuple[str, ...]) -> str:
+    """The value, if it is known; raises `ParameterError` naming the option."""
     if value not in known:
         raise ParameterError(f"{option}: {value}, must be {' or '.join(known)}")
     return value

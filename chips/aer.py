@@ -1,0 +1,118 @@
+"""Address-event bus of limited bandwidth, and event files.
+
+Events go through an arbiter, one at a time, each for the `service` time; those that wait stand in a FIFO.
+An event that finds the FIFO full is dropped and counted. Of events at the same instant the arbiter takes
+the lowest address first (fixed priority, ours); so the answer does not depend on the order in which they
+are handed in.
+
+    delivered_k = max(t_k, delivered_{k-1}) + service
+
+An event file is little-endian: the 8 bytes `NOCTAER1`, then for each event int64 time in microseconds and
+int64 address; times do not decrease. In memory times are float64 seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+from circuits.errors import DataError, ParameterError
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+MAGIC = b"NOCTAER1"
+_ROW = np.dtype("<i8")
+_MICROSECOND = 1e-6  # s
+_LATEST = 2**63 * _MICROSECOND  # s
+
+_compiled = compiled()
+
+
+@dataclass(frozen=True, slots=True)
+class Bus:
+    """service: s an event, 0 for an ideal bus; depth: events that wait or are being sent, at most."""
+
+    service: float = 100e-9  # ours: 10 million events/s
+    depth: int = 512  # ours
+
+    def __post_init__(self) -> None:
+        if not (self.service >= 0.0 and np.isfinite(self.service)):
+            raise ParameterError(f"bus.service: {self.service:g} s, must be >= 0; 0 is an ideal bus")
+        if self.depth < 1:
+            raise ParameterError(f"bus.depth: {self.depth}, must be >= 1; the event being sent needs a place")
+
+
+@dataclass(frozen=True, slots=True)
+class Events:
+    """times: float64[m], s, not decreasing; addresses: int64[m]; dropped: events lost before these."""
+
+    times: F64
+    addresses: I64
+    dropped: int = 0
+
+
+def send(bus: Bus, times: F64, addresses: I64) -> Events:
+    """Send events, in any order, over an idle bus; returns those delivered, at the end of their transfer.
+
+    times: float64[m], s; addresses: int64[m].
+    """
+    order = np.lexsort((addresses, times))
+    times = np.ascontiguousarray(times, dtype=np.float64)[order]
+    addresses = np.ascontiguousarray(addresses, dtype=np.int64)[order]
+    delivered, kept = np.empty(times.size), np.empty(times.size, dtype=np.bool_)
+    count = _serve(times, bus.service, bus.depth, delivered, kept)
+    return Events(delivered[:count], addresses[kept], times.size - count)
+
+
+@_compiled
+def _serve(times: F64, service: float, depth: int, delivered: F64, kept: NDArray[np.bool_]) -> int:
+    """Fill `delivered` (float64, of those kept, in order) and `kept` (bool); returns how many were kept."""
+    count, gone = 0, 0
+    for k in range(times.size):
+        while gone < count and delivered[gone] <= times[k]:
+            gone += 1
+        kept[k] = count - gone < depth
+        if kept[k]:
+            begin = max(times[k], delivered[count - 1]) if count > 0 else times[k]
+            delivered[count] = begin + service
+            count += 1
+    return count
+
+
+def write_events(path: Path, events: Events) -> None:
+    """Write an event file, times rounded to microseconds; raises `ParameterError` for times out of int64."""
+    if events.times.size and not np.abs(events.times).max() < _LATEST:
+        raise ParameterError(
+            f"events.times: {events.times[np.abs(events.times).argmax()]:g} s, must be within"
+            f" +-{_LATEST:.3g} s; write finite times"
+        )
+    rows = np.empty((events.times.size, 2), dtype=_ROW)
+    rows[:, 0], rows[:, 1] = np.rint(events.times / _MICROSECOND), events.addresses
+    path.write_bytes(MAGIC + rows.tobytes())
+
+
+def read_events(path: Path) -> Events:
+    """Read an event file; raises `DataError` where it is none."""
+    content = path.read_bytes()
+    if not content.startswith(MAGIC):
+        raise DataError(
+            f"{path}: no event file, must begin with {MAGIC.decode()}; write it with write_events"
+        )
+    body = content[len(MAGIC) :]
+    whole, rest = divmod(len(body), 2 * _ROW.itemsize)
+    if rest:
+        raise DataError(f"{path}: {rest} bytes after event {whole}, must be 16 an event; copy the whole file")
+    rows = np.frombuffer(body, dtype=_ROW).reshape(-1, 2)
+    back = np.flatnonzero(np.diff(rows[:, 0]) < 0)
+    if back.size:
+        k = int(back[0]) + 1
+        raise DataError(
+            f"{path}: event {k} at {rows[k, 0]} us, must not be before the last, at {rows[k - 1, 0]} us;"
+            " sort the events"
+        )
+    return Events(rows[:, 0].astype(np.float64) * _MICROSECOND, rows[:, 1].astype(np.int64))

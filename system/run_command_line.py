@@ -1,0 +1,159 @@
+"""`noctule run SYSTEM`: a command a system, with its own options.
+
+A user's own system runs under the options of the approach, whose scenario it takes.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from system.command_options import (
+    Corner,
+    DieCorner,
+    DieNumber,
+    Json,
+    Kind,
+    Lot,
+    Mismatch,
+    Plot,
+    Process,
+    StudyFolder,
+    Targets,
+    Temperature,
+    call,
+    kind_name,
+)
+from system.silicon_choice import SiliconChoice
+
+USERS = "approach"  # the command that systems of users run under
+
+Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
+
+
+class Systems(TyperGroup):
+    """Names of systems as commands; a name that is none is refused with near ones."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a system."""
+        found = super().get_command(ctx, cmd_name)
+        if found is None:
+            import_module("system.registry").load_system(cmd_name)
+            found = super().get_command(ctx, USERS)
+        return found
+
+
+app = typer.Typer(cls=Systems, help="Run a system in its world.", rich_markup_mode=None)
+
+
+def add_to(parent: typer.Typer) -> None:
+    """Make `run` a command of `parent`."""
+    parent.add_typer(app, name="run")
+
+
+@app.callback(invoke_without_command=True)
+def run(context: typer.Context) -> None:
+    """Run a system in its world."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@app.command()
+def approach(
+    context: typer.Context,
+    *,
+    targets: Targets = None,
+    level: Annotated[str | None, typer.Option(help="As transistor or behavioural.")] = None,
+    transistors: Annotated[
+        list[str], typer.Option("--transistors", metavar="BOX", help="A box kept as transistors, repeatable.")
+    ] = [],  # noqa: B006 - typer reads the default and never changes it
+    isolation: Annotated[bool, typer.Option(help="First-target isolation.")] = True,
+    amplitude_law: Annotated[str | None, typer.Option(help="Of the call: linear or d4.")] = None,
+    duration: Annotated[str | None, typer.Option(metavar="TIME", help="Length of the run, as 2s.")] = None,
+    noise: Annotated[str | None, typer.Option(metavar="VOLTAGE", help="Rms at a microphone, as 1mV.")] = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    study: StudyFolder = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A bat's sonar closes in on targets (Cheely & Horiuchi 2003)."""
+    call(
+        "run_approach:run_approach",
+        context.info_name,
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
+        seed,
+        plot,
+        targets=targets,
+        level=level,
+        transistors=transistors,
+        isolation=isolation,
+        amplitude_law=amplitude_law,
+        duration=duration,
+        noise=noise,
+        as_json=as_json,
+    )
+
+
+@app.command()
+def rover(
+    *,
+    cost_map: Annotated[
+        str | None, typer.Option("--map", metavar="MAP", help="As map1-road, or a file of costs.")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="ROW,COLUMN", help="From 0, row 0 in the north.")
+    ] = None,
+    goal: Annotated[str | None, typer.Option(metavar="ROW,COLUMN", help="As --start.")] = None,
+    planner: Annotated[
+        str | None, typer.Option(help="As wave, paper, a-star, admissible-a-star or dijkstra.")
+    ] = None,
+    cells: Annotated[str | None, typer.Option(help="As ideal, or chip for a die's.")] = None,
+    bias_kind: Kind = None,
+    unit: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Of the chip: delay a unit of cost; 100us.")
+    ] = None,
+    need: Annotated[str | None, typer.Option(help="As energy, the map itself, or speed.")] = None,
+    learn: Annotated[
+        float | None, typer.Option(metavar="RATE", help="Learn the map, above 0 up to 1.")
+    ] = None,
+    prior: Annotated[
+        float | None, typer.Option(metavar="COST", help="What unknown cells are taken for; 5.")
+    ] = None,
+    trips: Annotated[int | None, typer.Option(help="How often the way is planned and driven; 1.")] = None,
+    posts: Annotated[bool | None, typer.Option(help="Obstacles that no map has.")] = None,
+    sonar: Annotated[bool | None, typer.Option(help="Turn away from what sonars see.")] = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    study: StudyFolder = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A rover plans on a delay-line chip and drives the way (Hwu et al. 2018)."""
+    options = {
+        "map": cost_map, "start": start, "goal": goal, "planner": planner, "cells": cells,
+        "bias_kind": kind_name(bias_kind), "unit": unit, "need": need, "learn": learn, "prior": prior,
+        "trips": trips, "posts": posts, "sonar": sonar,
+    }  # fmt: skip
+    call(
+        "run_rover:run_rover",
+        "rover",
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
+        seed,
+        plot,
+        as_json=as_json,
+        **{name: value for name, value in options.items() if value is not None},
+    )
