@@ -11,6 +11,7 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 SAYS = {
     "facilitation": "fires for echoes from 5.5 to 7.0 ms",
     "latch": "unstable",
+    "pushbot_program": "written as read: True",
     "learn_a_map": "unknown cells taken for 5: 26 26",
     "topological_map": "34 places, cost 186; networkx's Dijkstra: 186",
 }
