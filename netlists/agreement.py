@@ -162,16 +162,18 @@ def scaled_testbench(block: Block, silicon: Silicon) -> Testbench:
 
     A block that measures `t_inh_s` has delays that follow it: `delay` is multiplied by
     `t_inh(T) / t_inh(27 degC)` of the nominal block, pulse widths stay, and the run gets longer by that ratio
-    where it is above 1. Other blocks keep their stimuli.
+    where it is above 1; so does the run of a block that measures its own `delay_s`. Other blocks keep their
+    stimuli.
     """
     circuit = block.build(block.params())
     v_dd = silicon.process.v_dd
     stimuli: dict[str, float | None] = {s.name: s.default for s in block.stimuli}
     nominal = block.testbench(circuit, stimuli, v_dd)
-    ratio = delay_ratio(block, silicon) if "delay" in stimuli else 1.0
+    ratio = delay_ratio(block, silicon)
     if ratio == 1.0:
         return nominal
-    stimuli["delay"] = ratio * (stimuli["delay"] or 0.0)
+    if "delay" in stimuli:
+        stimuli["delay"] = ratio * (stimuli["delay"] or 0.0)
     if ratio > 1.0:
         stimuli["duration"] = ratio * nominal.stop
     return block.testbench(circuit, stimuli, v_dd)
@@ -187,24 +189,28 @@ def started(testbench: Testbench, silicon: Silicon) -> Testbench:
 
 
 def delay_ratio(block: Block, silicon: Silicon) -> float:
-    """`t_inh(T) / t_inh(27 degC)` of the nominal block after a call alone; 1 where it measures no t_inh."""
-    nominal = _inhibition(block, Silicon(silicon.process))
-    here = _inhibition(block, silicon)
+    """Delay over that at 27 degC, nominal block: its t_inh after a call alone, or its `delay_s`; else 1."""
+    nominal = _delay(block, Silicon(silicon.process))
+    here = _delay(block, silicon)
     return 1.0 if nominal is None or here is None else here / nominal
 
 
-def _inhibition(block: Block, silicon: Silicon) -> float | None:
-    """t_inh, s, from the first of ever longer runs that reaches the release; None without one."""
-    circuit = block.build(block.params())
+def _delay(block: Block, silicon: Silicon) -> float | None:
+    """The block's delay, s, from the first of ever longer runs that has it; None without one."""
     stimuli: dict[str, float | None] = {s.name: s.default for s in block.stimuli}
-    if "echo" not in stimuli:
+    if "duration" not in stimuli:
         return None
-    stimuli["echo"] = None
-    stop = block.testbench(circuit, stimuli, silicon.process.v_dd).stop
+    circuit, v_dd = block.build(block.params()), silicon.process.v_dd
+    name = "t_inh_s" if "echo" in stimuli else "delay_s"
+    if "echo" in stimuli:
+        stimuli["echo"] = None
+    stop = block.testbench(circuit, stimuli, v_dd).stop
     for factor in (1.0, 4.0, 16.0, 64.0):
         stimuli["duration"] = factor * stop
-        result = solve(block.testbench(circuit, stimuli, silicon.process.v_dd), silicon)
-        found = block.measures(result).get("t_inh_s")
+        measures = block.measures(solve(block.testbench(circuit, stimuli, v_dd), silicon))
+        if name not in measures:
+            return None
+        found = measures[name]
         if found is not None:
             return found
     return None

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar
@@ -27,6 +29,7 @@ def run_rover(
         check_picture(plot)
     celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     check_temperature(celsius)
+    _check_silicon(silicon, options)
     scenario = Scenario(
         seed=seed,
         die=read_die(silicon),
@@ -42,6 +45,21 @@ def run_rover(
         print_json(_document(system, trace, summary))
     else:
         _print(system, trace, summary)
+
+
+def _check_silicon(silicon: SiliconChoice, options: Mapping[str, Any]) -> None:
+    """Refuse what only silicon has where there is none."""
+    if options.get("cells", "ideal") != "ideal":
+        return
+    asked = {
+        "die": silicon.die is not None,
+        "temperature": silicon.temperature != "27",
+        "unit": "unit" in options,
+        "bias-kind": "bias_kind" in options,
+    }
+    for name, given in asked.items():
+        if given:
+            raise ParameterError(f"--{name}: ideal cells have no silicon; add --cells chip, or leave it out")
 
 
 def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from circuits.process import AMI_1500, Process
 from circuits.registry import block_names, load_block
 from circuits.silicon import Silicon
 from circuits.solver import operating_point as native
+from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from netlists import agreement, engine
 from netlists.agreement import compare
@@ -215,3 +216,10 @@ def test_delays_follow_the_temperature() -> None:
     assert {w.width for w in starts if isinstance(w, Pulse)} == {10e-6}
     assert cold.stop > nominal.stop >= hot.stop
     assert agreement.delay_ratio(load_block("centroid-board"), Silicon(temperature_c=85.0)) == 1.0
+
+
+def test_a_run_is_long_enough_for_the_blocks_own_delay() -> None:
+    axon, cold = load_block("axon-delay"), Silicon(temperature_c=-20.0)
+    bench = agreement.scaled_testbench(axon, cold)
+    assert bench.stop > 5.0 * agreement.scaled_testbench(axon, Silicon()).stop
+    assert simulate(bench, cold).spikes["delayed"].size == 1
