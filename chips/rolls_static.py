@@ -1,0 +1,256 @@
+"""Currents at rest of the ROLLS circuits' small networks, solved with the EKV law.
+
+Every voltage is in units of U_T and counted from the bulk (downwards from the supply for pFETs), a gate
+enters as its pinch-off voltage `p = kappa (v_g - V_T0) / U_T`, and `F(u) = ln^2(1 + e^(u/2))`, so that a
+transistor carries `I_S [F(p - v_s) - F(p - v_d)]`. All arrays are float64[n] and of one length.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+
+F64 = NDArray[np.float64]
+
+_ITERATIONS = 80
+_EXACT = 1e-12  # U_T, last update of a voltage
+
+
+@compiled(forceinline=True)
+def law(u: float) -> tuple[float, float]:
+    """`F(u)` and its derivative."""
+    x = 0.5 * u
+    e = math.exp(-abs(x))
+    q = max(x, 0.0) + math.log1p(e)
+    s = 1.0 / (1.0 + e)
+    return q * q, q * (s if x >= 0.0 else e * s)
+
+
+@compiled()
+def _stack(i1: float, p1: float, i2: float, p2: float, drain: float) -> float:
+    """Voltage between two transistors in series, the lower one's source at 0."""
+    low, high = min(drain, 0.0), max(drain, 0.0)
+    y = 0.5 * (low + high)
+    f1, _ = law(p1)
+    f2, _ = law(p2 - drain)
+    for _ in range(_ITERATIONS):
+        a, da = law(p1 - y)
+        b, db = law(p2 - y)
+        f = i1 * (f1 - a) - i2 * (b - f2)
+        if f > 0.0:
+            high = y
+        else:
+            low = y
+        new = y - f / (i1 * da + i2 * db)
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - y) < _EXACT:
+            break
+        y = new
+    return y
+
+
+@compiled()
+def stack_current(i1: float, p1: float, i2: float, p2: float, drain: float) -> float:
+    """Current of two transistors in series between 0 and `drain`, A."""
+    y = _stack(i1, p1, i2, p2, drain)
+    full, passed = law(p1)[0], law(p2 - y)[0]
+    # of the transistor that limits, or a small current is the difference of two large ones
+    if i1 * full < i2 * passed:
+        return i1 * (full - law(p1 - y)[0])
+    return i2 * (passed - law(p2 - drain)[0])
+
+
+@compiled()
+def stack(i1: F64, p1: F64, i2: F64, p2: F64, drain: F64, out: F64) -> None:
+    """`stack_current` of each."""
+    for k in range(out.size):
+        out[k] = stack_current(i1[k], p1[k], i2[k], p2[k], drain[k])
+
+
+@compiled()
+def degenerated(i1: F64, t1: F64, kappa: float, i2: F64, p2: F64, drain: F64, out: F64) -> None:
+    """Current of a transistor (i2, p2) whose source stands on a diode (i1, threshold t1), A."""
+    for k in range(out.size):
+        low, high = 0.0, drain[k]
+        y = 0.2 * high
+        far, _ = law(p2[k] - drain[k])
+        for _ in range(_ITERATIONS):
+            p1 = kappa * (y - t1[k])
+            a, da = law(p1)
+            b, db = law(p1 - y)
+            c, dc = law(p2[k] - y)
+            f = i1[k] * (a - b) - i2[k] * (c - far)
+            if f > 0.0:
+                high = y
+            else:
+                low = y
+            new = y - f / (i1[k] * (kappa * da - (kappa - 1.0) * db) + i2[k] * dc)
+            if not low < new < high:
+                new = 0.5 * (low + high)
+            if abs(new - y) < _EXACT:
+                break
+            y = new
+        out[k] = i2[k] * (law(p2[k] - y)[0] - far)
+
+
+@compiled()
+def diode(i1: F64, t1: F64, kappa: float, current: F64, highest: float, out: F64) -> None:
+    """Voltage across a diode-connected transistor that carries `current` (A), 0 to `highest`."""
+    for k in range(out.size):
+        low, high = 0.0, highest
+        y = min(max(t1[k] + (math.log(max(current[k], 1e-30) / i1[k])) / kappa, 0.0), highest)
+        for _ in range(_ITERATIONS):
+            p1 = kappa * (y - t1[k])
+            a, da = law(p1)
+            b, db = law(p1 - y)
+            f = i1[k] * (a - b) - current[k]
+            if f > 0.0:
+                high = y
+            else:
+                low = y
+            new = y - f / (i1[k] * (kappa * da - (kappa - 1.0) * db))
+            if not low < new < high:
+                new = 0.5 * (low + high)
+            if abs(new - y) < _EXACT:
+                break
+            y = new
+        out[k] = y
+
+
+@compiled()
+def amplifier(i1: F64, p1: F64, i2: F64, p2: F64, supply: float, out: F64) -> None:
+    """Drop of an amplifier's output below the supply: nFET (i1, p1) pulls down, pFET (i2, p2) holds up."""
+    for k in range(out.size):
+        low, high = 0.0, supply
+        pull, hold = law(p1[k])[0], law(p2[k])[0]
+        y = 0.0
+        for _ in range(_ITERATIONS):
+            a, da = law(p1[k] - supply + y)
+            b, db = law(p2[k] - y)
+            f = i2[k] * (hold - b) - i1[k] * (pull - a)
+            if f > 0.0:
+                high = y
+            else:
+                low = y
+            new = y - f / (i1[k] * da + i2[k] * db)
+            if not low < new < high:
+                new = 0.5 * (low + high)
+            if abs(new - y) < _EXACT:
+                break
+            y = new
+        out[k] = y
+
+
+@compiled()
+def pair_share(i1: float, a: float, i2: float, b: float, total: float) -> float:
+    """Current of the second of two saturated transistors with one source that carry `total` (A) together.
+
+    a, b: pinch-off voltages. Newton on the logarithm of the total, from weak inversion, where it is exact.
+    """
+    if total <= 0.0:
+        return 0.0
+    top = max(a, b)
+    w = math.log(total / (i1 * math.exp(a - top) + i2 * math.exp(b - top))) - top
+    f2 = 0.0
+    for _ in range(_ITERATIONS):
+        f1, d1 = law(a + w)
+        f2, d2 = law(b + w)
+        sum_ = i1 * f1 + i2 * f2
+        step = math.log(total / sum_) * sum_ / (i1 * d1 + i2 * d2)
+        w += step
+        if abs(step) < 1e-9:
+            break
+    return i2 * law(b + w)[0]
+
+
+@compiled()
+def pair(i1: F64, a: F64, i2: F64, b: F64, total: F64, out: F64) -> None:
+    """`pair_share` of each."""
+    for k in range(out.size):
+        out[k] = pair_share(i1[k], a[k], i2[k], b[k], total[k])
+
+
+@compiled()
+def inverter_threshold(
+    i_n: F64, t_n: F64, k_n: float, i_p: F64, t_p: F64, k_p: float, supply: float, out: F64
+) -> None:
+    """Input at which both transistors of an inverter, saturated, carry the same current."""
+    for k in range(out.size):
+        low, high = 0.0, supply
+        for _ in range(60):
+            v = 0.5 * (low + high)
+            if i_n[k] * law(k_n * (v - t_n[k]))[0] > i_p[k] * law(k_p * (supply - v - t_p[k]))[0]:
+                high = v
+            else:
+                low = v
+        out[k] = 0.5 * (low + high)
+
+
+@compiled()
+def degenerated_sum(i_top: F64, p_top: F64, lines: F64, far: float, out: F64) -> None:
+    """Sum of three saturated currents whose common source hangs on a switch (i_top, p_top) at the bulk, A.
+
+    lines: float64[6, n]: specific current and pinch-off voltage of each of the three.
+    """
+    for k in range(out.size):
+        low, high = 0.0, far
+        y = 0.0
+        top = law(p_top[k])[0]
+        for _ in range(_ITERATIONS):
+            b, db = law(p_top[k] - y)
+            f, df = i_top[k] * (top - b), i_top[k] * db
+            for j in range(3):
+                a, da = law(lines[2 * j + 1, k] - y)
+                f -= lines[2 * j, k] * a
+                df += lines[2 * j, k] * da
+            if f > 0.0:
+                high = y
+            else:
+                low = y
+            new = y - f / df
+            if not low <= new <= high:
+                new = 0.5 * (low + high)
+            if abs(new - y) < _EXACT:
+                break
+            y = new
+        total = 0.0
+        for j in range(3):
+            total += lines[2 * j, k] * law(lines[2 * j + 1, k] - y)[0]
+        out[k] = total
+
+
+@compiled()
+def sink_over_line(i_top: F64, p_top: F64, lines: F64, grid: F64, out: F64) -> None:
+    """Current that three transistors at ground draw through a switch from a line, A, float64[n, grid]."""
+    for k in range(i_top.size):
+        for g in range(grid.size):
+            low, high = 0.0, grid[g]
+            y = high
+            far = law(p_top[k] - grid[g])[0]
+            total = 0.0
+            for _ in range(_ITERATIONS):
+                b, db = law(p_top[k] - y)
+                f, df = -i_top[k] * (b - far), i_top[k] * db
+                total = 0.0
+                for j in range(3):
+                    i, p = lines[2 * j, k], lines[2 * j + 1, k]
+                    c, dc = law(p - y)
+                    total += i * (law(p)[0] - c)
+                    df += i * dc
+                f += total
+                if f > 0.0:
+                    high = y
+                else:
+                    low = y
+                new = y - f / df
+                if not low <= new <= high:
+                    new = 0.5 * (low + high)
+                if abs(new - y) < _EXACT:
+                    break
+                y = new
+            out[k, g] = total
