@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SYSTEMS: dict[str, str] = {
     "approach": "system.approach:SYSTEM",
     "rover": "system.rover:SYSTEM",
+    "forest": "system.forest:SYSTEM",
 }
 
 EXPERIMENTS: dict[str, str] = {
@@ -38,6 +39,12 @@ EXPERIMENTS: dict[str, str] = {
     "hwu2018-table1": "system.experiments.hwu2018_table1:EXPERIMENT",
     "hwu2018-table2": "system.experiments.hwu2018_table2:EXPERIMENT",
     "hwu2018-campaign": "system.experiments.hwu2018_campaign:EXPERIMENT",
+    "wen2022-fig5": "system.experiments.wen2022_fig5:EXPERIMENT",
+    "wen2022-fig10": "system.experiments.wen2022_fig10:EXPERIMENT",
+    "wen2022-fig11a": "system.experiments.wen2022_fig11a:EXPERIMENT",
+    "wen2022-fig11b": "system.experiments.wen2022_fig11b:EXPERIMENT",
+    "wen2022-fig11d": "system.experiments.wen2022_fig11d:EXPERIMENT",
+    "wen2022-fig11e": "system.experiments.wen2022_fig11e:EXPERIMENT",
     "agreement": "system.experiments.agreement:EXPERIMENT",
     "ngspice-dies": "system.experiments.ngspice_dies:EXPERIMENT",
 }

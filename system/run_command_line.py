@@ -157,3 +157,35 @@ def rover(
         as_json=as_json,
         **{name: value for name, value in options.items() if value is not None},
     )
+
+
+@app.command()
+def forest(
+    *,
+    forest_map: Annotated[
+        str | None, typer.Option("--map", metavar="FILE", help="Obstacles, x_m,y_m a line; else planted.")
+    ] = None,
+    obstacles: Annotated[int | None, typer.Option(help="How many are planted from the seed; 1400.")] = None,
+    vmax: Annotated[float | None, typer.Option(metavar="M/S", help="Speed straight ahead; 2.")] = None,
+    ping_rate: Annotated[float | None, typer.Option(metavar="HZ", help="Pings a second; 5.")] = None,
+    start: Annotated[str | None, typer.Option(metavar="X,Y", help="In m; drawn unless given.")] = None,
+    pings: Annotated[
+        int | None, typer.Option(help="Without a collision it ends undecided after these; 20000.")
+    ] = None,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022)."""
+    options = {
+        "map": forest_map, "obstacles": obstacles, "vmax": vmax, "ping_rate": ping_rate, "start": start,
+        "pings": pings,
+    }  # fmt: skip
+    call(
+        "run_forest:run_forest",
+        "forest",
+        seed,
+        plot,
+        as_json=as_json,
+        **{name: value for name, value in options.items() if value is not None},
+    )

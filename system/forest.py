@@ -1,0 +1,209 @@
+"""Forest: a bat flies left through a dense forest by narrow pings (Wen & Horiuchi 2022, analog model).
+
+pings -> ranges and bearings of obstacles in the field of view -> memory of the risk of each arc -> most
+desirable arc -> head and body. Ranges and bearings are exact, as in the paper: no chip is in the loop, so
+that a die is no more than the number of a sample in a study.
+
+A run of the system is one sample: flights until a collision, or a number of pings.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from circuits.circuit import BiasKind, Circuit
+from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
+from system.curved_openspace import Bat, arcs_of
+from system.forest_flight import Planter, Run, Sample, fly_sample, planter
+from system.forest_map import OBSTACLES, SIDE, Forest, check_count, read_forest
+from system.forest_picture import draw_view_of_run
+
+SUMMARY = (
+    "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
+)  # fmt: skip
+PINGS = 20_000  # of a run: more make a picture of one colour; ours
+STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
+ROOM_TEMPERATURE = 27.0
+
+_PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a bat is asked to do.
+
+    map: file of obstacles, None to plant `obstacles` from the seed; start: x, y in m, drawn unless given;
+    pings: after which a sample ends undecided; rows: pings of the first run whose path is kept.
+    """
+
+    bat: Bat = field(default_factory=Bat)
+    map: str | None = None
+    obstacles: int = OBSTACLES
+    start: tuple[float, float] | None = None
+    pings: int = PINGS
+    rows: int = PINGS
+    seed: int = 0
+    die: Die = NOMINAL
+    temperature_c: float = ROOM_TEMPERATURE
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        if self.pings < 1:
+            raise ParameterError(f"--pings: {self.pings}, must be at least 1")
+        way = self.bat.max_speed / self.bat.ping_rate
+        if way > self.bat.max_range:
+            raise ParameterError(
+                f"--vmax: {self.bat.max_speed:g} m/s at {self.bat.ping_rate:g} Hz is {way:.3g} m between"
+                f" pings, must be at most the {self.bat.max_range:g} m that a ping shows; fly slower"
+            )
+        if self.temperature_c != ROOM_TEMPERATURE:
+            raise ParameterError(
+                f"--temperature: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
+                " forest's loop; leave it out"
+            )
+        if self.map is None:
+            check_count(self.obstacles)
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A sample and its first run."""
+
+    scenario: Scenario
+    sample: Sample
+    first: Run
+
+    @property
+    def path(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Places at the pings of the first run and at its end, float64[pings + 1, 2], m."""
+        return np.concatenate([self.first.log[:, 1:3], [self.first.end]])
+
+
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+    """Fly one sample.
+
+    Raises `DataError` for a map that is none, `ParameterError` for a forest too dense or a start inside a
+    zone of collision.
+    """
+    number = -1 if scenario.die.number is None else scenario.die.number
+    sample, first = fly_sample(
+        arcs_of(scenario.bat),
+        _forests(scenario),
+        (scenario.seed, number + 1),
+        scenario.pings,
+        scenario.start,
+        min(scenario.rows, scenario.pings),
+        progress,
+    )
+    return Trace(scenario, sample, first)
+
+
+def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario from those of the command line; start is `X,Y`, speed and rate are the bat's."""
+    fields = dict(options)
+    if "start" in fields:
+        fields["start"] = read_place(fields["start"], "--start")
+    if "map" in fields and "obstacles" in fields:
+        raise ParameterError("--obstacles: not with --map, which has its own; leave one out")
+    numbers = {}
+    for option, name, unit in (("vmax", "max_speed", "m/s"), ("ping_rate", "ping_rate", "Hz")):
+        if option in fields:
+            value = fields.pop(option)
+            if not 0.0 < value < float("inf"):
+                shown = option.replace("_", "-")
+                raise ParameterError(f"--{shown}: {value:g} {unit}, must be above 0 and finite")
+            numbers[name] = value
+    return {**fields, "bat": Bat(**numbers)}
+
+
+def read_place(text: str, option: str) -> tuple[float, float]:
+    """Place of `X,Y` in m; raises `ParameterError` naming the option."""
+    found = _PLACE.fullmatch(text)
+    try:
+        x, y = (float(found[1]), float(found[2])) if found else (-1.0, -1.0)
+    except ValueError:
+        x, y = -1.0, -1.0
+    if not (0.0 <= x < SIDE and 0.0 <= y < SIDE):
+        raise ParameterError(
+            f'{option}: "{text}", must be X,Y in m from 0 to below {SIDE:g}; write as in {option} 40,25'
+        )
+    return x, y
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a sample; where `collided` is 0 it ended undecided, and would have avoided more."""
+    return {name: float(getattr(trace.sample, name)) for name in SUMMARY}
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` with the first run's path in its forest, as in Figure 10B."""
+    s, sample = trace.scenario, trace.sample
+    title = (
+        f"{len(trace.first.forest.place)} obstacles, {s.bat.max_speed:g} m/s, {s.bat.ping_rate:g} Hz:"
+        f" {sample.avoided} avoided, first run {trace.first.ended}"
+    )
+    draw_view_of_run(trace.first.forest.place, s.bat.zone, trace.path, figure, title)
+
+
+def _forests(scenario: Scenario) -> Planter:
+    if scenario.map is None:
+        return planter(scenario.obstacles)
+    forest = read_forest(scenario.map)
+
+    def same(_: np.random.Generator) -> Forest:
+        return forest
+
+    return same
+
+
+@dataclass(frozen=True, slots=True)
+class ForestSystem:
+    """The system as the command line sees it."""
+
+    name: str = "forest"
+    summary: str = "bat that flies through a dense forest by pings in five directions and a choice of arcs"
+    metrics: tuple[str, ...] = SUMMARY
+    study_metrics: tuple[str, ...] = ("avoided", "collided")  # unless others are asked for
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields."""
+        return Scenario(**options)
+
+    def study_options(
+        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario: a forest a die, which has no silicon."""
+        if level != "behavioural" or bias_kind is not None:
+            option = "--level" if level != "behavioural" else "--bias-kind"
+            raise ParameterError(f"{option}: no chip is in the forest's loop; leave it out")
+        for name in route:
+            if name != "map":
+                raise ParameterError(f"--{name}: not an option of a forest's study; leave it out")
+        return {"pings": STUDY_PINGS, "rows": 0, **route}
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of: none."""
+        return ()
+
+    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run a scenario."""
+        return run(scenario, progress)
+
+    def summarise(self, trace: Trace) -> dict[str, float | None]:
+        """Scalars of a run."""
+        return summarise(trace)
+
+    def draw(self, trace: Trace, figure: Figure) -> None:
+        """Fill a figure with a run."""
+        draw(trace, figure)
+
+
+SYSTEM = ForestSystem()

@@ -1,0 +1,183 @@
+"""Flights through forests until a collision: runs, what ends them, and what is counted.
+
+Wen & Horiuchi 2022, section 4.1: a run ends by a collision, after 2,500 s without a crossing of the left
+border (trapped), or after 250,000 s. After the latter two another run begins, in another forest, and the
+avoided obstacles add up: a sample spans as many runs as it takes to a collision. Avoided are the obstacles
+that were detected and not collided with, each once until the bat has crossed the left border.
+
+Ours: a crossing is new where the bat has never been farther left, so that flying to and fro across the border
+makes no new forest of an old one; a run begins at a place drawn anywhere with nothing within `CLEAR`, heading
+left; a sample may end undecided, after a number of pings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+from system.curved_openspace import DIRECTIONS, Arcs
+from system.curved_openspace_kernel import (
+    AVOIDED,
+    COLLIDED,
+    EMERGENCIES,
+    GOING,
+    LAP,
+    LOGGED,
+    OVER,
+    PINGS,
+    SCANS,
+    TRAPPED,
+    Flight,
+    fly,
+    new_flight,
+)
+from system.curved_openspace_kernel import DISTANCE as WAY
+from system.curved_openspace_kernel import TIME as NOW
+from system.forest_map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant
+
+F64 = NDArray[np.float64]
+
+CLEAR = 1.0  # m about a drawn start; ours
+WORDS = {GOING: "undecided", COLLIDED: "collided", TRAPPED: "trapped", OVER: "over"}
+_STARTS = 1000  # places that are tried
+_AT_ONCE = 200_000  # pings between signs of life
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run: its forest and start (m), how it ended, its log (float64[pings, 8], see the kernel)."""
+
+    forest: Forest
+    start: tuple[float, float]
+    ended: str
+    log: F64
+    end: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What was counted from the start to a collision, or to as many pings as were allowed."""
+
+    avoided: int
+    collided: bool
+    pings: int
+    time_s: float
+    distance_m: float
+    laps: int
+    runs: int
+    trapped: int
+    emergencies: int
+    scans: int
+
+
+Planter = Callable[[np.random.Generator], Forest]
+
+
+def planter(obstacles: int = OBSTACLES) -> Planter:
+    """Forests of so many obstacles, another one a run."""
+    return lambda random: plant(obstacles, random)
+
+
+def fly_sample(
+    arcs: Arcs,
+    forests: Planter,
+    key: tuple[int, ...],
+    pings: int,
+    start: tuple[float, float] | None = None,
+    rows: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Sample, Run]:
+    """Fly until a collision, or so many pings.
+
+    Parameters
+    ----------
+    key : of the forests and starts; a run adds its number.
+    start : of every run, m; drawn unless given.
+    rows : pings of the first run that are kept in its log.
+
+    Returns the sample and its first run. Raises `ParameterError` for a start inside a zone of collision.
+    """
+    if pings < 1:
+        raise ParameterError(f"--pings: {pings}, must be at least 1")
+    first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress)
+    flights, used, trapped = [flight], int(flight.counts[PINGS]), int(ended == TRAPPED)
+    while ended != COLLIDED and used < pings:
+        _, flight, ended = _fly_run(arcs, forests, (*key, len(flights)), pings - used, start, 0, None)
+        used += int(flight.counts[PINGS])
+        trapped += ended == TRAPPED
+        flights.append(flight)
+        if progress is not None:
+            progress(used / pings)
+    return _sum_up(flights, trapped, collided=ended == COLLIDED), first
+
+
+def margin_of(arcs: Arcs) -> float:
+    """How far (m) a bat may look or fly beyond a border before it is put back."""
+    return max(arcs.max_range, float(arcs.speed.max()) * arcs.step + arcs.zone)
+
+
+def _fly_run(
+    arcs: Arcs,
+    forests: Planter,
+    key: tuple[int, ...],
+    pings: int,
+    start: tuple[float, float] | None,
+    rows: int,
+    progress: Callable[[float], None] | None,
+) -> tuple[Run, Flight, int]:
+    """Fly one run, at most so many pings; also its state and how it ended."""
+    random = np.random.default_rng(key)
+    forest = forests(random)
+    x, y = _start(arcs, forest, random, start)
+    cells = cells_of(forest, margin_of(arcs))
+    flight = new_flight(x, y, -math.pi, DIRECTIONS, len(forest.place), rows)
+    ended, used = GOING, 0
+    while ended == GOING and used < pings:
+        ended = fly(arcs, cells, flight, min(_AT_ONCE, pings - used))
+        used = int(flight.counts[PINGS])
+        if progress is not None:
+            progress(used / pings)
+    end = float(flight.pose[0]), float(flight.pose[1])
+    return Run(forest, (x, y), WORDS[ended], flight.log[: flight.counts[LOGGED]], end), flight, ended
+
+
+def _start(
+    arcs: Arcs, forest: Forest, random: np.random.Generator, start: tuple[float, float] | None
+) -> tuple[float, float]:
+    """The start that is given, or a clear one."""
+    if start is not None:
+        room = clearance(forest, *start)
+        if room < arcs.zone:
+            raise ParameterError(
+                f"--start: {start[0]:g},{start[1]:g}, an obstacle is {room:.3g} m away, must be at least"
+                f" {arcs.zone:g} m, the zone of collision; start elsewhere"
+            )
+        return start
+    for _ in range(_STARTS):
+        x, y = SIDE * random.random(), SIDE * random.random()
+        if clearance(forest, x, y) >= max(CLEAR, arcs.zone):
+            return x, y
+    raise ParameterError(f"{forest.name}: no start with {CLEAR:g} m free about it was found; give --start")
+
+
+def _sum_up(done: list[Flight], trapped: int, *, collided: bool) -> Sample:
+    def total(column: int) -> int:
+        return sum(int(f.counts[column]) for f in done)
+
+    return Sample(
+        avoided=total(AVOIDED),
+        collided=collided,
+        pings=total(PINGS),
+        time_s=sum(float(f.pose[NOW]) for f in done),
+        distance_m=sum(float(f.pose[WAY]) for f in done),
+        laps=total(LAP),
+        runs=len(done),
+        trapped=trapped,
+        emergencies=total(EMERGENCIES),
+        scans=total(SCANS),
+    )
