@@ -30,6 +30,7 @@ BLOCKS: dict[str, str] = {
     "rolls-neuron": "circuits.blocks.rolls_neuron:BLOCK",
     "axon-delay": "circuits.blocks.axon_delay:BLOCK",
     "wavefront-cell": "circuits.blocks.wavefront_cell:BLOCK",
+    "winner-take-all": "circuits.blocks.winner_take_all:BLOCK",
 }
 
 METRICS: dict[str, str] = {
