@@ -14,12 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chips.rebound_model import check_law
 from chips.rolls_static import inverter_threshold
 from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Capacitor, Transistor
 from circuits.devices.transistor import capacitances
-from circuits.errors import ParameterError, unknown_name
+from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.process import POLARITIES, Process
 from circuits.silicon import Silicon
@@ -110,17 +111,6 @@ def inverter_lag(d: DieDevices, inverter: str, swing: F64, capacitance: float, s
     for device, gate in ((f"{inverter}p", d.v_dd - threshold), (f"{inverter}n", threshold)):
         slope += (d.saturated(device, gate + step) - d.saturated(device, gate - step)) / (2.0 * step)
     return np.asarray(np.sqrt(2.0 * capacitance * np.maximum(swing, 0.0) / (slope * speed)))
-
-
-def check_law(process: Process) -> None:
-    """Raise `ParameterError` unless the transistors have constant kappa, no Early effect and no leakage."""
-    for polarity in POLARITIES:
-        law = process.model(polarity)
-        if law.law != "ekv" or law.early != 0.0 or law.junction_leakage != 0.0:
-            raise ParameterError(
-                f"{process.name}.{polarity}: {law.law}, Early {law.early:g}/V, leakage"
-                f" {law.junction_leakage:g} A/m, must be ekv without either; use the transistor level"
-            )
 
 
 def part_of(circuit: Circuit, process: Process, array: str = "") -> Part:

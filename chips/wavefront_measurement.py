@@ -108,12 +108,7 @@ def _biased(machine: Machine, current: float, comparator_current: float) -> Mach
 def perturbed(machine: Machine, device: str, threshold: float = 0.0, log_beta: float = 0.0) -> Machine:
     """The machine with a deviation of a device, or of all of a polarity (`n`, `p`) but `HELD`: V, ln beta."""
     t = machine.kernel.transistors
-    names = np.array([
-        g.label(k)
-        for g in machine.flat.groups
-        if isinstance(g.device, Transistor)
-        for k in range(g.nodes.shape[1])
-    ])  # fmt: skip
+    names = np.array(machine.flat.labels(Transistor))
     moved = names == device
     if device in SHARED:
         moved = (t.sign == (1.0 if device == "n" else -1.0)) & ~np.isin(names, HELD)
@@ -230,13 +225,7 @@ def _window(silicon: Silicon) -> float:
 def _cell_gradient() -> xr.Dataset:
     """Sensitivity of the input delay of the nominal cell at 27 degC to each device's deviations."""
     machine = _cell_machine(Silicon())
-    names = [
-        g.label(k)
-        for g in machine.flat.groups
-        if isinstance(g.device, Transistor)
-        for k in range(g.nodes.shape[1])
-    ]
-    parameters = [f"{d}.{x}" for d in names for x in ("v_t0", "beta")]
+    parameters = [f"{d}.{x}" for d in machine.flat.labels(Transistor) for x in ("v_t0", "beta")]
     gradient = []
     for parameter in parameters:
         device, _, kind = parameter.rpartition(".")

@@ -124,6 +124,8 @@ def compare(
 ) -> Agreement:
     """Run a testbench, or a block's with its stimuli scaled to the temperature, in both engines.
 
+    Where the testbench has a start, ngspice begins in the solver's rest state at this temperature.
+
     Parameters
     ----------
     target

@@ -52,7 +52,7 @@ class Dialect(StrEnum):
 
 
 class Level(StrEnum):
-    """What a netlist is made of: devices, or the reduced equations of a chip's neurons."""
+    """Devices, or the reduced equations of their models."""
 
     transistor = "transistor"
     behavioural = "behavioural"

@@ -16,6 +16,7 @@ from system.command_options import (
     Engine,
     Json,
     Kind,
+    Level,
     Lot,
     Mismatch,
     Params,
@@ -43,13 +44,6 @@ class RareMethod(StrEnum):
 
     scaled_sigma = "scaled-sigma"
     mean_shift = "mean-shift"
-
-
-class Level(StrEnum):
-    """How a system's boxes are run."""
-
-    behavioural = "behavioural"
-    transistor = "transistor"
 
 
 class SearchLevel(StrEnum):

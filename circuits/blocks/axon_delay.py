@@ -32,12 +32,13 @@ import math
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.process import AMI_1500, Polarity
+from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -108,18 +109,18 @@ def build(params: Params = Params()) -> Circuit:
 def _ramp(params: Params) -> tuple[Device, ...]:
     """Reset, sink, capacitors with their switches, and the fixed charge."""
     devices: list[Device] = [
-        *_inverter("mf", "fired", "fired_n"),
-        *_inverter("mh", "fired_n", "hold"),
-        _mos("mr", "p", ("ramp", "hold", "vdd"), (3, 1.5)),
+        *inverter("mf", "fired", "fired_n", width=3.0, length=1.5),
+        *inverter("mh", "fired_n", "hold", width=3.0, length=1.5),
+        mos("mr", "p", "ramp", "hold", "vdd", 3, 1.5),
         Transistor("ms", "n", "ramp", "v_delay", "0", "0", params.sink_width, params.sink_length),
-        _mos("mdp", "p", ("step", "hold", "vdd"), (6, 1.5)),
-        _mos("mdn", "n", ("step", "hold", "0"), (3, 12)),
+        mos("mdp", "p", "step", "hold", "vdd", 6, 1.5),
+        mos("mdn", "n", "step", "hold", "0", 3, 12),
         Capacitor("c_o", "step", "ramp", params.offset_capacitance),
     ]
     for k in range(BITS):
-        devices += _inverter(f"mi{k}", f"v_code[{k}]", f"off{k}")
-        devices.append(_mos(f"mb{k}", "p", (f"plate{k}", f"off{k}", "vdd"), SWITCH))
-        devices.append(_mos(f"mp{k}", "p", (f"plate{k}", "hold", "vdd"), SWITCH))
+        devices += inverter(f"mi{k}", f"v_code[{k}]", f"off{k}", width=3.0, length=1.5)
+        devices.append(mos(f"mb{k}", "p", f"plate{k}", f"off{k}", "vdd", *SWITCH))
+        devices.append(mos(f"mp{k}", "p", f"plate{k}", "hold", "vdd", *SWITCH))
         weight = 2**k * params.unit_capacitance
         devices.append(Capacitor(f"c{k}", "ramp", f"plate{k}", bit_capacitance(weight)))
     return tuple(devices)
@@ -128,26 +129,16 @@ def _ramp(params: Params) -> tuple[Device, ...]:
 def _comparator() -> tuple[Device, ...]:
     """Differential pair, a second stage that is balanced with it, and two inverters."""
     return (
-        _mos("mc0", "n", ("tail", "v_cmp", "0"), (6, 6)),
-        _mos("mc1", "n", ("m", "ramp", "tail"), (12, 3)),
-        _mos("mc2", "n", ("x", "v_ref", "tail"), (12, 3)),
-        _mos("mc3", "p", ("m", "m", "vdd"), (6, 3)),
-        _mos("mc4", "p", ("x", "m", "vdd"), (6, 3)),
-        _mos("mc5", "p", ("y", "x", "vdd"), (12, 3)),
-        _mos("mc6", "n", ("y", "v_cmp", "0"), (6, 6)),
-        *_inverter("mo", "y", "z"),
-        *_inverter("mq", "z", "delayed"),
+        mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
+        mos("mc1", "n", "m", "ramp", "tail", 12, 3),
+        mos("mc2", "n", "x", "v_ref", "tail", 12, 3),
+        mos("mc3", "p", "m", "m", "vdd", 6, 3),
+        mos("mc4", "p", "x", "m", "vdd", 6, 3),
+        mos("mc5", "p", "y", "x", "vdd", 12, 3),
+        mos("mc6", "n", "y", "v_cmp", "0", 6, 6),
+        *inverter("mo", "y", "z", width=3.0, length=1.5),
+        *inverter("mq", "z", "delayed", width=3.0, length=1.5),
     )
-
-
-def _mos(name: str, polarity: Polarity, nodes: tuple[str, str, str], size: tuple[float, float]) -> Transistor:
-    """A transistor of (drain, gate, source) nodes and (width, length) in um, its bulk at its supply."""
-    bulk = "vdd" if polarity == "p" else "0"
-    return Transistor(name, polarity, *nodes, bulk, size[0] * UM, size[1] * UM)
-
-
-def _inverter(name: str, a: str, y: str) -> tuple[Transistor, Transistor]:
-    return _mos(f"{name}p", "p", (y, a, "vdd"), (6, 1.5)), _mos(f"{name}n", "n", (y, a, "0"), (3, 1.5))
 
 
 FIRE_TIME = 20e-6  # s, ours: when the testbench's cell fires

@@ -204,12 +204,7 @@ def transistor_current(point: OperatingPoint, path: str) -> float:
     transistors = point.machine.kernel.transistors
     work = transistor_work(transistors.sign.size)
     drain_currents(transistors, point.voltage, work)
-    labels = [
-        group.label(k)
-        for group in point.machine.flat.groups
-        if isinstance(group.device, Transistor)
-        for k in range(group.nodes.shape[1])
-    ]
+    labels = point.machine.flat.labels(Transistor)
     if path not in labels:
         raise unknown_name(f"{point.machine.flat.circuit.name} transistor", path, labels)
     current: float = work.current[labels.index(path)].item()

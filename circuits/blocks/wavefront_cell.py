@@ -27,13 +27,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rebound_neuron import rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, InstanceArray, Port
-from circuits.devices import Device, Source, Transistor
+from circuits.devices import Device, Source
 from circuits.devices.source import Constant, PiecewiseLinear, Waveform
 from circuits.errors import ParameterError
-from circuits.process import AMI_1500, Polarity
+from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -80,10 +81,10 @@ def arrival_latch(params: Params = Params()) -> Circuit:
             Port("first", "event", "out"),
         ),
         (
-            _mos("ma", "n", ("held", "arrive", "branch"), _N),
-            _mos("mb", "n", ("branch", "quiet", "0"), _N),
+            mos("ma", "n", "held", "arrive", "branch", *_N),
+            mos("mb", "n", "branch", "quiet", "0", *_N),
             *_latch("mk", "held", "first", params),
-            _mos("mo", "n", ("quiet", "first", "0"), _N),
+            mos("mo", "n", "quiet", "first", "0", *_N),
         ),
     )
 
@@ -108,13 +109,13 @@ def build(params: Params = Params()) -> Circuit:
         Port("v_blocked", "bias"),
     )
     devices = (
-        *_inverter("mr", "reset", "reset_n"),
-        _mos("ms", "n", ("quiet", "start", "0"), _N),
+        *inverter("mr", "reset", "reset_n", width=3.0, length=1.5),
+        mos("ms", "n", "quiet", "start", "0", *_N),
         *_latch("mq", "quiet", "seen", params),
         *_nor("mf", ("quiet", "v_blocked"), "fired"),
-        *_inverter("mi", "fired", "fired_n"),
-        _mos("mw1", "n", ("waiting", "acknowledge", "answer"), _N),
-        _mos("mw2", "n", ("answer", "fired", "0"), _N),
+        *inverter("mi", "fired", "fired_n", width=3.0, length=1.5),
+        mos("mw1", "n", "waiting", "acknowledge", "answer", *_N),
+        mos("mw2", "n", "answer", "fired", "0", *_N),
         *_latch("mt", "waiting", "taken", params),
         *_nor("mg", ("fired_n", "taken"), "request"),
     )
@@ -125,10 +126,10 @@ def _latch(name: str, a: str, y: str, params: Params) -> tuple[Device, ...]:
     """Node `a`, high after the reset, its inverse `y`, and what keeps `a` where it is."""
     weak = (3.0, params.keeper_length / UM)
     return (
-        _mos(f"{name}r", "p", (a, "reset_n", "vdd"), (params.precharge_width / UM, 1.5)),
-        *_inverter(name, a, y),
-        _mos(f"{name}kp", "p", (a, y, "vdd"), weak),
-        _mos(f"{name}kn", "n", (a, y, "0"), weak),
+        mos(f"{name}r", "p", a, "reset_n", "vdd", params.precharge_width / UM, 1.5),
+        *inverter(name, a, y, width=3.0, length=1.5),
+        mos(f"{name}kp", "p", a, y, "vdd", *weak),
+        mos(f"{name}kn", "n", a, y, "0", *weak),
     )
 
 
@@ -136,21 +137,11 @@ def _nor(name: str, inputs: tuple[str, str], y: str) -> tuple[Device, ...]:
     a, b = inputs
     top = f"{name}_top"
     return (
-        _mos(f"{name}p1", "p", (top, b, "vdd"), _STACKED),
-        _mos(f"{name}p2", "p", (y, a, top), _STACKED),
-        _mos(f"{name}n1", "n", (y, a, "0"), _N),
-        _mos(f"{name}n2", "n", (y, b, "0"), _N),
+        mos(f"{name}p1", "p", top, b, "vdd", *_STACKED),
+        mos(f"{name}p2", "p", y, a, top, *_STACKED),
+        mos(f"{name}n1", "n", y, a, "0", *_N),
+        mos(f"{name}n2", "n", y, b, "0", *_N),
     )
-
-
-def _inverter(name: str, a: str, y: str) -> tuple[Device, ...]:
-    return _mos(f"{name}p", "p", (y, a, "vdd"), _P), _mos(f"{name}n", "n", (y, a, "0"), _N)
-
-
-def _mos(name: str, polarity: Polarity, nodes: tuple[str, str, str], size: tuple[float, float]) -> Transistor:
-    """A transistor of (drain, gate, source) nodes and (width, length) in um, its bulk at its supply."""
-    bulk = "vdd" if polarity == "p" else "0"
-    return Transistor(name, polarity, *nodes, bulk, size[0] * UM, size[1] * UM)
 
 
 RESET_END = 10e-6  # s, ours: the testbench begins in the reset, from which every state follows

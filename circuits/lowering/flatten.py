@@ -58,6 +58,11 @@ class FlatCircuit:
     block_of: dict[tuple[str, ...], _Block] = field(default_factory=dict)  # by the names in a node's path
     count: int = 1
 
+    def labels(self, kind: type[Device]) -> list[str]:
+        """Instance paths of all devices of a type, in the order in which the kernel lays them out."""
+        groups = (g for g in self.groups if isinstance(g.device, kind))
+        return [g.label(k) for g in groups for k in range(g.nodes.shape[1])]
+
     def node_name(self, number: int) -> str:
         """Path of a node, as in `neuron[2].vmem` or `spike[3]`."""
         if number == 0:

@@ -23,9 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.devices import Resistor, Transistor
-from circuits.devices.device import Device
 from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
-from circuits.lowering.flatten import DeviceGroup
 from circuits.solver.operating_point import OperatingPoint
 
 F64 = NDArray[np.float64]
@@ -106,7 +104,7 @@ def transistor_table_at(point: OperatingPoint) -> TransistorTable:
     off, weak, strong = gate - np.minimum(drain, source) < u_t, coefficient < WEAK, coefficient > STRONG
     transconductance = np.abs(w.conductance[1])
     return TransistorTable(
-        name=_names(_groups(point, Transistor)),
+        name=tuple(point.machine.flat.labels(Transistor)),
         polarity=tuple("n" if s > 0.0 else "p" for s in a.sign),
         drain_current=w.current,
         inversion_coefficient=coefficient,
@@ -123,19 +121,11 @@ def transistor_table_at(point: OperatingPoint) -> TransistorTable:
 
 def resistor_table_at(point: OperatingPoint) -> ResistorTable:
     """Every resistor of `point` in the order of the circuit."""
-    groups = _groups(point, Resistor)
+    flat = point.machine.flat
+    groups = [g for g in flat.groups if isinstance(g.device, Resistor)]
     voltage = point.voltage[point.machine.column]
     drops = [(voltage[g.nodes[0]] - voltage[g.nodes[1]]) / g.parameters["resistance"] for g in groups]
-    return ResistorTable(_names(groups), np.concatenate([np.zeros(0), *drops]))
-
-
-def _groups(point: OperatingPoint, kind: type[Device]) -> list[DeviceGroup]:
-    """Groups of one device type in the order in which the kernel lays them out."""
-    return [g for g in point.machine.flat.groups if isinstance(g.device, kind)]
-
-
-def _names(groups: list[DeviceGroup]) -> tuple[str, ...]:
-    return tuple(g.label(k) for g in groups for k in range(g.nodes.shape[1]))
+    return ResistorTable(tuple(flat.labels(Resistor)), np.concatenate([np.zeros(0), *drops]))
 
 
 def _output_conductance(w: TransistorWork, swapped: NDArray[np.bool_]) -> F64:

@@ -57,12 +57,7 @@ def drain_current(result: Result, path: str) -> F64:
     Raises `UnknownNameError` for a path that is no transistor.
     """
     machine = result.machine
-    labels = [
-        group.label(k)
-        for group in machine.flat.groups
-        if isinstance(group.device, Transistor)
-        for k in range(group.nodes.shape[1])
-    ]
+    labels = machine.flat.labels(Transistor)
     if path not in labels:
         raise unknown_name(f"{machine.flat.circuit.name} transistor", path, labels)
     v = np.zeros((result.time.size, machine.kernel.columns))
