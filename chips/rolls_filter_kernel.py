@@ -61,6 +61,7 @@ class Filters(NamedTuple):
     highest: F64  # V, to which that node follows the line
     lift: F64  # V, by which the switch's gate moves the line, up as a pulse begins and down as it ends
     shape: F64  # float64[n, points]: share of a drawn current over the line's voltage from 0 V to the supply
+    held: F64  # V, from which the switch's far node is lifted, its nodes' mean
 
 
 _compiled = compiled(fastmath={"contract"}, callees=(rolls_static,))
@@ -190,6 +191,13 @@ def rest_of(m: Filters, state: F64) -> None:
 
 
 @_compiled
+def _jump(m: Filters, s: F64, volts: float) -> None:
+    """Move the line at once; a charge on it moves v_syn too."""
+    s[V_LINE] += volts
+    s[V_SYN] += volts * m.inverse[1] / m.inverse[2]
+
+
+@_compiled
 def follow(m: Filters, k: int, s: F64, drawn: float, starts: F64, ends: F64, times: F64, out: F64) -> None:
     """Output current (A) of filter k at `times` (s, rising from 0) with pulses from starts to ends."""
     now = 0.0
@@ -207,9 +215,10 @@ def follow(m: Filters, k: int, s: F64, drawn: float, starts: F64, ends: F64, tim
             if now >= edge:
                 if on:
                     p += 1
-                    s[V_LINE] -= m.lift[k]
+                    _jump(m, s, -m.lift[k])
                 else:
-                    s[V_LINE] += 2.0 * m.lift[k] - m.shared[k] * min(s[V_LINE], m.highest[k])
+                    taken = m.shared[k] * (min(s[V_LINE], m.highest[k]) - m.held[k])
+                    _jump(m, s, 2.0 * m.lift[k] - taken)
                 on = not on
                 s[STEP] = FIRST_STEP
         out[j] = s[OUTPUT]

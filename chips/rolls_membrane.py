@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.rolls_devices import DieDevices, interpolation
-from chips.rolls_static import amplifier, degenerated, diode, pair, stack
+from chips.rolls_static import amplifier, diode, pair, stack
 
 F64 = NDArray[np.float64]
 
@@ -64,16 +64,12 @@ class Membrane:
         return np.asarray(mk8.current[:, None] * (interpolation(p) - interpolation(p - u)))
 
     def feedback(self) -> F64:
-        """Sodium: degenerated nFET and its mirror."""
+        """Sodium: what the nFET draws whose source is at v_shift, and its mirror."""
         d = self.d
-        lower, mirror = d.fet["sodium.mn2"], d.fet["sodium.mn4"]
-        drawn = self._new()
-        high = self._flat(np.full_like(self.v, d.v_dd / d.u_t))
-        degenerated(
-            self._flat(lower.current), self._flat(lower.threshold / d.u_t), lower.kappa,
-            *self._at("sodium.mn1", self.v), high, drawn,
-        )  # fmt: skip
-        x = self._diode("sodium.mn3", drawn)
+        low, mirror = d.fet["sodium.mn1"], d.fet["sodium.mn4"]
+        pinch = low.kappa * (self.v - low.threshold[:, None]) / d.u_t
+        drawn = low.current[:, None] * interpolation(pinch - d.gate["v_shift"] / d.u_t)
+        x = self._diode("sodium.mn3", np.ascontiguousarray(drawn.ravel()))
         return np.asarray(
             mirror.current[:, None] * interpolation(mirror.kappa * (x - mirror.threshold[:, None]) / d.u_t)
         )
@@ -135,13 +131,13 @@ class Membrane:
 def membrane_capacitance(d: DieDevices, c: F64) -> tuple[float, float, float]:
     """C(v) = fixed + linear share + square share^2, F; share: of the input that enters the membrane.
 
-    ns follows v_mem by kappa_n / (1 + kappa_n) and nf by -(kappa_n / kappa_p) of ns; a charge that ns or nf
-    takes is missing in the mirror. i_in follows by kappa_p times the share, and passes the share on.
+    nf follows v_mem by -(kappa_n / kappa_p); a charge that nf takes is missing in the mirror. i_in follows by
+    kappa_p times the share, and passes the share on.
     """
     k_n, k_p = d.fet["sodium.mn1"].kappa, d.fet["sodium.mn3"].kappa
-    slope = np.array([1.0, k_n / (1.0 + k_n), -(k_n / k_p) * k_n / (1.0 + k_n)])
-    weight = np.array([1.0, -1.0 / (1.0 + k_n), -1.0])
-    return float(weight @ c[:3, :3] @ slope), float((1.0 + k_p) * c[0, 3]), float(k_p * c[3, 3])
+    slope = np.array([1.0, -k_n / k_p])
+    weight = np.array([1.0, -1.0])
+    return float(weight @ c[:2, :2] @ slope), float((1.0 + k_p) * c[0, 2]), float(k_p * c[2, 2])
 
 
 def balance(d: DieDevices) -> F64:

@@ -15,7 +15,7 @@ v_mem, with the EKV law and the deviations of the very devices of the transistor
 
 A spike begins where mc1 nearly carries what mc2 can give; when it comes, how long v_mem is then at 0 V and
 what the adaptation gets is run once a neuron (`chips.rolls_spike`). C(v) is the membrane's capacitance and
-what the nodes that follow it add: ns and nf by their slopes, i_in by the share that goes on into the
+what the nodes that follow it add: nf by its slope, i_in by the share that goes on into the
 membrane.
 """
 
@@ -40,8 +40,7 @@ from circuits.silicon import Silicon
 F64 = NDArray[np.float64]
 
 NODES = (
-    "v_mem", "sodium.ns", "sodium.nf", "i_in", "v_ref", "v_ahp", "v_o1", "reset.k1", "reset.kp",
-    "adaptation.aw",
+    "v_mem", "sodium.nf", "i_in", "v_ref", "v_ahp", "v_o1", "reset.k1", "reset.kp",
 )  # fmt: skip
 AHP_HIGH = 1.2  # V, ours: end of the grid of v_ahp, above what I_ahw of 1 uA reaches
 ROOM = 4096  # spikes of a neuron that one call keeps
@@ -49,7 +48,7 @@ ROOM = 4096  # spikes of a neuron that one call keeps
 
 @dataclass(frozen=True, slots=True)
 class NeuronModel:
-    """A neuron, or an array of them, with the capacitances (F) of NODES, float64[10, 10]."""
+    """A neuron, or an array of them, with the capacitances (F) of NODES, float64[8, 8]."""
 
     part: Part
     capacitance: F64
@@ -72,13 +71,18 @@ def neurons_on(
     select: bool[n], whether the slower leak, tau1, is on, off unless given; i_nmda: current into every NMDA
     gate, A.
     """
-    d = devices_on(model.part, silicon)
+    return neurons_of(devices_on(model.part, silicon), model.capacitance, select, i_nmda)
+
+
+def neurons_of(
+    d: DieDevices, c: F64, select: NDArray[np.bool_] | None = None, i_nmda: float = RESTING
+) -> Neurons:
+    """Neurons of the devices `d`; c: capacitances of NODES, F; the others as in `neurons_on`."""
     n, u_t = d.copies, d.u_t
     latch = np.zeros(n, np.bool_) if select is None else select
     top = balance(d)
     v = np.linspace(0.0, 1.0, GRID)[None, :] * (top - START)[:, None]
     membrane = Membrane(d, v)
-    c = model.capacitance
     fixed, in_linear, in_square = membrane_capacitance(d, c)
     ahp = np.linspace(0.0, AHP_HIGH, GRID)
     quiet, share = _adaptation(d, ahp)
@@ -89,7 +93,7 @@ def neurons_on(
     return Neurons(
         u_t=np.full(n, u_t),
         top=top - START,
-        table=_table(d, membrane, latch, i_nmda, c[5, 5]),
+        table=_table(d, membrane, latch, i_nmda, c[4, 4]),
         ground_current=d.fet["leak.ml1"].current,
         ground_pinch=np.broadcast_to(d.pinch("leak.ml1", d.below("v_thr")), n).copy(),
         membrane_current=d.fet["leak.ml2"].current,
@@ -98,7 +102,7 @@ def neurons_on(
         capacitance=np.full(n, fixed),
         input_linear=np.full(n, in_linear),
         input_square=np.full(n, in_square),
-        quiet=quiet / c[5, 5],
+        quiet=quiet / c[4, 4],
         share=share,
         drawn=drawn,
         ahp_step=np.full(n, ahp[1]),
@@ -106,7 +110,7 @@ def neurons_on(
         delay_exponent=spikes.exponent,
         delay_speed=feedback[:, -1] / fixed,
         refractory=spikes.refractory,
-        kick=spikes.charge / c[5, 5],
+        kick=spikes.charge / c[4, 4],
     )
 
 

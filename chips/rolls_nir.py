@@ -15,8 +15,8 @@ so that v is I_mem over the neuron's threshold current and spikes at 1. `Lineari
 without one they are the nominal ones at 27 degC: `tau = C U_T / (kappa I_tau)`, `t_pulse = C_pw V_dd / (2
 I_pwlk)`, and as threshold the I_mem at which the positive feedback balances the leak alone,
 
-    I_threshold = I_leak (I_leak / I_0)^(1 / kappa)
-    from  I_leak = I_fb = I_0^(1 / (kappa + 1)) I_mem^(kappa / (kappa + 1))
+    I_threshold = I_leak e^(V_shift / U_T) L / W
+    from  I_leak = I_fb = (W / L) I_mem e^(-V_shift / U_T), W and L of the transistor that senses it
 
 (derived, not measured on the circuit). `LOST` says what a graph does not have; it is in its metadata too.
 
@@ -107,7 +107,8 @@ def nominal_linearisation(program: Program) -> Linearisation:
     leak = np.where(program.slow_leak(), biases.current("IF_TAU1_N"), biases.current("IF_TAU2_N"))
     i_thr = biases.current("IF_THR_N")
     membrane = Filter(neuron.membrane_capacitance * n.u_t / (n.kappa * leak), i_thr / leak)
-    i_0 = n.square_current * np.exp(-n.kappa * n.v_t0 / n.u_t)
+    shift = rolls_neuron.build().bias("v_shift").value
+    feedback = neuron.feedback_width / neuron.feedback_length * np.exp(-np.asarray(shift) / n.u_t)
     pulse = synapse.pulse_capacitance * 0.5 * process.v_dd / biases.current("NPA_PWLK_P")
     return Linearisation(
         filters={
@@ -118,7 +119,7 @@ def nominal_linearisation(program: Program) -> Linearisation:
         },
         membrane=membrane,
         offset=membrane.gain * biases.current("IF_DC_P") - i_thr,
-        threshold=leak * (leak / i_0) ** (1.0 / n.kappa),
+        threshold=leak / feedback,
         pulse=np.full(NEURONS, pulse),
         weights=_weights(biases),
         virtual=(biases.current("VA_EXC_N"), biases.current("VA_INH_P")),

@@ -175,7 +175,7 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
         np.broadcast_to(d.pinch("reset.mc2", d.below("v_buf")), n).copy(), d.v_dd / u_t, drop,
     )  # fmt: skip
     circuit = SpikeCircuit(
-        u_t, fets[0].kappa, fets[1].kappa, d.v_dd, (fixed, c[6, 6], c[4, 4], c[7, 7]),
+        u_t, fets[0].kappa, fets[1].kappa, d.v_dd, (fixed, c[5, 5], c[3, 3], c[6, 6]),
         np.array([[f.current, f.threshold] for f in fets]), flat[0], d.pinch("reset.mk4", gates[0] * u_t),
         flat[1], flat[2], inverter_threshold_of(d, "reset.mc3"), inverter_threshold_of(d, "reset.mk7"), start,
         drop * u_t, drive, 2,
@@ -188,12 +188,10 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
     threshold = inverter_threshold_of(d, "reset.mk6")
     fall = np.maximum(peak - threshold, 0.0)
     drawn = np.maximum(drawn, 1e-30)
-    emptied = c[4, 4] * fall / drawn
-    emptied += _tail(d, c[8, 8] * d.fet["reset.mk4"].current / mk1.current, off, drawn, emptied)
+    emptied = c[3, 3] * fall / drawn
+    emptied += _tail(d, c[7, 7] * d.fet["reset.mk4"].current / mk1.current, off, drawn, emptied)
     swing = inverter_threshold_of(d, "reset.mk7") - u_t * d.pinch("reset.mk6n", threshold)
-    emptied += inverter_lag(d, "reset.mk6", swing, c[7, 7], drawn / c[4, 4])
-    # the overlap that lifts ma2's source as v_o1 rises again
-    charge -= c[9, 6] * d.v_dd
+    emptied += inverter_lag(d, "reset.mk6", swing, c[6, 6], drawn / c[3, 3])
     return Spikes(delay, np.log(delay / sooner) / np.log(FASTER), held + emptied, charge)
 
 

@@ -73,32 +73,6 @@ def stack(i1: F64, p1: F64, i2: F64, p2: F64, drain: F64, out: F64) -> None:
 
 
 @compiled()
-def degenerated(i1: F64, t1: F64, kappa: float, i2: F64, p2: F64, drain: F64, out: F64) -> None:
-    """Current of a transistor (i2, p2) whose source stands on a diode (i1, threshold t1), A."""
-    for k in range(out.size):
-        low, high = 0.0, drain[k]
-        y = 0.2 * high
-        far, _ = law(p2[k] - drain[k])
-        for _ in range(_ITERATIONS):
-            p1 = kappa * (y - t1[k])
-            a, da = law(p1)
-            b, db = law(p1 - y)
-            c, dc = law(p2[k] - y)
-            f = i1[k] * (a - b) - i2[k] * (c - far)
-            if f > 0.0:
-                high = y
-            else:
-                low = y
-            new = y - f / (i1[k] * (kappa * da - (kappa - 1.0) * db) + i2[k] * dc)
-            if not low < new < high:
-                new = 0.5 * (low + high)
-            if abs(new - y) < _EXACT:
-                break
-            y = new
-        out[k] = i2[k] * (law(p2[k] - y)[0] - far)
-
-
-@compiled()
 def diode(i1: F64, t1: F64, kappa: float, current: F64, highest: float, out: F64) -> None:
     """Voltage across a diode-connected transistor that carries `current` (A), 0 to `highest`."""
     for k in range(out.size):

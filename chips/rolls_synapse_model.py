@@ -53,7 +53,8 @@ class SynapseModel:
     mirror_coupling: float  # from that gate to the mirror's drain
     filter_capacitance: tuple[F64, F64]  # of v_syn and the line, excitatory and inhibitory, float64[2, 2]
     output_capacitance: float  # at the gate of the inhibitory output's mirror
-    switch_capacitance: tuple[float, float]  # at the far node of the switch to the line
+    switch_capacitance: tuple[float, float]  # at the far nodes of the switch to the line
+    switch_held: tuple[float, float]  # share of it that is at v_shift between pulses
     switch_coupling: tuple[float, float]  # from its gate to the line
 
 
@@ -73,18 +74,20 @@ def model_of(circuit: Circuit, process: Process, array: str = "") -> SynapseMode
     """Prepare the model of `circuit`, a ROLLS synapse with its filters, or of its instance array `array`."""
     part = part_of(circuit, process, array)
     pulse = capacitance_matrix(part, ("extender.v_p", "event", "extender.p1"))
-    filters, switches, couplings = [], [], []
-    for line, far, gate in (("exc", "synapse.ed", "synapse.exc_on"), ("inh", "synapse.is", "synapse.inh_on")):
-        c = capacitance_matrix(part, (f"v_{line}_syn", line, far, gate))
+    filters, switches, shares, couplings = [], [], [], []
+    for line, held, far in (("exc", "ed", ()), ("inh", "ix", ("is",))):
+        nodes = tuple(f"synapse.{name}" for name in (f"{line}_on", held, *far))
+        c = capacitance_matrix(part, (f"v_{line}_syn", line, *nodes))
         filters.append(c[:2, :2])
-        switches.append(float(c[2, 2]))
-        couplings.append(-float(c[1, 3]))
+        switches.append(float(c[3:, 3:].sum()))
+        shares.append(float(c[3, 3] / c[3:, 3:].sum()))
+        couplings.append(-float(c[1, 2]))
     mirror = capacitance_matrix(part, ("synapse.em", "synapse.ed"))
     at_v_p = (float(pulse[0, 0]), -float(pulse[0, 1]), -float(pulse[0, 2]), float(pulse[2, 2]))
     return SynapseModel(
         part, *at_v_p, float(mirror[0, 0]), -float(mirror[0, 1]), (filters[0], filters[1]),
         float(capacitance_matrix(part, ("inhibitory.vm",))[0, 0]),
-        (switches[0], switches[1]), (couplings[0], couplings[1]),
+        (switches[0], switches[1]), (shares[0], shares[1]), (couplings[0], couplings[1]),
     )  # fmt: skip
 
 
@@ -92,16 +95,20 @@ def synapses_on(model: SynapseModel, silicon: Silicon, level: int) -> SynapsesOn
     """Synapses of `level` (-4 to 4, not 0) on `silicon`. Raises `ParameterError` for another level."""
     if level not in (-4, -3, -2, -1, 1, 2, 3, 4):
         raise ParameterError(f"level: {level}, must be -4 to 4 and not 0; 0 lets nothing in")
-    d = devices_on(model.part, silicon)
+    return synapses_of(model, devices_on(model.part, silicon), level)
+
+
+def synapses_of(model: SynapseModel, d: DieDevices, level: int) -> SynapsesOnDie:
+    """Synapses with the devices `d`, each with filters of its own."""
     weights = weights_on(d, level, model.mirror_capacitance, model.mirror_coupling)
-    begin, width = _pulse(model, d)
+    begin, width = pulse_of(model, d)
     return SynapsesOnDie(
         begin, width, weights, _filters(model, d, level, weights), d.fet["synapse.me7"].kappa / d.u_t,
         model.mirror_capacitance,
     )  # fmt: skip
 
 
-def _pulse(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
+def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     """Beginning and end of a pulse after an event's beginning, s."""
     u_t = d.u_t
     threshold, follower = inverter_threshold_of(d, "extender.mp3"), inverter_threshold_of(d, "extender.mp4")
@@ -159,6 +166,7 @@ def _filters(model: SynapseModel, d: DieDevices, level: int, weights: Weights) -
         highest=switch,
         lift=np.full(n, model.switch_coupling[sign] * d.v_dd / c[1, 1]),
         shape=weights.shape,
+        held=np.full(n, model.switch_held[sign]) * d.gate["v_shift"],
     )
 
 

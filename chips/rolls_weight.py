@@ -38,7 +38,7 @@ def weights_on(d: DieDevices, level: int, mirror_capacitance: float, mirror_coup
     )
 
 
-def _branches(d: DieDevices, sign: str, bits: tuple[bool, bool]) -> list[tuple[F64, F64]]:
+def branches(d: DieDevices, sign: str, bits: tuple[bool, bool]) -> list[tuple[F64, F64]]:
     """(specific current, pinch-off voltage) of the devices that carry current, or leak through a switch."""
     found = []
     names = ("me", "v_exc") if sign == "e" else ("mi", "v_inh")
@@ -60,7 +60,7 @@ def _branches(d: DieDevices, sign: str, bits: tuple[bool, bool]) -> list[tuple[F
 
 def _excitatory(d: DieDevices, bits: tuple[bool, bool], capacitance: float, coupling: float) -> Weights:
     n, u_t = d.copies, d.u_t
-    branch = _branches(d, "e", bits)
+    branch = branches(d, "e", bits)
     lines = np.array([x for pair in branch for x in pair])
     top = d.fet["synapse.me1"]
     given = []
@@ -74,21 +74,19 @@ def _excitatory(d: DieDevices, bits: tuple[bool, bool], capacitance: float, coup
         out = np.empty(n)
         diode(me7.current, me7.threshold / u_t, me7.kappa, current, d.v_dd / u_t, out)
         em.append(out * u_t)
-    grid = np.linspace(0.0, d.v_dd / u_t, GRID)
     me9 = d.fet["synapse.me9"]
-    tables = []
-    for level, gate in zip(em, (d.v_dd, 0.0), strict=True):
-        out = np.empty(n * GRID)
-        stack(
-            np.repeat(me8.current, GRID), np.repeat(d.pinch("synapse.me8", level), GRID),
-            np.repeat(me9.current, GRID), np.repeat(d.pinch("synapse.me9", gate), GRID), np.tile(grid, n),
-            out,
-        )  # fmt: skip
-        tables.append(out.reshape(n, GRID))
+    out = np.empty(n * GRID)
+    stack(
+        np.repeat(me8.current, GRID), np.repeat(d.pinch("synapse.me8", em[0]), GRID),
+        np.repeat(me9.current, GRID), np.repeat(d.pinch("synapse.me9", d.v_dd), GRID),
+        np.tile(np.linspace(0.0, d.v_dd / u_t, GRID), n), out,
+    )  # fmt: skip
+    lifted = d.pinch("synapse.me9", d.v_dd) * u_t - d.gate["v_shift"]
     return _weights(
-        tables,
+        out.reshape(n, GRID),
+        held_leak(d, "synapse.me9"),
         # the mirror's drain rises with its switch and lifts the gate
-        (capacitance * (em[0] - em[1]) - coupling * d.pinch("synapse.me9", d.v_dd) * u_t) / given[0],
+        (capacitance * (em[0] - em[1]) - coupling * lifted) / given[0],
         em[0],
         em[1],
         me7.current * np.exp(-me7.kappa * me7.threshold / u_t),
@@ -97,19 +95,23 @@ def _excitatory(d: DieDevices, bits: tuple[bool, bool], capacitance: float, coup
 
 def _inhibitory(d: DieDevices, bits: tuple[bool, bool], _: float, __: float) -> Weights:
     n, u_t = d.copies, d.u_t
-    lines = np.array([x for pair in _branches(d, "i", bits) for x in pair])
-    grid = np.linspace(0.0, d.v_dd / u_t, GRID)
-    top = d.fet["synapse.mi1"]
-    tables = []
-    for gate in (d.v_dd, 0.0):
-        out = np.empty((n, GRID))
-        sink_over_line(top.current, d.pinch("synapse.mi1", gate), lines, grid, out)
-        tables.append(out)
+    lines = np.array([x for pair in branches(d, "i", bits) for x in pair])
+    near, far = d.fet["synapse.mi1"], d.fet["synapse.mi7"]
+    # two switches with one gate are one of twice the length; both are far in their triode region
+    both = near.current * far.current / (near.current + far.current)
+    pinch = 0.5 * (d.pinch("synapse.mi1", d.v_dd) + d.pinch("synapse.mi7", d.v_dd))
+    out = np.empty((n, GRID))
+    sink_over_line(both, pinch, lines, np.linspace(0.0, d.v_dd / u_t, GRID), out)
     none = np.zeros(n)
-    return _weights(tables, none, none, none, np.ones(n))
+    return _weights(out, held_leak(d, "synapse.mi1"), none, none, none, np.ones(n))
 
 
-def _weights(tables: list[F64], delay: F64, level: F64, rest: F64, mirror: F64) -> Weights:
-    current = tables[0][:, -1]
-    shape = tables[0] / current[:, None]
-    return Weights(current, tables[1][:, -1], shape, delay, level, rest, mirror)
+def held_leak(d: DieDevices, switch: str) -> F64:
+    """What a switch whose gate is at 0 V and whose far node is held at v_shift draws from a line, A."""
+    fet = d.fet[switch]
+    return np.asarray(fet.current * interpolation(d.pinch(switch, 0.0) - d.gate["v_shift"] / d.u_t))
+
+
+def _weights(drawn: F64, off: F64, delay: F64, level: F64, rest: F64, mirror: F64) -> Weights:
+    current = drawn[:, -1]
+    return Weights(current, off, drawn / current[:, None], delay, level, rest, mirror)

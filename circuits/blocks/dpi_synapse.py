@@ -4,7 +4,9 @@
   event and `C_pw V_inv / I_pwlk` more, V_inv the inverter's threshold;
 * synapse: four latches, of which the circuit has the outputs as levels: `recurrent` lets the pulse in,
   `sign` (high: excitatory), `w0` and `w1`. During the pulse it draws `I_w = I_const + w0 I_w0 + w1 I_w1` from
-  the line of its sign, each sign with three currents of its own; the excitatory ones are pFETs' and mirrored;
+  the line of its sign, each sign with three currents of its own; the excitatory ones are pFETs' and mirrored.
+  Between pulses the far node of the switch to the line is held at `v_shift`, above ground as the generator's
+  shifted sources are: with its gate at 0 V the switch then leaks `I_0 (W/L) e^(-v_shift / U_T)`;
 * filter (DPI, one a sign): a differential pair of nFETs with gates v_thr and v_syn divides I_w between the
   supply and a capacitor that I_tau fills again; a pFET at v_syn gives I_syn. In weak inversion with equal
   kappa, `tau = C_syn U_T / (kappa I_tau)`,
@@ -52,12 +54,12 @@ class Params:
     synapse_capacitance: float = 1.5e-12
     pulse_capacitance: float = 0.15e-12
     line_capacitance: float = 0.1e-12
-    pair_width: float = 2.0
-    pair_length: float = 1.0
+    pair_width: float = 8.0  # wide, so that a filter's pair is in weak inversion at the excitatory weights
+    pair_length: float = 0.5
     tau_width: float = 0.5
     tau_length: float = 4.0
-    output_width: float = 2.0
-    output_length: float = 1.0
+    output_width: float = 1.0  # long, so that a silent filter's off current is a quarter of I_0
+    output_length: float = 4.0
     weight_width: float = 1.0
     weight_length: float = 1.0
     logic_width: float = 0.5
@@ -102,7 +104,7 @@ def synapse(params: Params) -> Circuit:
             *(Port(name, "bias") for name in LATCHES),
             Port("exc", "analog", "out"),
             Port("inh", "analog", "out"),
-            *(Port(b, "bias") for b in biases),
+            *(Port(b, "bias") for b in (*biases, "v_shift")),
         ),
         (*gates, *_excitatory(params), *_inhibitory(params)),
     )
@@ -121,14 +123,18 @@ def _excitatory(params: Params) -> tuple[Device, ...]:
         mos("me7", "n", "em", "em", "0", *weight),
         mos("me8", "n", "ed", "em", "0", *weight),
         mos("me9", "n", "exc", "exc_on", "ed", 0.5, params.logic_length),
+        mos("me10", "n", "ed", "exc_off", "v_shift", 0.5, params.logic_length),
     )
 
 
 def _inhibitory(params: Params) -> tuple[Device, ...]:
     """NFETs of the three currents, switched by the pulse and the bits."""
     weight = params.weight_width, params.weight_length
+    switch = 0.5, params.logic_length
     return (
-        mos("mi1", "n", "inh", "inh_on", "is", 4.0, params.logic_length),
+        mos("mi1", "n", "inh", "inh_on", "ix", *switch),
+        mos("mi7", "n", "ix", "inh_on", "is", *switch),
+        mos("mi8", "n", "ix", "inh_off", "v_shift", *switch),
         mos("mi2", "n", "is", "v_inh", "0", *weight),
         mos("mi3", "n", "is", "w0", "i0", 4.0, params.logic_length),
         mos("mi4", "n", "i0", "v_inh0", "0", *weight),
@@ -193,6 +199,7 @@ BIASES = (
     _gate("i_ethr", "v_ethr", value=default_current("NPDPIE_THR_P"), device="excitatory.md4"),
     _gate("i_itau", "v_itau", value=default_current("NPDPII_TAU_P"), device="inhibitory.md3"),
     _gate("i_ithr", "v_ithr", value=default_current("NPDPII_THR_P"), device="inhibitory.md4"),
+    Bias("v_shift", "v_shift", "voltage", 0.25),  # V, ours: ten U_T
     *(Bias(f"v_{name}", name, "voltage", 1.8 if name in ("recurrent", "sign") else 0.0) for name in LATCHES),
 )  # fmt: skip
 

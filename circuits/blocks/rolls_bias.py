@@ -1,8 +1,9 @@
 """Biases of the ROLLS chip by coarse and fine code: `I = I_coarse fine / 256`.
 
 The codes are the defaults of the chip's control software (mn256r1_ncs). Code 0 means off: a device is then
-given the current of fine code 1 in the lowest range, 0.06 pA, below its off current; the generator's copies
-do not reach it (see `bias_generator`).
+given the current of fine code 1 in the lowest range, 0.06 pA, which at 27 degC is the off current of a device
+nine times as long as wide. A shorter one would need its gate beyond the rail, which no copy in the generator
+reaches (see `bias_generator`): devices that a bias may turn off are that long in these circuits.
 """
 
 from __future__ import annotations

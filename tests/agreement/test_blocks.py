@@ -36,11 +36,16 @@ pytestmark = pytest.mark.usefixtures("ngspice_library")
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC; each block gets one, all of them `noctule reproduce agreement`
 # The whole matrix runs whole testbenches; here two spikes and one call interval are enough.
-SHORTENED: Mapping[str, float] = {"centroid-board": 0.06, "vocalization-controller": 0.06}
+SHORTENED: Mapping[str, float] = {
+    "centroid-board": 0.06,
+    "vocalization-controller": 0.06,
+    "rolls-neuron": 0.007,
+}
 # An oscillator's regenerative edge needs ngspice's steps short: begin where they are.
 FINE: Mapping[str, dict[str, Any]] = {
     "vocalization-controller": {"reltol": 1e-6, "points": 8_000},
     "centroid-board": {"reltol": 1e-6, "points": 4_000},
+    "rolls-neuron": {"reltol": 1e-6, "points": 8_000},
 }
 UM = 1e-6
 V_DD = 5.0

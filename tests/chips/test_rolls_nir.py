@@ -14,7 +14,11 @@ from chips.rolls_bias_file import default_biases
 from chips.rolls_network import network_program
 from chips.rolls_nir import LOST, Filter, nir_graph, nominal_linearisation, write_nir
 from chips.rolls_program import Program, level_current
+from circuits.blocks import rolls_neuron
+from circuits.devices.transistor import Transistor, drain_current
 from circuits.errors import DataError, ParameterError
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
 
 PROGRAM = network_program(pushbot_network())
 
@@ -43,11 +47,18 @@ def test_nominal_time_constants_are_those_of_the_facts() -> None:
 
 
 def test_a_threshold_balances_feedback_and_leak() -> None:
-    leak, kappa = default_biases().current("IF_TAU2_N"), 0.75
+    leak = default_biases().current("IF_TAU2_N")
     threshold = float(nominal_linearisation(Program(np.zeros((1, 1)))).threshold[0])
-    # I_fb = I_0^(1 / (kappa + 1)) I_mem^(kappa / (kappa + 1)) solved for the I_0 at which it is the leak
-    i_0 = (leak / threshold ** (kappa / (kappa + 1))) ** (kappa + 1)
-    assert 0.3e-12 < i_0 < 0.8e-12  # the facts' models take 0.5 and 1 pA
+    # v_mem at which I_mem, exponential by definition, is the threshold, and the circuit's feedback there
+    circuit = rolls_neuron.build()
+    law = Silicon(ROLLS_180).law("n")
+    v_mem = law.v_t0 + law.u_t / law.kappa * np.log(threshold / law.square_current)
+    shift = float(np.asarray(circuit.bias("v_shift").value))
+    sensing = circuit.device("sodium.mn1")
+    assert isinstance(sensing, Transistor)
+    feedback = drain_current(law, "n", sensing.width, sensing.length, ROLLS_180.v_dd, v_mem, shift, 0.0)
+    # 2 %: the sensing transistor's first step into moderate inversion
+    assert feedback == pytest.approx(leak, rel=0.02)
 
 
 def test_one_event_through_the_graph_is_the_filters_step() -> None:

@@ -7,7 +7,6 @@ import pytest
 
 from chips.rolls_static import (
     amplifier,
-    degenerated,
     degenerated_sum,
     diode,
     inverter_threshold,
@@ -36,16 +35,6 @@ def test_series_where_the_drain_is_below_the_source() -> None:
     out = np.empty(3)
     stack(SPECIFIC, PINCH, SPECIFIC, PINCH, np.full(3, -0.5), out)
     assert out == pytest.approx(0.5 * SPECIFIC * (law(PINCH) - law(PINCH + 0.5)), rel=1e-9)
-
-
-def test_degeneration_divides_the_slope_as_in_weak_inversion() -> None:
-    kappa, threshold = 0.75, np.full(2, 18.0)
-    gate = np.array([10.0, 10.1])
-    out = np.empty(2)
-    current = np.full(2, 5e-7)
-    degenerated(current, threshold, kappa, current, kappa * (gate - threshold), np.full(2, 60.0), out)
-    # I ~ e^(kappa^2 / (kappa + 1) v_g); 1 %: the diode is not saturated to the last
-    assert np.log(out[1] / out[0]) / 0.1 == pytest.approx(kappa**2 / (kappa + 1.0), rel=0.01)
 
 
 def test_diode_carries_its_current() -> None:

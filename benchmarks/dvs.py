@@ -1,0 +1,147 @@
+"""Claim: sensor and renderer run at 30 times real time on one core while a robot drives straight.
+
+A Pushbot drives at 0.35 m/s from each scene's start for 2 s, or until shortly before it touches something,
+with all noise and mismatch on. By CPU time of the thread, the fastest of some turns; the peer is the time
+simulated. Accuracy: how many events the way makes without noise, against a picture every 0.5 ms.
+
+Rows for information, without a claim: turning by 1 rad/s, pictures alone, and the whole body with link, gyro
+and collisions.
+
+Returns 1 where a claim is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from circuits.die import Die
+from system.arena import Scene
+from system.arena_file import load_scene, scene_names
+from system.arena_geometry import collision, obstacles_of
+from system.dvs import Dvs, Segment, advance, open_eye, sensor_of
+from system.dvs_render import render
+from system.pushbot_drive import begin_run, go_on, steer
+from system.pushbot_robot import forward_of
+
+SPEED, LONGEST, CHUNK = 0.35, 2.0, 0.05  # m/s, s, s
+CLAIM = 30.0
+DIE, SEED = Die(number=1000), 1000
+QUIET = Dvs(noise=0.0, leak=0.0, hot_share=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A measured figure: CPU seconds of ours, seconds of the peer, their ratio."""
+
+    name: str
+    ours: float
+    peer: float
+    ratio: float
+    accuracy: str
+    cores: int = 1
+    claim: float = 0.0
+
+
+def main() -> int:
+    """Measure and print all rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--quick", action="store_true", help="fewer turns, three scenes")
+    options = parser.parse_args()
+    names = ["single-block", "clutter", "office"] if options.quick else scene_names()
+    turns = 2 if options.quick else 5
+    rows = [row for name in names for row in of_scene(load_scene(name, seed=SEED), turns)]
+    rows.append(whole_body(load_scene("single-block"), turns))
+    if options.json:
+        print(json.dumps([asdict(row) for row in rows], indent=2))
+    else:
+        for row in rows:
+            claim = f" (claim {row.claim:g})" if row.claim else ""
+            print(f"{row.name:44} {row.ours:8.4f} s, {row.ratio:6.1f} times real time{claim}; {row.accuracy}")
+    return int(any(row.ratio < row.claim for row in rows))
+
+
+def of_scene(scene: Scene, turns: int) -> list[Row]:
+    """Driving straight and turning in a scene."""
+    long = free_way(scene)
+    straight = fastest(lambda: watched(scene, Dvs(), long, SPEED, 0.0)[0], turns)
+    counts = [watched(scene, replace(QUIET, step=step), long, SPEED, 0.0)[1] for step in (QUIET.step, 5e-4)]
+    off = 100.0 * (counts[0] / counts[1] - 1.0)
+    note = f"{counts[0]} events without noise, {off:+.2f} % of those with a picture every 0.5 ms"
+    turning = fastest(lambda: watched(scene, Dvs(), 1.0, 0.0, 1.0)[0], turns)
+    sensor = sensor_of(Dvs(), scene, DIE)
+    eye = open_eye(sensor, SEED, scene.start)
+    drawn = fastest(
+        lambda: cpu(
+            lambda: [render(sensor.stage, sensor.camera, eye.sketch, *scene.start) for _ in range(100)]
+        ),
+        turns,
+    )
+    rate = 100 * Dvs().step
+    return [
+        Row(f"{scene.name}, straight", straight, long, long / straight, note, claim=CLAIM),
+        Row(f"{scene.name}, turning by 1 rad/s", turning, 1.0, 1.0 / turning, "as above"),
+        Row(f"{scene.name}, pictures alone", drawn, rate, rate / drawn, f"{1e4 * drawn:.3g} us a picture"),
+    ]
+
+
+def whole_body(scene: Scene, turns: int) -> Row:
+    """With body, link, gyro and collisions, in windows of 50 ms."""
+    long = free_way(scene)
+
+    def once() -> float:
+        run = begin_run(scene, seed=SEED, die=DIE)
+        steer(run, forward_of(run.robot, SPEED), 0.0)
+        return cpu(lambda: [go_on(run, CHUNK) for _ in range(round(long / CHUNK))])
+
+    taken = fastest(once, turns)
+    return Row(f"{scene.name}, whole body, straight", taken, long, long / taken, "windows of 50 ms")
+
+
+def free_way(scene: Scene) -> float:
+    """Seconds (whole chunks) that a robot drives straight before it touches something, at most `LONGEST`."""
+    obstacles = obstacles_of(scene)
+    x, y, heading = scene.start
+    for k in range(1, round(LONGEST / CHUNK) + 1):
+        gone = SPEED * k * CHUNK
+        if collision(obstacles, (x + gone * np.cos(heading), y + gone * np.sin(heading), heading), k * CHUNK):
+            return (k - 1) * CHUNK
+    return LONGEST
+
+
+def watched(scene: Scene, dvs: Dvs, long: float, speed: float, turn: float) -> tuple[float, int]:
+    """CPU seconds of watching the way, and its events."""
+    sensor = sensor_of(dvs, scene, DIE)
+    eye = open_eye(sensor, SEED, scene.start)
+    count = 0
+
+    def go() -> None:
+        nonlocal count
+        for _ in range(round(long / CHUNK)):
+            count += len(advance(sensor, eye, Segment(CHUNK, speed, turn)))
+
+    return cpu(go), count
+
+
+def fastest(once: Callable[[], float], turns: int) -> float:
+    """Least of several turns, after one that compiles."""
+    once()
+    return min(once() for _ in range(turns))
+
+
+def cpu(work: Callable[[], object]) -> float:
+    """CPU seconds of this thread."""
+    start = time.thread_time()
+    work()
+    return time.thread_time() - start
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,293 @@
+"""The ROLLS chip: 256 neurons of a die, their 256 x 256 non-plastic synapses and virtual synapses, over AER.
+
+    chip = RollsChip(program, Silicon(ROLLS_180, 27.0, Die(number=3)))
+    state = chip.at_rest()
+    spikes, state = chip.run(state, 0.1, events)
+
+Every neuron, filter, synapse, extender and bias has the deviations of its own transistors
+(`chips.rolls_circuit`); what a step does with them is in `chips.rolls_chip_kernel`. An event reaches its
+filter at the beginning of a step, a spike of a neuron those of the next step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.aer import Bus, Events, send
+from chips.rolls_address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
+from chips.rolls_chip_kernel import (
+    COUNTS,
+    DONE,
+    LAST,
+    NEVER,
+    READ,
+    SHUT,
+    SIGNS,
+    SINCE,
+    STATE_ROWS,
+    TAKEN,
+    V_AHP,
+    VALUE,
+    WRITTEN,
+    ZETA,
+    ChipTables,
+    Scratch,
+    Traffic,
+    Z,
+    run_chip,
+)
+from chips.rolls_circuit import Params
+from chips.rolls_kernel import rest_of
+from chips.rolls_lumped import OMEGA_POINTS, brought, settled
+from chips.rolls_program import Program
+from chips.rolls_tables import Built, build_tables, spikes_a_step
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Temperature = float | Callable[[float], float]
+
+STEP = 0.2e-3  # s, ours
+ROOM = 1 << 16  # spikes that one call of the kernel writes
+FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Events for the chip: times (s, rising), neurons and columns (256 to 511 or 512 to 519), int64[m]."""
+
+    times: F64
+    neurons: I64
+    columns: I64
+
+
+NO_INPUTS = Inputs(np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class ChipState:
+    """State of a chip between runs: time (s), float64[16, 256], who spiked in the last step, temperature."""
+
+    time: float
+    values: F64
+    senders: I64
+    temperature_c: float
+    waiting: Inputs = NO_INPUTS
+
+
+@dataclass(frozen=True, slots=True)
+class Spikes:
+    """What a chip sent: times (s, as they left the bus) and neurons; lost: dropped on the way in and out."""
+
+    times: F64
+    neurons: I64
+    lost_in: int = 0
+    lost_out: int = 0
+
+
+class RollsChip:
+    """A chip with a program on silicon.
+
+    kind: of all biases; bus: of events out and in; step: s. Temperature may be given a run, as a number or a
+    function of time (s), degC; it is followed in steps of 0.25 K.
+    """
+
+    def __init__(
+        self, program: Program, silicon: Silicon | None = None, kind: BiasKind = "gate",
+        params: Params | None = None, step: float = STEP, bus: Bus | None = None,
+    ) -> None:  # fmt: skip
+        """Raises `ParameterError` for a step that is not above 0."""
+        if not step > 0.0:
+            raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.1 or 0.2 ms")
+        self.program, self.kind, self.step = program, kind, step
+        self.silicon = Silicon(ROLLS_180) if silicon is None else silicon
+        self.params = Params(virtual=program.virtual) if params is None else params
+        self.bus = Bus() if bus is None else bus
+        self._built: dict[float, Built] = {}
+        self._scratch = _scratch()
+
+    def built(self, temperature_c: float | None = None) -> Built:
+        """Tables at a temperature, degC; kept."""
+        at = self.silicon.temperature_c if temperature_c is None else temperature_c
+        if at not in self._built:
+            on = replace(self.silicon, temperature_c=at)
+            self._built[at] = build_tables(self.params, self.program, self.kind, on, self.step)
+        return self._built[at]
+
+    def at_rest(self) -> ChipState:
+        """State without input; a neuron that has no rest begins at 0 V."""
+        built = self.built()
+        values = np.zeros((STATE_ROWS, NEURONS))
+        for k, bank in enumerate(built.tables.banks):
+            values[Z + k] = bank.rest
+            values[TAKEN + k], values[SINCE + k] = settled(bank, built.filters[k], built.loads[k], self.step)
+        resting = np.zeros((NEURONS, 3))
+        rest_of(built.neurons, resting)
+        values[V_AHP] = resting[:, 1]
+        values[SHUT] = NEVER
+        restless = resting[:, 0] >= built.neurons.top
+        values[ZETA] = zeta_of(built, np.where(restless, 0.0, resting[:, 0]))
+        return ChipState(0.0, values, np.empty(0, np.int64), self.silicon.temperature_c)
+
+    def restless(self) -> NDArray[np.bool_]:
+        """Neurons that fire without input, bool[256]."""
+        resting = np.zeros((NEURONS, 3))
+        rest_of(self.built().neurons, resting)
+        return np.asarray(resting[:, 0] >= self.built().neurons.top)
+
+    def run(
+        self,
+        state: ChipState,
+        duration: float,
+        inputs: Inputs = NO_INPUTS,
+        temperature: Temperature | None = None,
+    ) -> tuple[Spikes, ChipState]:
+        """Run for `duration` s, rounded to whole steps, with inputs in absolute time.
+
+        Raises `ParameterError` for inputs that the chip does not have, or from before the state.
+        """
+        _check(inputs, state.time, self.program)
+        arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
+        steps = round(duration / self.step)
+        times, neurons, state = self._stretches(state, steps, arrived, temperature)
+        order = np.lexsort((neurons, times))
+        out = send(self.bus, times[order], neurons[order])
+        return Spikes(out.times, out.addresses, arrived.dropped, out.dropped), state
+
+    def _stretches(
+        self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None
+    ) -> tuple[F64, I64, ChipState]:
+        """Run stretches of one temperature each."""
+        times = np.concatenate((state.waiting.times, arrived.times))
+        words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))
+        order = np.argsort(times, kind="stable")
+        times, words = times[order], words[order]
+        found: list[tuple[F64, I64]] = []
+        values, senders, now = state.values.copy(), state.senders, state.time
+        at, done, cursor = state.temperature_c, 0, 0
+        columns, to = _kernel_columns(words >> 8), words & 255
+        while done < steps:
+            wanted = self._temperature(temperature, now)
+            if wanted != at:
+                values = _converted(values, self.built(at), self.built(wanted))
+                at = wanted
+            length = (
+                steps - done if not callable(temperature) else min(steps - done, round(10e-3 / self.step))
+            )
+            built = self.built(at)
+            left = slice(cursor, None)
+            out = self._call(
+                built.tables, values, senders, length, now, (times[left], columns[left], to[left])
+            )
+            written = out.counts[WRITTEN]
+            found.append((out.sent[:written], out.senders[:written]))
+            senders = out.last[: out.counts[LAST]]
+            cursor += int(out.counts[READ])
+            done += int(out.counts[DONE])
+            now = state.time + done * self.step
+        waiting = Inputs(times[cursor:], words[cursor:] & 255, words[cursor:] >> 8)
+        after = ChipState(now, values, senders, at, waiting)
+        if not found:
+            return np.empty(0), np.empty(0, np.int64), after
+        return np.concatenate([t for t, _ in found]), np.concatenate([a for _, a in found]), after
+
+    def _temperature(self, temperature: Temperature | None, now: float) -> float:
+        if temperature is None:
+            return self.silicon.temperature_c
+        if callable(temperature):
+            return FINEST * round(temperature(now) / FINEST)
+        return temperature
+
+    def _call(
+        self, tables: ChipTables, values: F64, senders: I64, steps: int, now: float,
+        events: tuple[F64, I64, I64],
+    ) -> Traffic:  # fmt: skip
+        most = spikes_a_step(tables)
+        room = max(ROOM, 2 * most * NEURONS)
+        last, counts = np.zeros(NEURONS, np.int64), np.zeros(COUNTS, np.int64)
+        last[: senders.size], counts[LAST] = senders, senders.size
+        traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
+        bits = values[ZETA].view(np.int64)
+        run_chip(tables, values, bits, steps, now, traffic, self._scratch, np.empty(most))
+        return traffic
+
+
+def _kernel_columns(columns: I64) -> I64:
+    """Columns as the kernel counts them: virtual ones first, 0 to 7, then 8 + presynaptic neuron."""
+    virtual = columns - VIRTUAL_EXCITATORY
+    return np.where(virtual >= 0, virtual, columns - NONPLASTIC + 8)
+
+
+def _check(inputs: Inputs, now: float, program: Program) -> None:
+    if inputs.times.size == 0:
+        return
+    if inputs.times.min() < now:
+        raise ParameterError(f"chip.inputs: an event at {inputs.times.min():g} s, must be >= {now:g} s")
+    if inputs.neurons.min() < 0 or inputs.neurons.max() >= NEURONS:
+        wrong = inputs.neurons[(inputs.neurons < 0) | (inputs.neurons >= NEURONS)][0]
+        raise ParameterError(
+            f"chip.inputs: neuron {wrong}, must be 0 to {NEURONS - 1}; the chip has {NEURONS}"
+        )
+    known = np.zeros(VIRTUAL_INHIBITORY + 4, np.bool_)
+    known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
+    for inhibitory in (False, True):
+        known[list(program.virtual.columns(inhibitory=inhibitory))] = True
+    columns = inputs.columns
+    bad = (columns < 0) | (columns >= known.size)
+    bad |= ~known[np.where(bad, 0, columns)]
+    if bad.any():
+        raise ParameterError(
+            f"chip.inputs: column {columns[bad][0]}, must be {NONPLASTIC} to {VIRTUAL_EXCITATORY - 1} or a"
+            " virtual synapse that the program has; plastic synapses have no circuit"
+        )
+
+
+def zeta_of(built: Built, v: F64) -> F64:
+    """Zeta of membrane voltages, float64[256], V."""
+    lines = built.tables.membranes.lines
+    rows = lines.shape[1]
+    edge = np.exp2(np.arange(rows) // 32) * (1.0 + (np.arange(rows) % 32) / 32)
+    found = np.empty(v.size)
+    for k in range(v.size):
+        found[k] = np.interp(v[k], lines[k, :, 6] + lines[k, :, 7] * edge, edge)
+    return found
+
+
+def voltage_of(built: Built, zeta: F64) -> F64:
+    """Membrane voltages, V."""
+    mantissa, exponent = np.frexp(zeta)
+    row = ((exponent - 1) << 5) + ((2.0 * mantissa - 1.0) * 32).astype(np.int64)
+    lines = built.tables.membranes.lines[np.arange(zeta.size), row]
+    return np.asarray(lines[:, 6] + lines[:, 7] * zeta)
+
+
+def _converted(values: F64, old: Built, new: Built) -> F64:
+    """State at another temperature: voltages stay."""
+    out = values.copy()
+    out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
+    for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
+        depth = f.fold * (_log(old, values[Z + k]) - _log(old, old.tables.banks[k].rest))
+        log = _log(new, new.tables.banks[k].rest) + depth / g.fold
+        out[Z + k] = brought(np.exp(log), g.follow)
+    return out
+
+
+def _log(built: Built, z: F64) -> F64:
+    """Ln v of filters at z."""
+    table = built.tables.omega[:, VALUE]
+    return np.asarray(np.interp(z, OMEGA_POINTS, np.log(table)))
+
+
+def _scratch() -> Scratch:
+    n = NEURONS
+    one = [np.zeros(n) for _ in range(7)]
+    return Scratch(
+        np.zeros((SIGNS, n)), one[0], one[1], one[2], one[3], one[4], np.zeros((6, n)), one[5], one[6]
+    )

@@ -1,0 +1,243 @@
+"""Tables of a ROLLS chip with a program, on a die at a temperature, from the transistors of its circuit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls_address import NEURONS
+from chips.rolls_charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
+from chips.rolls_chip_kernel import ChipTables, Membranes
+from chips.rolls_circuit import FILTERS, Params, chip
+from chips.rolls_devices import Part, capacitance_matrix, part_of
+from chips.rolls_kernel import Neurons
+from chips.rolls_lumped import Filter, Load, bank_of, filter_of, line_voltage, lines_of, omega_table
+from chips.rolls_neuron_model import NODES, neurons_of
+from chips.rolls_parts import devices_at, gate_voltages, part_gates, row_place
+from chips.rolls_program import Program, level_current
+from chips.rolls_synapse_model import SynapseModel
+from chips.rolls_synapse_model import model_of as synapse_model_of
+from circuits.blocks import dpi_synapse, rolls_neuron
+from circuits.blocks.rolls_neuron import RESTING
+from circuits.circuit import BiasKind
+from circuits.process import Process
+from circuits.silicon import Silicon
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+
+STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
+COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What all dies of a process share: models of the blocks, with their capacitances."""
+
+    synapse: SynapseModel
+    neuron: F64  # float64[8, 8], F
+    filters: tuple[tuple[float, float], ...]  # F, at v_syn and at the line, of FILTERS
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """Tables for steps of a given length, and what they were made of.
+
+    lengths: of the pulses of the columns, s; filters: of FILTERS; levels: mean current of a level, A.
+    """
+
+    tables: ChipTables
+    neurons: Neurons
+    filters: tuple[Filter, ...]
+    loads: tuple[Load, ...]
+    charge: F64
+    lengths: F64
+    levels: Mapping[int, float]
+    gates: Mapping[str, float]
+
+
+@lru_cache(maxsize=8)
+def prepare(params: Params, process: Process) -> Prepared:
+    """Models of the blocks of a chip."""
+    synapse = synapse_model_of(dpi_synapse.build(params.synapse), process)
+    part = part_of(rolls_neuron.build(params.neuron), process)
+    at = []
+    for name in FILTERS:
+        c = _filter_capacitance(params, process, name)
+        at.append((float(c[0, 0]), float(c[1, 1])))
+    return Prepared(synapse, capacitance_matrix(part, NODES), tuple(at))
+
+
+def _filter_capacitance(params: Params, process: Process, name: str) -> F64:
+    make = dpi_synapse.inhibitory_filter if name.endswith("inhibitory") else dpi_synapse.excitatory_filter
+    part: Part = part_of(make(params.synapse), process)
+    return capacitance_matrix(part, ("v_syn", "line"))
+
+
+def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Silicon, step: float) -> Built:
+    """All tables of a chip on `silicon` for steps of `step` s."""
+    ready = prepare(params, silicon.process)
+    gates = gate_voltages(chip(params, program.biases, kind), silicon)
+    neurons = _neurons(params, ready, program, gates, silicon)
+    filters = [_filter(params, ready, k, gates, silicon) for k in range(len(FILTERS))]
+    draws = _draws(params, ready, program, gates, silicon, filters)
+    virtual = _virtual(params, ready, program, gates, silicon, filters)
+    charges = np.zeros((NEURONS, 2, NEURONS), dtype=np.float32)
+    loads: list[Load] = []
+    for sign in range(2):
+        f = filters[sign]
+        charge = draws.charge[sign]
+        loads.append(Load(_mean_current(draws.current[sign], charge), draws.idle[sign]))
+        charges[:, sign] = (charge / f.unit[:, None]).T
+    units = []
+    for sign in range(2):
+        f = filters[2 + sign]
+        rows = slice(4 * sign, 4 * sign + 4)
+        loads.append(Load(_mean_current(virtual.current[rows].T, virtual.charge[rows].T), virtual.idle[sign]))
+        units.append(virtual.charge[rows] / f.unit[None, :])
+    live = (
+        True,
+        True,
+        any(not i.inhibitory for i in program.inputs),
+        any(i.inhibitory for i in program.inputs),
+    )
+    banks = [bank_of(f, load, step) for f, load in zip(filters, loads, strict=True)]
+    power = filters[0].power
+    membranes, unit = _membranes(neurons)
+    tables = ChipTables(
+        step, omega_table(power, filters[0].follow), (banks[0], banks[1], banks[2], banks[3]), live, charges,
+        np.concatenate(units), membranes,
+    )  # fmt: skip
+    return Built(tables, neurons, tuple(filters), tuple(loads), unit, draws.lengths, draws.levels, gates)
+
+
+def _mean_current(current: F64, charge: F64) -> F64:
+    """Mean current of each filter's synapses, weighted with their charge, A; a filter without has 1 nA."""
+    total = charge.sum(axis=1)
+    return np.where(total > 0.0, (current * charge).sum(axis=1) / np.where(total > 0.0, total, 1.0), 1e-9)
+
+
+def _neurons(
+    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon
+) -> Neurons:
+    place = row_place(NEURONS, ("neuron", ()))
+    d = devices_at(rolls_neuron.build(params.neuron), place, silicon, part_gates("neuron", gates))
+    return neurons_of(d, ready.neuron, program.slow_leak(), RESTING)
+
+
+def _filter(params: Params, ready: Prepared, k: int, gates: Mapping[str, float], silicon: Silicon) -> Filter:
+    name = FILTERS[k]
+    inhibitory = name.endswith("inhibitory")
+    make = dpi_synapse.inhibitory_filter if inhibitory else dpi_synapse.excitatory_filter
+    place = row_place(NEURONS, (name, ()))
+    d = devices_at(make(params.synapse), place, silicon, part_gates(name, gates))
+    return filter_of(d, *ready.filters[k], inhibitory=inhibitory)
+
+
+@dataclass(frozen=True, slots=True)
+class _Draws:
+    """Of both signs: current (A) and charge (C), float64[post, pre]; idle: float64[post], A."""
+
+    current: tuple[F64, F64]
+    charge: tuple[F64, F64]
+    idle: tuple[F64, F64]
+    lengths: F64
+    levels: Mapping[int, float]
+
+
+def _draws(
+    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
+    filters: Sequence[Filter],
+) -> _Draws:  # fmt: skip
+    place = row_place(NEURONS, ("synapse", (NEURONS,)))
+    d = devices_at(
+        dpi_synapse.synapse(params.synapse), place, silicon, part_gates("synapse", gates), WEIGHT_DEVICES,
+        "synapse.",
+    )  # fmt: skip
+    extenders = devices_at(
+        dpi_synapse.pulse_extender(params.synapse), (("extender", (NEURONS,)),), silicon,
+        part_gates("extender", gates), None, "extender.",
+    )  # fmt: skip
+    lengths = pulse_length(ready.synapse, extenders)
+    levels = np.asarray(program.levels).ravel()
+    pre = np.tile(np.arange(NEURONS), NEURONS)
+    current, charge = np.zeros((2, levels.size)), np.zeros((2, levels.size))
+    means = {}
+    for level in (k for k in range(-4, 5) if k != 0):
+        index = np.flatnonzero(levels == level)
+        if index.size == 0:
+            continue
+        sign = 0 if level > 0 else 1
+        line = line_voltage(filters[sign], level_current(program.biases, level), d.u_t)
+        drawn = draw_of(ready.synapse, taken(d, index), level, line)
+        current[sign, index] = drawn.current
+        charge[sign, index] = charge_of(drawn, lengths[pre[index]])
+        means[level] = float(drawn.current.mean())
+    square = (NEURONS, NEURONS)
+    idle = [idle_draw(d, inhibitory=bool(s)).reshape(square).sum(axis=1) for s in range(2)]
+    return _Draws(
+        (current[0].reshape(square), current[1].reshape(square)),
+        (charge[0].reshape(square), charge[1].reshape(square)), (idle[0], idle[1]), lengths, means,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Virtual:
+    """Current (A) and charge (C) of the columns, float64[COLUMNS, n]; idle: of both signs, A."""
+
+    current: F64
+    charge: F64
+    idle: tuple[F64, F64]
+
+
+def _virtual(
+    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
+    filters: Sequence[Filter],
+) -> _Virtual:  # fmt: skip
+    current, charge = np.zeros((COLUMNS, NEURONS)), np.zeros((COLUMNS, NEURONS))
+    idle = [np.zeros(NEURONS), np.zeros(NEURONS)]
+    counts = (params.virtual.excitatory, params.virtual.inhibitory)
+    for sign, (name, count) in enumerate(zip(("virtual_exc", "virtual_inh"), counts, strict=True)):
+        if not count:
+            continue
+        place = row_place(NEURONS, (name, (count,)))
+        d = devices_at(
+            dpi_synapse.synapse(params.synapse), place, silicon, part_gates(name, gates), WEIGHT_DEVICES,
+            "synapse.",
+        )  # fmt: skip
+        place = row_place(NEURONS, (f"{name}_extender", (count,)))
+        extenders = devices_at(
+            dpi_synapse.pulse_extender(params.synapse), place, silicon, part_gates("extender", gates), None,
+            "extender.",
+        )  # fmt: skip
+        lengths = pulse_length(ready.synapse, extenders)
+        line = line_voltage(filters[2 + sign], program.biases.current(("VA_EXC_N", "VA_INH_P")[sign]), d.u_t)
+        drawn = draw_of(ready.synapse, d, -1 if sign else 1, line)
+        rows = slice(4 * sign, 4 * sign + count)
+        current[rows] = drawn.current.reshape(NEURONS, count).T
+        charge[rows] = charge_of(drawn, lengths).reshape(NEURONS, count).T
+        idle[sign] = idle_draw(d, inhibitory=bool(sign)).reshape(NEURONS, count).sum(axis=1)
+    return _Virtual(current, charge, (idle[0], idle[1]))
+
+
+def _membranes(m: Neurons) -> tuple[Membranes, F64]:
+    lines = lines_of(m)
+    return (
+        Membranes(
+            lines.lines, 1.0 / lines.charge, 1.0 / m.ground_current, lines.top, m.delay.copy(),
+            m.refractory, lines.rise, m.kick, bool((np.abs(m.kick) > STILL).any()), m.quiet, m.share, m.drawn,
+            float(m.ahp_step[0]),
+        ),
+        lines.charge,
+    )  # fmt: skip
+
+
+def spikes_a_step(tables: ChipTables) -> int:
+    """Upper bound of a neuron's spikes in a step."""
+    shortest = float((tables.membranes.refractory + tables.membranes.delay).min())
+    return math.ceil(tables.step / shortest) + 1

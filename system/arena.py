@@ -1,0 +1,224 @@
+"""Scenes for small robots: what stands where, how light it is, and what moves (Milde et al. 2017, section 3).
+
+A scene is a floor plan with upright things on it: walls (with a band of textured tape), boxes and cylinders
+with a height and a colour, which may move along a path; a room behind the walls; shade on the floor.
+
+The paper names white floor and walls, tape with a contrastive texture, blocks 2.5 cm wide and 10 cm high or
+of 2 x 5 cm, blue, red and yellow ones, normal, dark and very dark light, a cup moved at about 0.2 m/s, and
+the target's LED, blinking at 200 Hz and on for 75 %. All other numbers of this file are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+
+F64 = NDArray[np.float64]
+Point = tuple[float, float]
+Repeat = Literal["stop", "shuttle", "loop"]
+REPEATS: tuple[Repeat, ...] = ("stop", "shuttle", "loop")
+
+# Share of the light that a sensor of silicon sees come back, without unit; ours. White to blue is a step of
+# 1.7 in log light, to red 0.75, to yellow 0.17: less than a threshold of the sensor (0.21 and 0.24).
+COLOURS: dict[str, float] = {
+    "white": 0.85,
+    "yellow": 0.72,
+    "wood": 0.50,
+    "red": 0.40,
+    "grey": 0.35,
+    "blue": 0.15,
+    "black": 0.06,
+}
+LIGHTS: dict[str, float] = {"normal": 500.0, "dark": 20.0, "very-dark": 1.0}  # lux on the floor; ours
+
+BLINK_PERIOD = 1.0 / 200.0  # s; the paper's
+BLINK_ON = 0.75  # of a period; the paper's
+_TRIES = 10_000  # draws until what is scattered counts as too much
+
+
+@dataclass(frozen=True, slots=True)
+class Led:
+    """A blinking light. height and diameter in m; luminance as of a white floor lit by so many lux.
+
+    5e4 lux is a light of 5 mm and 0.3 cd: L = 0.3 cd / (pi (2.5 mm)^2) = 1.5e4 cd/m^2, times pi; ours.
+    """
+
+    height: float = 0.11
+    diameter: float = 0.005
+    luminance: float = 5e4
+    period: float = BLINK_PERIOD
+    on: float = BLINK_ON
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Along `path` (m) at `speed` (m/s) from `start` (s) on; at its end stop, go back, or begin again."""
+
+    path: tuple[Point, ...]
+    speed: float
+    start: float = 0.0
+    repeat: Repeat = "stop"
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Something upright.
+
+    size: (length along its heading, width across), m; a cylinder has one diameter, twice.
+    base, height: m above the floor of its underside and its top.
+    reflectance: without unit; top: of its upper side.
+    swing: m to and fro along its heading as it moves, at `swing_phase` rad: the legs of walking people.
+    """
+
+    name: str
+    at: Point
+    size: tuple[float, float]
+    height: float
+    reflectance: float
+    heading: float = 0.0
+    base: float = 0.0
+    top: float | None = None
+    is_round: bool = False
+    motion: Motion | None = None
+    swing: float = 0.0
+    swing_phase: float = 0.0
+    led: Led | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Tape:
+    """Textured tape on a wall: cells of random shade between two reflectances, from low to high (m)."""
+
+    low: float = 0.01
+    high: float = 0.06
+    cell: float = 0.04
+    dark: float = 0.30
+    pale: float = 0.85
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """An upright plane between two points (m), seen from both sides."""
+
+    start: Point
+    end: Point
+    height: float
+    reflectance: float
+    tape: Tape | None = None
+    base: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Shade:
+    """A convex part of the floor (corners in m) where only a `factor` of the light falls."""
+
+    corners: tuple[Point, ...]
+    factor: float
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A world and where the robot starts: place (m) and heading (rad, counter-clockwise from x).
+
+    corners: of the floor, which nobody leaves; sky: reflectance of what nothing stands before.
+    """
+
+    name: str
+    summary: str
+    light: float
+    corners: tuple[Point, ...]
+    start: tuple[float, float, float]
+    bodies: tuple[Body, ...]
+    walls: tuple[Wall, ...]
+    shades: tuple[Shade, ...] = ()
+    floor: float = COLOURS["white"]
+    sky: float = COLOURS["white"]
+
+
+def light_of(name: str) -> float:
+    """Lux of a light condition, or of a number's text.
+
+    Raises `ParameterError` for other names and for what is no positive number.
+    """
+    if name in LIGHTS:
+        return LIGHTS[name]
+    try:
+        lux = float(name)
+    except ValueError:
+        lux = math.nan
+    if not (lux > 0.0 and math.isfinite(lux)):
+        raise ParameterError(f"light: {name}, must be {', '.join(LIGHTS)} or a number of lux above 0")
+    return lux
+
+
+def reflectance_of(colour: str) -> float:
+    """Reflectance of a colour's name; raises `ParameterError` for other names."""
+    if colour not in COLOURS:
+        raise ParameterError(f"colour: {colour}, must be one of {', '.join(COLOURS)}")
+    return COLOURS[colour]
+
+
+def recoloured(scene: Scene, colour: str) -> Scene:
+    """The scene with its blocks in another colour."""
+    reflectance = reflectance_of(colour)
+    bodies = tuple(
+        replace(b, reflectance=reflectance, top=None) if b.name.startswith("block") else b
+        for b in scene.bodies
+    )
+    return replace(scene, bodies=bodies)
+
+
+def backdrop(corners: tuple[Point, ...], distance: float, seed: int) -> tuple[Wall, ...]:
+    """A room about the floor, `distance` m beyond its bounds, with things of random shades along its walls.
+
+    Each wall has three bands: furniture to 0.9 m, pictures and windows to 1.9 m, plain wall above; ours.
+    """
+    x, y = zip(*corners, strict=True)
+    low, high = (min(x) - distance, min(y) - distance), (max(x) + distance, max(y) + distance)
+    ring = (low, (high[0], low[1]), high, (low[0], high[1]))
+    bands = ((0.0, 0.9, 0.45, 0.15, 0.6), (0.9, 1.9, 0.8, 0.3, 0.85), (1.9, 3.0, 5.0, 0.75, 0.75))
+    return tuple(
+        Wall(
+            ring[k], ring[(k + 1) % 4], top, COLOURS["wood"],
+            Tape(base, top, cell, dark, pale, seed=16 * seed + 4 * band + k), base,
+        )
+        for k in range(4)
+        for band, (base, top, cell, dark, pale) in enumerate(bands)
+    )  # fmt: skip
+
+
+def scatter(
+    random: np.random.Generator,
+    count: int,
+    bounds: tuple[Point, Point],
+    spacing: float,
+    start: Point,
+    clear: float,
+) -> F64:
+    """Places (m, float64[count, 2]) in a rectangle, `spacing` apart, and `clear` from the start.
+
+    Raises
+    ------
+    ParameterError
+        So many find no place.
+    """
+    low, high = bounds
+    places = np.empty((0, 2))
+    for _ in range(_TRIES):
+        if len(places) == count:
+            return places
+        point = random.uniform(low, high)
+        near = np.hypot(*(places - point).T).min(initial=np.inf) < spacing
+        if not near and math.dist(point, start) >= clear:
+            places = np.vstack([places, point])
+    raise ParameterError(
+        f"clutter.count: {count}, must find room {spacing:g} m apart in {high[0] - low[0]:.3g} x"
+        f" {high[1] - low[1]:.3g} m; ask for fewer or a smaller spacing"
+    )

@@ -1,0 +1,103 @@
+"""Blinking lights in a picture: the pixels they fall on and what they add there while on, compiled.
+
+A light is smaller than a pixel from 0.6 m on. It is seen as a square of the same area, spread over pixels by
+coverage, so that a moving light goes over from pixel to pixel without jumps.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+from system import dvs_render, dvs_stage
+from system.dvs_render import NEAR, Camera, Sketch, meet
+from system.dvs_stage import Stage
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+MOST = 4096  # pixels; those beyond stay dark
+HEIGHT, RADIUS, LUMINANCE, PERIOD, ON, BODY = range(6)
+_compiled = compiled(callees=(dvs_render, dvs_stage))
+
+
+class Glow(NamedTuple):
+    """Lit pixels: their numbers, lux that their light adds while on, its number; used: int64[1]."""
+
+    pixel: I64
+    lux: F64
+    lamp: I64
+    used: I64
+
+
+def no_glow() -> Glow:
+    """Room for lit pixels."""
+    return Glow(
+        np.zeros(MOST, dtype=np.int64),
+        np.zeros(MOST),
+        np.zeros(MOST, dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+    )
+
+
+@_compiled
+def find_lamps(
+    stage: Stage, camera: Camera, s: Sketch, glow: Glow, x: float, y: float, heading: float
+) -> None:
+    """Fill in the pixels of the lights that nothing hides, after `render` at the same pose."""
+    glow.used[0] = 0
+    cos, sin = math.cos(heading), math.sin(heading)
+    for k in range(stage.lamp.shape[0]):
+        lamp = stage.lamp[k]
+        body = int(lamp[BODY])
+        dx, dy = s.pose[body, 0] - x - camera.ahead * cos, s.pose[body, 1] - y - camera.ahead * sin
+        ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+        if ahead < NEAR:
+            continue
+        u = 0.5 * camera.columns - camera.focal * left / ahead
+        v = 0.5 * camera.rows + camera.focal * (lamp[HEIGHT] - camera.height) / ahead
+        if not _is_hidden(stage, camera, s, body, u, v, ahead):
+            _spread(camera, glow, k, lamp, u, v, camera.focal / ahead)
+
+
+@_compiled
+def _is_hidden(stage: Stage, camera: Camera, s: Sketch, body: int, u: float, v: float, ahead: float) -> bool:
+    """Whether a solid other than the light's own stands before it."""
+    slope = (0.5 * camera.columns - u) / camera.focal
+    for k in range(stage.base.size):
+        if k == body or not s.span[k, 0] <= u < s.span[k, 1] or not meet(stage, s, k, u, slope):
+            continue
+        scale = camera.focal / s.hit[k, 0]
+        bottom = 0.5 * camera.rows + scale * (stage.base[k] - camera.height)
+        top = 0.5 * camera.rows + scale * (stage.height[k] - camera.height)
+        if s.hit[k, 0] < ahead and bottom <= v <= top:
+            return True
+    return False
+
+
+@_compiled
+def _spread(camera: Camera, glow: Glow, k: int, lamp: F64, u: float, v: float, scale: float) -> None:
+    """Add a light to the pixels that its square covers; `scale` is pixels per m at its distance."""
+    half = 0.5 * math.sqrt(math.pi) * lamp[RADIUS] * scale
+    for column in range(max(math.floor(u - half), 0), min(math.floor(u + half) + 1, camera.columns)):
+        wide = min(u + half, column + 1.0) - max(u - half, float(column))
+        for row in range(max(math.floor(v - half), 0), min(math.floor(v + half) + 1, camera.rows)):
+            high = min(v + half, row + 1.0) - max(v - half, float(row))
+            i = glow.used[0]
+            if wide > 0.0 and high > 0.0 and i < glow.pixel.size:
+                glow.pixel[i], glow.lux[i], glow.lamp[i] = (
+                    column * camera.rows + row,
+                    wide * high * lamp[LUMINANCE],
+                    k,
+                )
+                glow.used[0] += 1
+
+
+@_compiled
+def is_on(lamp: F64, time: float) -> bool:
+    """Whether a light is on at `time` s; it goes on at whole periods."""
+    return bool(time / lamp[PERIOD] - math.floor(time / lamp[PERIOD]) < lamp[ON])

@@ -1,0 +1,151 @@
+"""The Pushbot: every number of its body in one place, its commands, and how it moves.
+
+Milde et al. 2017, sections 2.3 and 2.4. Equations (1) and (2) of the paper turn spikes a neuron in a window
+into what the robot's code takes:
+
+    w = c_turn (N_DL / n_DL - N_DR / n_DR),      v = c_speed N_sp / n_sp
+
+The robot's code (NCSRobotLib, PushBot.cpp) makes commands of the wheels, whole numbers from -100 to 100, by
+
+    right = v / r + w / (d r),   left = v / r - w / (d r),   rounded by adding 0.5 and cutting
+
+with wheel distance d = 8.6 and wheel radius r = 1.9, in cm. Two wheels d apart would turn by w with d w /
+(2 r) instead: the code's turn lacks a factor d^2 / 2. It is kept, for the paper's factors belong to it.
+Real wheels follow: tracks slip in turns as if they stood `slip` times as wide apart.
+
+Wheel figures are the code's, 10 x 10 cm and a latency below 10 ms the paper's; speed factors 0.1, 0.5 and
+3.0 were about 0.07, 0.35 and 1 m/s. The gyro's range is the eDVS manual's. The rest is ours.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from circuits.errors import ParameterError
+
+LIMIT = 100  # of a command, either way
+CM = 0.01  # m
+SPEED_OF_FACTOR = 0.7  # m/s a unit of the speed factor at full drive, from 0.1 and 0.5 in the paper
+
+
+@dataclass(frozen=True, slots=True)
+class Pushbot:
+    """Numbers of the robot; SI units, angles in radians."""
+
+    wheel_distance: float = 0.086  # m
+    wheel_radius: float = 0.019  # m
+    top_speed: float = 1.0  # m/s of a track at a command of 100; the paper's fastest, its command is ours
+    slip: float = 1.3  # effective over real wheel distance; ours
+    lag: float = 0.05  # s, time constant of a motor under its own controller; ours
+    latency: float = 8e-3  # s, of events to the controller and of commands back, each; ours, below 10 ms
+    dropped: float = 0.8  # share of the events that are dropped at random; the paper's
+    gyro_range: float = math.radians(2000.0)  # rad/s, either way, in 16 bits
+    gyro_noise: float = math.radians(0.1)  # rad/s, sigma of a sample; ours
+    gyro_period: float = 8e-3  # s; 125 Hz, as the lab's own software asks for
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("wheel_distance", "wheel_radius", "top_speed", "slip", "gyro_range", "gyro_period"):
+            if not (getattr(self, name) > 0.0 and math.isfinite(getattr(self, name))):
+                raise ParameterError(f"pushbot.{name}: {getattr(self, name):g}, must be above 0")
+        for name in ("lag", "gyro_noise"):
+            if not getattr(self, name) >= 0.0:
+                raise ParameterError(f"pushbot.{name}: {getattr(self, name):g}, must be at least 0")
+        if not 0.0 <= self.latency <= 1.0:
+            raise ParameterError(
+                f"pushbot.latency: {self.latency:g} s, must be from 0 to 1; the paper's is below 0.01"
+            )
+        if not 0.0 <= self.dropped < 1.0:
+            raise ParameterError(
+                f"pushbot.dropped: {self.dropped:g}, must be from 0 to below 1; the paper's is 0.8"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Factors:
+    """Speed and turn factors of equations (1) and (2)."""
+
+    speed: float = 0.5
+    turn: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Check the factors."""
+        for name in ("speed", "turn"):
+            if not (getattr(self, name) > 0.0 and math.isfinite(getattr(self, name))):
+                raise ParameterError(
+                    f"pushbot.{name}_factor: {getattr(self, name):g}, must be above 0; the paper has 0.1 to 3"
+                )
+
+
+@dataclass(frozen=True, slots=True)
+class Tracks:
+    """State of the motors: speeds (m/s) of both tracks, and the commands that they follow."""
+
+    left: float = 0.0
+    right: float = 0.0
+    left_command: int = 0
+    right_command: int = 0
+
+
+def wheel_commands(robot: Pushbot, forward: float, turn: float) -> tuple[int, int]:
+    """Commands (left, right) for the code's v (cm/s) and w; beyond 100 they are cut off.
+
+    Raises
+    ------
+    ParameterError
+        One of the two is no finite number.
+    """
+    if not (math.isfinite(forward) and math.isfinite(turn)):
+        raise ParameterError(f"pushbot.command: v {forward:g}, w {turn:g}, must be finite")
+    d, r = robot.wheel_distance / CM, robot.wheel_radius / CM
+    left, right = forward / r - turn / (d * r), forward / r + turn / (d * r)
+    return _whole(left), _whole(right)
+
+
+def track_speed(robot: Pushbot, command: int) -> float:
+    """Speed of a track (m/s) that a command leads to."""
+    return robot.top_speed * max(-LIMIT, min(command, LIMIT)) / LIMIT
+
+
+def forward_of(robot: Pushbot, speed: float) -> float:
+    """The code's v for a speed ahead (m/s)."""
+    return speed / robot.top_speed * LIMIT * robot.wheel_radius / CM
+
+
+def turn_of(robot: Pushbot, rate: float) -> float:
+    """The code's w for a turn rate (rad/s)."""
+    difference = 0.5 * rate * robot.slip * robot.wheel_distance
+    return difference / robot.top_speed * LIMIT * robot.wheel_distance * robot.wheel_radius / CM**2
+
+
+def demand(factors: Factors, drive_left: float, drive_right: float, speed: float) -> tuple[float, float]:
+    """(v, w) of equations (2) and (1) from spikes a neuron of DL, DR and sp in the window."""
+    return factors.speed * speed, factors.turn * (drive_left - drive_right)
+
+
+def follow(robot: Pushbot, tracks: Tracks, duration: float) -> tuple[Tracks, float, float]:
+    """Go on for `duration` s; the tracks then, and the mean speed (m/s) and turn rate (rad/s) on the way."""
+    goals = track_speed(robot, tracks.left_command), track_speed(robot, tracks.right_command)
+    decay = math.exp(-duration / robot.lag) if robot.lag > 0.0 else 0.0
+    mean = robot.lag / duration * (1.0 - decay)
+    ends = [goal + (now - goal) * decay for goal, now in zip(goals, (tracks.left, tracks.right), strict=True)]
+    left, right = (
+        goal + (now - goal) * mean for goal, now in zip(goals, (tracks.left, tracks.right), strict=True)
+    )
+    after = Tracks(ends[0], ends[1], tracks.left_command, tracks.right_command)
+    return after, 0.5 * (left + right), (right - left) / (robot.slip * robot.wheel_distance)
+
+
+def gyro(robot: Pushbot, turn: float, random: np.random.Generator) -> float:
+    """A sample (rad/s) of the turn rate: with noise, cut off at its range and in steps of 16 bits."""
+    step = robot.gyro_range / 2**15
+    sample = round((turn + robot.gyro_noise * random.standard_normal()) / step)
+    return step * max(-(2**15), min(sample, 2**15 - 1))
+
+
+def _whole(value: float) -> int:
+    """Add 0.5 and cut, as the code does; so numbers below -0.5 go up by one."""
+    return max(-LIMIT, min(math.trunc(value + 0.5), LIMIT))

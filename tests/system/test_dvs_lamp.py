@@ -1,0 +1,49 @@
+"""Lights in the picture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from system.arena import Led
+from system.arena_file import load_scene
+from system.arena_motion import place_bodies
+from system.dvs import Dvs, camera_of
+from system.dvs_lamp import find_lamps, is_on, no_glow
+from system.dvs_render import render, sketch_of
+from system.dvs_stage import stage_of
+
+
+def glow_at(pose: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels (column, row) and lux of the target's light."""
+    stage, camera = stage_of(load_scene("target")), camera_of(Dvs(ahead=0.0))
+    sketch, glow = sketch_of(stage, camera), no_glow()
+    place_bodies(stage.motions, 0.0, sketch.pose)
+    render(stage, camera, sketch, *pose)
+    find_lamps(stage, camera, sketch, glow, *pose)
+    n = int(glow.used[0])
+    return np.stack(np.divmod(glow.pixel[:n], 128), axis=1), glow.lux[:n]
+
+
+@pytest.mark.parametrize("distance", [1.5, 0.8, 0.3])
+def test_its_light_is_its_area_and_its_centre_is_in_place(distance: float) -> None:
+    pixels, lux = glow_at((2.0 - distance, 1.2 - 0.1, 0.0))
+    scale = 64.0 / math.tan(math.radians(30.0)) / distance
+    area = math.pi * 0.0025**2 * scale**2
+    assert lux.sum() == pytest.approx(Led().luminance * area)
+    centre = (lux[:, None] * (pixels + 0.5)).sum(axis=0) / lux.sum()
+    # coverage is shared between neighbours in proportion, so the centre is off by less than half a pixel
+    assert centre == pytest.approx([64.0 - 0.1 * scale, 64.0 + 0.035 * scale], abs=0.5)
+
+
+def test_behind_the_camera_it_is_not_seen() -> None:
+    assert len(glow_at((2.3, 1.2, 0.0))[0]) == 0
+    assert len(glow_at((1.0, 1.2, math.pi))[0]) == 0
+
+
+def test_it_is_on_for_its_share_of_a_period() -> None:
+    lamp = np.array([0.11, 0.0025, 5e4, 5e-3, 0.75, 0.0])
+    on = [is_on(lamp, 5e-5 + 1e-4 * k) for k in range(1000)]
+    assert np.mean(on) == pytest.approx(0.75, abs=0.01)
