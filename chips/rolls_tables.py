@@ -14,7 +14,7 @@ from chips.rolls_address import NEURONS
 from chips.rolls_charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
 from chips.rolls_chip_kernel import ChipTables, Membranes
 from chips.rolls_circuit import FILTERS, Params, chip
-from chips.rolls_devices import Part, capacitance_matrix, part_of
+from chips.rolls_devices import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls_kernel import Neurons
 from chips.rolls_lumped import Filter, Load, bank_of, filter_of, line_voltage, lines_of, omega_table
 from chips.rolls_neuron_model import NODES, neurons_of
@@ -83,8 +83,9 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
     """All tables of a chip on `silicon` for steps of `step` s."""
     ready = prepare(params, silicon.process)
     gates = gate_voltages(chip(params, program.biases, kind), silicon)
-    neurons = _neurons(params, ready, program, gates, silicon)
-    filters = [_filter(params, ready, k, gates, silicon) for k in range(len(FILTERS))]
+    latches = program.slow_leak().tobytes()
+    neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), latches)
+    filters = [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
     draws = _draws(params, ready, program, gates, silicon, filters)
     virtual = _virtual(params, ready, program, gates, silicon, filters)
     charges = np.zeros((NEURONS, 2, NEURONS), dtype=np.float32)
@@ -108,7 +109,6 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
     )
     banks = [bank_of(f, load, step) for f, load in zip(filters, loads, strict=True)]
     power = filters[0].power
-    membranes, unit = _membranes(neurons)
     tables = ChipTables(
         step, omega_table(power, filters[0].follow), (banks[0], banks[1], banks[2], banks[3]), live, charges,
         np.concatenate(units), membranes,
@@ -122,21 +122,38 @@ def _mean_current(current: F64, charge: F64) -> F64:
     return np.where(total > 0.0, (current * charge).sum(axis=1) / np.where(total > 0.0, total, 1.0), 1e-9)
 
 
+@lru_cache(maxsize=4)
 def _neurons(
-    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon
-) -> Neurons:
+    params: Params, silicon: Silicon, gates: tuple[tuple[str, float], ...], latches: bytes
+) -> tuple[Neurons, Membranes, F64]:
+    """Neurons of a die, kept for programs that differ in weights alone; latches: bool[256], slow leak."""
     place = row_place(NEURONS, ("neuron", ()))
-    d = devices_at(rolls_neuron.build(params.neuron), place, silicon, part_gates("neuron", gates))
-    return neurons_of(d, ready.neuron, program.slow_leak(), RESTING)
+    d = devices_at(rolls_neuron.build(params.neuron), place, silicon, dict(gates))
+    ready = prepare(params, silicon.process)
+    neurons = neurons_of(d, ready.neuron, np.frombuffer(latches, dtype=np.bool_), RESTING)
+    return neurons, *_membranes(neurons)
 
 
-def _filter(params: Params, ready: Prepared, k: int, gates: Mapping[str, float], silicon: Silicon) -> Filter:
+@lru_cache(maxsize=16)
+def _filter(params: Params, silicon: Silicon, k: int, gates: tuple[tuple[str, float], ...]) -> Filter:
+    """Filters of a kind on a die, kept likewise."""
     name = FILTERS[k]
     inhibitory = name.endswith("inhibitory")
     make = dpi_synapse.inhibitory_filter if inhibitory else dpi_synapse.excitatory_filter
-    place = row_place(NEURONS, (name, ()))
-    d = devices_at(make(params.synapse), place, silicon, part_gates(name, gates))
-    return filter_of(d, *ready.filters[k], inhibitory=inhibitory)
+    d = devices_at(make(params.synapse), row_place(NEURONS, (name, ())), silicon, dict(gates))
+    capacitances = prepare(params, silicon.process).filters[k]
+    return filter_of(d, *capacitances, inhibitory=inhibitory)
+
+
+@lru_cache(maxsize=2)
+def _synapses(params: Params, silicon: Silicon) -> DieDevices:
+    """Weight devices of the whole array, without their gates."""
+    place = row_place(NEURONS, ("synapse", (NEURONS,)))
+    return devices_at(dpi_synapse.synapse(params.synapse), place, silicon, {}, WEIGHT_DEVICES, "synapse.")
+
+
+def _gates_of(part: str, gates: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    return tuple(sorted(part_gates(part, gates).items()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,11 +171,8 @@ def _draws(
     params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
     filters: Sequence[Filter],
 ) -> _Draws:  # fmt: skip
-    place = row_place(NEURONS, ("synapse", (NEURONS,)))
-    d = devices_at(
-        dpi_synapse.synapse(params.synapse), place, silicon, part_gates("synapse", gates), WEIGHT_DEVICES,
-        "synapse.",
-    )  # fmt: skip
+    gated = {port: np.asarray(v, dtype=np.float64) for port, v in part_gates("synapse", gates).items()}
+    d = _synapses(params, silicon)._replace(gate=gated)
     extenders = devices_at(
         dpi_synapse.pulse_extender(params.synapse), (("extender", (NEURONS,)),), silicon,
         part_gates("extender", gates), None, "extender.",

@@ -31,6 +31,9 @@ BLOCKS: dict[str, str] = {
     "axon-delay": "circuits.blocks.axon_delay:BLOCK",
     "wavefront-cell": "circuits.blocks.wavefront_cell:BLOCK",
     "winner-take-all": "circuits.blocks.winner_take_all:BLOCK",
+    "latency-neuron": "circuits.blocks.latency_neuron:BLOCK",
+    "coincidence-detector": "circuits.blocks.latency_coincidence:BLOCK",
+    "race-cell": "circuits.blocks.latency_race:BLOCK",
 }
 
 METRICS: dict[str, str] = {

@@ -20,6 +20,7 @@ from system import run_command_line, study_command_line
 from system.command_options import (
     At,
     Biases,
+    BiasFile,
     BiasSet,
     BlockName,
     Corner,
@@ -85,6 +86,7 @@ def show(
     param: Params = [],  # noqa: B006 - typer reads the default and never changes it
     bias: Biases = [],  # noqa: B006
     bias_set: BiasSet = None,
+    bias_file: BiasFile = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -97,13 +99,14 @@ def show(
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
-    """Show ports, devices, biases and stimuli, or draw the graph."""
+    """Show ports, devices, biases and stimuli, or draw the graph; of rolls, what a die is like."""
     call(
         "show:show_command",
         block,
         params=param,
         biases=bias,
         bias_set=bias_set,
+        bias_file=bias_file,
         bias_kind=kind_name(bias_kind),
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
         plot=plot,

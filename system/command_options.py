@@ -76,6 +76,10 @@ BiasSet = Annotated[
     str | None,
     typer.Option("--bias-set", metavar="NAME", help="Named set of the block's biases; --bias goes on top."),
 ]
+BiasFile = Annotated[
+    str | None,
+    typer.Option("--bias-file", metavar="FILE", help="Of rolls: rolls_default, rolls_parallella or a CSV."),
+]
 Kind = Annotated[
     BiasKind | None, typer.Option("--bias-kind", help="Fixed gate voltages, or the bias generator.")
 ]

@@ -4,92 +4,80 @@ At each time step the bat pings in the head's direction, updates the memory by e
 of the largest desirability by equation (6), directs the head, and, where the arc's direction was sensed of
 late, the body; then it flies along its arc until the next ping. Distances along arcs, touches of the zone of
 collision and the field of view are exact, without steps in space.
-
-An obstacle blocks an arc where it comes nearer to it than R_C. In the bat's frame, x ahead and y to the left,
-the full circle of curvature k passes (x, y) at a distance below R_C where
-
-    (y - R_C) / h < k < (y + R_C) / h,    h = (x^2 + y^2 - R_C^2) / 2,
-
-so the arcs that need a closer look are a range of numbers. Of these the obstacle blocks the ones whose
-nearest point lies on the arc, or whose end is nearer than R_C.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chips import selection_kernel
 from circuits.compiled import compiled
-from system import curved_openspace, forest_map
+from system import (
+    curved_openspace,
+    curved_openspace_view,
+    forest_map,
+    forest_senses_kernel,
+    forest_state,
+)
 from system.curved_openspace import ARCS, MIDDLE, Arcs
+from system.curved_openspace_view import add_immediacies, blocked_at, in_view
 from system.forest_map import CELL, SIDE, Cells
+from system.forest_senses_kernel import NO_CHOICE, Senses, collect, hear, note_difference, select_on_chip
+from system.forest_state import (
+    ARC,
+    AVOIDED,
+    CROSSED,
+    DISTANCE,
+    EMERGENCIES,
+    HEAD,
+    HEADING,
+    HIT,
+    LAP,
+    LAPS_X,
+    LOGGED,
+    NEVER,
+    PINGED,
+    PINGS,
+    SCANNING,
+    SCANS,
+    SEEN,
+    TIME,
+    WINNER,
+    Flight,
+    X,
+    Y,
+)
 
 F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 GOING, COLLIDED, TRAPPED, OVER = range(4)  # how a flight stands
 TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the paper's
 LONGEST = 250_000.0  # s of a run; the paper's
-# columns of `Flight.counts`
-(
-    HEAD, ARC, SCANNING, LAP, AVOIDED, PINGS, EMERGENCIES, SCANS, WINNER, SEEN, HIT, LOGGED, PINGED,
-) = range(13)  # fmt: skip
-X, Y, HEADING, TIME, CROSSED, DISTANCE, LAPS_X = range(7)  # columns of `Flight.pose`
-LOG_COLUMNS = 8  # time (s), x, y (m), heading (rad), direction of the ping, arc, winner, whether scanning
 
-_NEVER = -1e300  # s, of a direction that was not sensed yet
 _HALVINGS = 50  # of the way to a touch
 
 # their numbers are compiled in
-_compiled = compiled(callees=(curved_openspace, forest_map))
-_inlined = compiled(callees=(curved_openspace, forest_map), forceinline=True)
-
-
-class Flight(NamedTuple):
-    """State of a flight, overwritten in place.
-
-    pose: float64[7], x, y (m), heading (rad, from east to north), time (s), time of the last new crossing
-    (s), way (m), x without the torus (m); counts: int64[13], see the columns; risk, wish: float64[ARCS],
-    E_p and D_p; fresh: float64[ARCS], sums of immediacies of the last ping; sensed: float64[DIRECTIONS], s,
-    last ping in each; met: int64[obstacles], 1 + the lap in which each was last counted; log: float64[rows,
-    LOG_COLUMNS], filled while there is room.
-    """
-
-    pose: F64
-    counts: I64
-    risk: F64
-    wish: F64
-    sensed: F64
-    met: I64
-    fresh: F64
-    log: F64
-
-
-def new_flight(x: float, y: float, heading: float, directions: int, obstacles: int, rows: int) -> Flight:
-    """A flight that begins: straight ahead, the head in the middle, nothing remembered."""
-    counts = np.zeros(13, dtype=np.int64)
-    counts[HEAD], counts[ARC], counts[HIT] = directions // 2, MIDDLE, -1
-    return Flight(
-        np.array([x, y, heading, 0.0, 0.0, 0.0, x]),
-        counts,
-        np.zeros(ARCS),
-        np.zeros(ARCS),
-        np.full(directions, _NEVER),
-        np.zeros(obstacles, dtype=np.int64),
-        np.zeros(ARCS),
-        np.zeros((rows, LOG_COLUMNS)),
-    )
+_CALLEES = (
+    curved_openspace,
+    curved_openspace_view,
+    forest_map,
+    forest_senses_kernel,
+    forest_state,
+    selection_kernel,
+)
+_compiled = compiled(callees=_CALLEES)
+_inlined = compiled(callees=_CALLEES, forceinline=True)
 
 
 @_compiled
-def fly(a: Arcs, c: Cells, f: Flight, pings: int) -> int:
+def fly(a: Arcs, s: Senses, c: Cells, f: Flight, pings: int) -> int:
     """Fly until something happens, at most so many pings; returns `GOING` or why it ended."""
     for _ in range(pings):
-        ping(a, c, f)
-        choose(a, f)
+        ping(a, s, c, f)
+        choose(a, s, f)
         if advance(a, c, f):
             return COLLIDED
         if f.pose[TIME] - f.pose[CROSSED] >= TRAPPED_AFTER:
@@ -100,12 +88,12 @@ def fly(a: Arcs, c: Cells, f: Flight, pings: int) -> int:
 
 
 @_compiled
-def ping(a: Arcs, c: Cells, f: Flight) -> None:
+def ping(a: Arcs, s: Senses, c: Cells, f: Flight) -> None:
     """Ping in the head's direction, and update the memory by equation (4)."""
     head = f.counts[HEAD]
     for p in range(ARCS):
         f.fresh[p] = 0.0
-    _look(a, c, f, head)
+    _look(a, s, c, f, head)
     decay = 0.0 if f.counts[SCANNING] else a.decay
     for p in range(ARCS):
         old = f.risk[p] - decay - (a.inhibition if a.group[p] == head else 0.0)
@@ -115,7 +103,7 @@ def ping(a: Arcs, c: Cells, f: Flight) -> None:
 
 
 @_compiled
-def _look(a: Arcs, c: Cells, f: Flight, head: int) -> None:
+def _look(a: Arcs, s: Senses, c: Cells, f: Flight, head: int) -> None:
     """Find the obstacles in the field of view: count them, and add their immediacies to `fresh`."""
     heading = f.pose[HEADING]
     turn = heading + a.direction[head]
@@ -127,17 +115,24 @@ def _look(a: Arcs, c: Cells, f: Flight, head: int) -> None:
     x0, y0 = f.pose[X], f.pose[Y]
     left, right = _columns(c, x0 + min(0.0, far_x) - wide_x, x0 + max(0.0, far_x) + wide_x)
     low, high = _columns(c, y0 + min(0.0, far_y) - wide_y, y0 + max(0.0, far_y) + wide_y)
-    f.counts[SEEN] = 0
+    f.counts[SEEN], echoes = 0, 0
     for row in range(low, high + 1):
         for k in range(c.begin[row, left], c.begin[row, right + 1]):
             dx, dy = c.x[k] - x0, c.y[k] - y0
             if not in_view(a, ahead_x * dx + ahead_y * dy, ahead_x * dy - ahead_y * dx):
+                continue
+            if not s.exact:
+                side = math.atan2(ahead_x * dy - ahead_y * dx, ahead_x * dx + ahead_y * dy)
+                x, y = body_x * dx + body_y * dy, body_x * dy - body_y * dx
+                echoes = collect(f, echoes, x, y, side, c.number[k])
                 continue
             f.counts[SEEN] += 1
             if f.met[c.number[k]] <= f.counts[LAP]:
                 f.met[c.number[k]] = f.counts[LAP] + 1
                 f.counts[AVOIDED] += 1
             add_immediacies(a, body_x * dx + body_y * dy, body_x * dy - body_y * dx, f.fresh)
+    if echoes:
+        f.counts[SEEN] = hear(a, s, f, echoes)
 
 
 @_inlined
@@ -148,71 +143,35 @@ def _columns(c: Cells, low: float, high: float) -> tuple[int, int]:
     return min(max(first, 0), last), min(max(int((high + c.margin) / CELL), 0), last)
 
 
-@_inlined
-def in_view(a: Arcs, x: float, y: float) -> bool:
-    """Whether a place (m, x along the ping, y to its left) is within the Gaussian field of view."""
-    squared = x * x + y * y
-    if squared > a.max_range * a.max_range or abs(y) > a.view_half_width:
-        return False
-    bearing = math.atan2(y, x) / a.view_sigma
-    return squared <= a.max_range * a.max_range * math.exp(-bearing * bearing)
-
-
 @_compiled
-def add_immediacies(a: Arcs, x: float, y: float, risk: F64) -> None:
-    """Add an obstacle's immediacy, equations (3) and (11), to the risk of each arc that it blocks.
-
-    x, y: its place in the body's frame, m. The immediacy is cut off at 0.
-    """
-    h = 0.5 * (x * x + y * y - a.zone * a.zone)
-    if h <= 0.0:
-        first, last = 0, ARCS - 1
-    else:
-        scale = 1.0 / (h * a.curvature_step)
-        first = max(MIDDLE - math.floor(min((y + a.zone) * scale, MIDDLE + 1.0)), 0)
-        last = min(MIDDLE - math.ceil(max((y - a.zone) * scale, -MIDDLE - 1.0)), ARCS - 1)
-    for p in range(first, last + 1):
-        s = blocked_at(a.curvature[p], a.length[p], a.end[p, 0], a.end[p, 1], x, y, a.zone)
-        if s < 0.0:
-            continue
-        share = 1.0 - (s - a.zone) * a.max_range / (a.immediacy_range * a.length[p])
-        if share > 0.0:
-            risk[p] += a.max_risk * share**a.power if a.power > 1 else a.max_risk * share
-
-
-@_inlined
-def blocked_at(k: float, length: float, end_x: float, end_y: float, x: float, y: float, zone: float) -> float:
-    """Way (m) along an arc of curvature k to its spot nearest to (x, y); -1 where none is nearer than zone.
-
-    end_x, end_y: the last point of the arc. All in m and 1/m, in the frame of its beginning.
-    """
-    if k == 0.0:
-        s, off = x, abs(y)
-    else:
-        across, along = 1.0 - k * y, abs(k) * x
-        s = math.atan2(along, across) / abs(k)
-        off = abs(math.sqrt(along * along + across * across) - 1.0) / abs(k)
-    if 0.0 <= s <= length:
-        return s if off < zone else -1.0
-    to_end = (x - end_x) ** 2 + (y - end_y) ** 2
-    to_start = x * x + y * y
-    if min(to_end, to_start) >= zone * zone:
-        return -1.0
-    return length if to_end < to_start else 0.0
-
-
-@_compiled
-def choose(a: Arcs, f: Flight) -> None:
+def choose(a: Arcs, s: Senses, f: Flight) -> None:
     """Select the arc by equation (6); turn head and body, or turn round."""
-    _desire(a, f)
-    winner = 0
+    _excite(a, f)
+    winner, emergency = 0, False
+    if s.selecting:
+        winner, emergency = select_on_chip(a, s, f)
+    _inhibit(a, f)
+    best = 0
     for p in range(1, ARCS):
-        if f.wish[p] > f.wish[winner]:
-            winner = p
-    f.counts[WINNER] = winner
-    if f.wish[winner] < a.emergency_below:
-        _turn_round(a, f)
+        if f.wish[p] > f.wish[best]:
+            best = p
+    f.counts[WINNER] = best
+    if not s.selecting:
+        winner, emergency = best, f.wish[best] < a.emergency_below
+    elif winner == NO_CHOICE:
         return
+    else:
+        note_difference(f, winner)
+    if emergency:
+        _turn_round(a, f)
+    else:
+        _follow(a, f, winner)
+
+
+@_compiled
+def _follow(a: Arcs, f: Flight, winner: int) -> None:
+    """Turn the head to the winner, and the body where its direction was sensed of late."""
+    f.counts[WINNER] = winner
     group = a.group[winner]
     f.counts[HEAD] = group
     if f.pose[TIME] - f.sensed[group] <= a.recency:
@@ -223,12 +182,17 @@ def choose(a: Arcs, f: Flight) -> None:
 
 
 @_compiled
-def _desire(a: Arcs, f: Flight) -> None:
-    """Desirability of all arcs, equation (6)."""
+def _excite(a: Arcs, f: Flight) -> None:
+    """Terms of the desirability, equation (6), without the inhibition."""
     head, held = f.counts[HEAD], f.counts[ARC]
     for p in range(ARCS):
         f.wish[p] = a.bias[p] + a.hold[held, p] + (a.ping_bias if a.group[p] == head else 0.0)
     _add_goal(a, f)
+
+
+@_compiled
+def _inhibit(a: Arcs, f: Flight) -> None:
+    """Inhibition by the evaluation memory, the last term of equation (6)."""
     for q in range(ARCS):
         risk = f.risk[q]
         if risk == 0.0:
@@ -276,7 +240,7 @@ def _turn_round(a: Arcs, f: Flight) -> None:
     for p in range(ARCS):
         f.risk[p] = 0.0
     for d in range(f.sensed.size):
-        f.sensed[d] = _NEVER
+        f.sensed[d] = NEVER
 
 
 @_compiled

@@ -1,14 +1,16 @@
 """Forest: a bat flies left through a dense forest by narrow pings (Wen & Horiuchi 2022, analog model).
 
 pings -> ranges and bearings of obstacles in the field of view -> memory of the risk of each arc -> most
-desirable arc -> head and body. Ranges and bearings are exact, as in the paper: no chip is in the loop, so
-that a die is no more than the number of a sample in a study.
+desirable arc -> head and body. Ranges and bearings are exact, as in the paper, or those of a sonar or of a
+ranging chip, and the selection is ideal or a chip's (`system.forest_senses`). With chips a die is silicon,
+and the number of a sample; without, no more than that number.
 
 A run of the system is one sample: flights until a collision, or a number of pings.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -24,13 +26,19 @@ from system.curved_openspace import Bat, arcs_of
 from system.forest_flight import Planter, Run, Sample, fly_sample, planter
 from system.forest_map import OBSTACLES, SIDE, Forest, check_count, read_forest
 from system.forest_picture import draw_view_of_run
+from system.forest_senses import IDEAL, Sensing, senses_of, with_area
+from system.forest_weights import WEIGHTS, weighted
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
+    "heard", "missed", "masked", "occluded", "ghosts", "late", "ties", "other_choices", "deciding_s",
 )  # fmt: skip
-PINGS = 20_000  # of a run: more make a picture of one colour; ours
+PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
+CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
 ROOM_TEMPERATURE = 27.0
+
+STUDIED = ("map", "obstacles", "vmax", "ping_rate", "ranges", "selection", "reader", "area", "weights")
 
 _PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
 
@@ -44,6 +52,7 @@ class Scenario:
     """
 
     bat: Bat = field(default_factory=Bat)
+    sensing: Sensing = IDEAL
     map: str | None = None
     obstacles: int = OBSTACLES
     start: tuple[float, float] | None = None
@@ -64,10 +73,10 @@ class Scenario:
                 f"--vmax: {self.bat.max_speed:g} m/s at {self.bat.ping_rate:g} Hz is {way:.3g} m between"
                 f" pings, must be at most the {self.bat.max_range:g} m that a ping shows; fly slower"
             )
-        if self.temperature_c != ROOM_TEMPERATURE:
+        if self.temperature_c != ROOM_TEMPERATURE and not self.sensing.silicon:
             raise ParameterError(
                 f"--temperature: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
-                " forest's loop; leave it out"
+                " loop; give --ranges chip or --selection chip, or leave it out"
             )
         if self.map is None:
             check_count(self.obstacles)
@@ -94,14 +103,17 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     zone of collision.
     """
     number = -1 if scenario.die.number is None else scenario.die.number
+    key = scenario.seed, number + 1
+    senses = senses_of(scenario.sensing, scenario.bat, scenario.die, scenario.temperature_c, key)
     sample, first = fly_sample(
         arcs_of(scenario.bat),
         _forests(scenario),
-        (scenario.seed, number + 1),
+        key,
         scenario.pings,
         scenario.start,
         min(scenario.rows, scenario.pings),
         progress,
+        senses,
     )
     return Trace(scenario, sample, first)
 
@@ -121,7 +133,23 @@ def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
                 shown = option.replace("_", "-")
                 raise ParameterError(f"--{shown}: {value:g} {unit}, must be above 0 and finite")
             numbers[name] = value
-    return {**fields, "bat": Bat(**numbers)}
+    weights = fields.pop("weights", WEIGHTS[0])
+    sensing = read_sensing(fields)
+    return {**fields, "sensing": sensing, "bat": weighted(Bat(**numbers), weights)}
+
+
+def read_sensing(fields: dict[str, Any]) -> Sensing:
+    """Take the options of the senses out of `fields`; `azimuth_noise` is in degrees, `area` of both chips."""
+    names = ("ranges", "selection", "occlusion", "multipath", "azimuth_noise", "reader", "bias_kind")
+    given = {name: fields.pop(name) for name in names if name in fields}
+    if "azimuth_noise" in given:
+        given["azimuth_noise"] = math.radians(given["azimuth_noise"])
+    sensing = Sensing(**given)
+    if "area" not in fields:
+        return sensing
+    if not sensing.silicon:
+        raise ParameterError("--area: no chip is in the loop; give --ranges chip or --selection chip")
+    return with_area(sensing, fields.pop("area"))
 
 
 def read_place(text: str, option: str) -> tuple[float, float]:
@@ -148,9 +176,17 @@ def draw(trace: Trace, figure: Figure) -> None:
     s, sample = trace.scenario, trace.sample
     title = (
         f"{len(trace.first.forest.place)} obstacles, {s.bat.max_speed:g} m/s, {s.bat.ping_rate:g} Hz:"
-        f" {sample.avoided} avoided, first run {trace.first.ended}"
+        f" {sample.avoided} avoided, first run {trace.first.ended}{_of_senses(s)}"
     )
     draw_view_of_run(trace.first.forest.place, s.bat.zone, trace.path, figure, title)
+
+
+def _of_senses(scenario: Scenario) -> str:
+    sensing = scenario.sensing
+    if sensing == IDEAL:
+        return ""
+    die = f", {scenario.die}, {scenario.temperature_c:g} degC" if sensing.silicon else ""
+    return f"\nranges {sensing.ranges}, selection {sensing.selection}{die}"
 
 
 def _forests(scenario: Scenario) -> Planter:
@@ -174,23 +210,26 @@ class ForestSystem:
     study_metrics: tuple[str, ...] = ("avoided", "collided")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields."""
-        return Scenario(**options)
+        """A scenario of these fields, or of options as the command line has them."""
+        return Scenario(**read_options(options))
 
     def study_options(
         self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
     ) -> dict[str, Any]:
-        """Fields of a study's scenario: a forest a die, which has no silicon."""
-        if level != "behavioural" or bias_kind is not None:
-            option = "--level" if level != "behavioural" else "--bias-kind"
-            raise ParameterError(f"{option}: no chip is in the forest's loop; leave it out")
+        """Fields of a study's scenario: a forest a die, with chips its silicon too."""
+        if level != "behavioural":
+            raise ParameterError("--level: the forest's chips are behavioural models; leave it out")
         for name in route:
-            if name != "map":
+            if name not in STUDIED:
                 raise ParameterError(f"--{name}: not an option of a forest's study; leave it out")
-        return {"pings": STUDY_PINGS, "rows": 0, **route}
+        given: dict[str, Any] = dict(route)
+        if bias_kind is not None:
+            given["bias_kind"] = bias_kind
+        silicon = read_options(given)["sensing"].silicon
+        return {"pings": CHIP_STUDY_PINGS if silicon else STUDY_PINGS, "rows": 0, **given}
 
     def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of: none."""
+        """What its chips are made of: nothing that deviates in every one of its runs."""
         return ()
 
     def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:

@@ -21,23 +21,44 @@ from itertools import accumulate
 
 from scipy import stats
 
+from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
-from system.curved_openspace import Arcs, Bat, arcs_of
-from system.forest_flight import Planter, Sample, fly_sample, planter
+from system.curved_openspace import Bat, arcs_of
+from system.forest_flight import Sample, fly_sample, planter
 from system.forest_map import OBSTACLES
+from system.forest_senses import IDEAL, Sensing, senses_of
 from system.study.interval import LEVEL, Estimate, Interval
 
 COLLISIONS, PINGS = 200, 250_000_000  # at which a configuration ends
-FIRST_SEED = 1000  # of a report; those below are for choosing numbers
+CHIP_PINGS = 25_000_000  # with chips
+FIRST_SEED = 50_000  # of a report; those below 1000 choose numbers, none between is used
 GROUP = 10  # samples that share the pings that are left; ours
+
+
+def nominal_die(_: int) -> Die:
+    """The nominal die for every sample."""
+    return NOMINAL
+
+
+def own_die(seed: int) -> Die:
+    """A die a sample."""
+    return Die(number=seed)
+
+
+def own_mismatch(seed: int) -> Die:
+    """A die a sample, without what its devices share: as if every die's biases were trimmed."""
+    return Die(number=seed, process=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A configuration: a bat and the number of obstacles."""
+    """A configuration: a bat, the number of obstacles, senses, and silicon (degC) with a die a seed."""
 
     bat: Bat = field(default_factory=Bat)
     obstacles: int = OBSTACLES
+    sensing: Sensing = IDEAL
+    die: Callable[[int], Die] = nominal_die
+    temperature_c: float = 27.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +118,17 @@ def fly_case(
     """Fly samples until the limits."""
     samples: list[Sample] = []
     arcs, forests = arcs_of(case.bat), planter(case.obstacles)
+
+    def fly_one(key: tuple[int, int]) -> Sample:
+        seed, pings = key
+        senses = senses_of(case.sensing, case.bat, case.die(seed), case.temperature_c, (seed, 0))
+        return fly_sample(arcs, forests, (seed, 0), pings, senses=senses)[0]
+
     left, met = limits.pings, 0
     with ThreadPoolExecutor(threads) as pool:
         while met < limits.collisions and left >= GROUP:
             first = limits.first_seed + len(samples)
-            flown = list(pool.map(lambda k: _sample(arcs, forests, k), _keys(first, left // GROUP)))
+            flown = list(pool.map(fly_one, _keys(first, left // GROUP)))
             flown = flown[: _enough([s.collided for s in flown], limits.collisions - met)]
             samples += flown
             met += sum(s.collided for s in flown)
@@ -126,11 +153,6 @@ def differ_p(a: Tally, b: Tally) -> float:
     if met == 0 or flown == 0:
         return 1.0
     return float(stats.binomtest(a.collisions, met, a.avoided / flown).pvalue)
-
-
-def _sample(arcs: Arcs, forests: Planter, key: tuple[int, int]) -> Sample:
-    seed, pings = key
-    return fly_sample(arcs, forests, (seed, 0), pings)[0]
 
 
 def _keys(first: int, pings: int) -> Sequence[tuple[int, int]]:

@@ -21,24 +21,31 @@ from numpy.typing import NDArray
 
 from circuits.errors import ParameterError
 from system.curved_openspace import DIRECTIONS, Arcs
-from system.curved_openspace_kernel import (
+from system.curved_openspace_kernel import COLLIDED, GOING, OVER, TRAPPED, fly
+from system.forest_map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant
+from system.forest_senses import EXACT
+from system.forest_senses_kernel import Senses
+from system.forest_state import (
     AVOIDED,
-    COLLIDED,
+    DECIDING,
     EMERGENCIES,
-    GOING,
+    GHOSTS,
+    HEARD,
     LAP,
+    LATE,
     LOGGED,
-    OVER,
+    MASKED,
+    MISSED,
+    OCCLUDED,
+    OTHER,
     PINGS,
     SCANS,
-    TRAPPED,
+    TIES,
     Flight,
-    fly,
     new_flight,
 )
-from system.curved_openspace_kernel import DISTANCE as WAY
-from system.curved_openspace_kernel import TIME as NOW
-from system.forest_map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant
+from system.forest_state import DISTANCE as WAY
+from system.forest_state import TIME as NOW
 
 F64 = NDArray[np.float64]
 
@@ -61,7 +68,12 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What was counted from the start to a collision, or to as many pings as were allowed."""
+    """What was counted from the start to a collision, or to as many pings as were allowed.
+
+    Of echoes, with ranges that are not exact: heard, missed by the chip, masked by an earlier one, occluded,
+    and heard by way of two obstacles. Of selections on a chip: late, ties that its model cannot tell, choices
+    that the desirabilities themselves would not have made, and the time (s) that they took.
+    """
 
     avoided: int
     collided: bool
@@ -73,6 +85,15 @@ class Sample:
     trapped: int
     emergencies: int
     scans: int
+    heard: int = 0
+    missed: int = 0
+    masked: int = 0
+    occluded: int = 0
+    ghosts: int = 0
+    late: int = 0
+    ties: int = 0
+    other_choices: int = 0
+    deciding_s: float = 0.0
 
 
 Planter = Callable[[np.random.Generator], Forest]
@@ -91,6 +112,7 @@ def fly_sample(
     start: tuple[float, float] | None = None,
     rows: int = 0,
     progress: Callable[[float], None] | None = None,
+    senses: Senses = EXACT,
 ) -> tuple[Sample, Run]:
     """Fly until a collision, or so many pings.
 
@@ -99,15 +121,16 @@ def fly_sample(
     key : of the forests and starts; a run adds its number.
     start : of every run, m; drawn unless given.
     rows : pings of the first run that are kept in its log.
+    senses : exact ranges and the ideal selection unless given.
 
     Returns the sample and its first run. Raises `ParameterError` for a start inside a zone of collision.
     """
     if pings < 1:
         raise ParameterError(f"--pings: {pings}, must be at least 1")
-    first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress)
+    first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress, senses)
     flights, used, trapped = [flight], int(flight.counts[PINGS]), int(ended == TRAPPED)
     while ended != COLLIDED and used < pings:
-        _, flight, ended = _fly_run(arcs, forests, (*key, len(flights)), pings - used, start, 0, None)
+        _, flight, ended = _fly_run(arcs, forests, (*key, len(flights)), pings - used, start, 0, None, senses)
         used += int(flight.counts[PINGS])
         trapped += ended == TRAPPED
         flights.append(flight)
@@ -129,6 +152,7 @@ def _fly_run(
     start: tuple[float, float] | None,
     rows: int,
     progress: Callable[[float], None] | None,
+    senses: Senses,
 ) -> tuple[Run, Flight, int]:
     """Fly one run, at most so many pings; also its state and how it ended."""
     random = np.random.default_rng(key)
@@ -138,7 +162,7 @@ def _fly_run(
     flight = new_flight(x, y, -math.pi, DIRECTIONS, len(forest.place), rows)
     ended, used = GOING, 0
     while ended == GOING and used < pings:
-        ended = fly(arcs, cells, flight, min(_AT_ONCE, pings - used))
+        ended = fly(arcs, senses, cells, flight, min(_AT_ONCE, pings - used))
         used = int(flight.counts[PINGS])
         if progress is not None:
             progress(used / pings)
@@ -180,4 +204,13 @@ def _sum_up(done: list[Flight], trapped: int, *, collided: bool) -> Sample:
         trapped=trapped,
         emergencies=total(EMERGENCIES),
         scans=total(SCANS),
+        heard=total(HEARD),
+        missed=total(MISSED),
+        masked=total(MASKED),
+        occluded=total(OCCLUDED),
+        ghosts=total(GHOSTS),
+        late=total(LATE),
+        ties=total(TIES),
+        other_choices=total(OTHER),
+        deciding_s=sum(float(f.pose[DECIDING]) for f in done),
     )

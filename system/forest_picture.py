@@ -19,17 +19,22 @@ _BEARINGS = np.linspace(-np.pi, np.pi, 361)
 
 def draw_forest(place: F64, zone: float, ax: Axes) -> None:
     """Draw obstacles, float64[n, 2] in m, with the size of the zone of collision (m)."""
+    draw_discs(place, zone, ax)
+    ax.set_xlim(0.0, SIDE)
+    ax.set_ylim(0.0, SIDE)
+    ax.set_aspect("equal")
+    ax.set_xlabel("x (m)")
+    ax.set_ylabel("y (m)")
+
+
+def draw_discs(place: F64, zone: float, ax: Axes) -> None:
+    """Add zones of collision (m) about places, float64[n, 2] in m, to the axes."""
     width = np.full(len(place), 2.0 * zone)
     discs = EllipseCollection(
         width, width, np.zeros(len(place)), units="xy", offsets=place, offset_transform=ax.transData,
         facecolors=PALE, edgecolors="none", zorder=1,
     )  # fmt: skip
     ax.add_collection(discs)
-    ax.set_xlim(0.0, SIDE)
-    ax.set_ylim(0.0, SIDE)
-    ax.set_aspect("equal")
-    ax.set_xlabel("x (m)")
-    ax.set_ylabel("y (m)")
 
 
 def draw_path(path: F64, ax: Axes, width: float = 0.6) -> None:

@@ -23,6 +23,9 @@ SYSTEMS: dict[str, str] = {
     "approach": "system.approach:SYSTEM",
     "rover": "system.rover:SYSTEM",
     "forest": "system.forest:SYSTEM",
+    "bug": "system.bug:SYSTEM",
+    "pushbot": "system.pushbot:SYSTEM",
+    "rolls": "system.rolls:SYSTEM",
 }
 
 EXPERIMENTS: dict[str, str] = {
@@ -43,8 +46,21 @@ EXPERIMENTS: dict[str, str] = {
     "wen2022-fig10": "system.experiments.wen2022_fig10:EXPERIMENT",
     "wen2022-fig11a": "system.experiments.wen2022_fig11a:EXPERIMENT",
     "wen2022-fig11b": "system.experiments.wen2022_fig11b:EXPERIMENT",
+    "wen2022-fig11c": "system.experiments.wen2022_fig11c:EXPERIMENT",
     "wen2022-fig11d": "system.experiments.wen2022_fig11d:EXPERIMENT",
     "wen2022-fig11e": "system.experiments.wen2022_fig11e:EXPERIMENT",
+    "wen2022-fig12": "system.experiments.wen2022_fig12:EXPERIMENT",
+    "wen2022-fig13": "system.experiments.wen2022_fig13:EXPERIMENT",
+    "forest-silicon": "system.experiments.forest_silicon:EXPERIMENT",
+    "forest-weights": "system.experiments.forest_weights:EXPERIMENT",
+    "stockel2017-fig5": "system.experiments.stockel2017_fig5:EXPERIMENT",
+    "stockel2017-fig6": "system.experiments.stockel2017_fig6:EXPERIMENT",
+    "stockel2017-fig7": "system.experiments.stockel2017_fig7:EXPERIMENT",
+    "stockel2017-fig8": "system.experiments.stockel2017_fig8:EXPERIMENT",
+    "rolls-calibration": "system.experiments.rolls_calibration:EXPERIMENT",
+    "rolls-drift": "system.experiments.rolls_drift:EXPERIMENT",
+    "rolls-forms": "system.experiments.rolls_forms:EXPERIMENT",
+    "rolls-mismatch": "system.experiments.rolls_mismatch:EXPERIMENT",
     "agreement": "system.experiments.agreement:EXPERIMENT",
     "ngspice-dies": "system.experiments.ngspice_dies:EXPERIMENT",
 }

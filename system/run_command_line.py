@@ -172,6 +172,28 @@ def forest(
     pings: Annotated[
         int | None, typer.Option(help="Without a collision it ends undecided after these; 20000.")
     ] = None,
+    ranges: Annotated[str | None, typer.Option(help="As exact, sonar or chip.")] = None,
+    selection: Annotated[str | None, typer.Option(help="As ideal, or chip for a die's.")] = None,
+    weights: Annotated[str | None, typer.Option(help="As fixed, or speed to depend on --vmax.")] = None,
+    occlusion: Annotated[bool | None, typer.Option(help="Obstacles hide those behind them.")] = None,
+    multipath: Annotated[bool | None, typer.Option(help="Echoes by way of two obstacles.")] = None,
+    azimuth_noise: Annotated[
+        float | None, typer.Option(metavar="DEGREES", help="Of every echo, standard deviation; 0.")
+    ] = None,
+    reader: Annotated[
+        str | None, typer.Option(help="Of a chip's ranges: nominal, or calibrated on its die at 27 degC.")
+    ] = None,
+    area: Annotated[float | None, typer.Option(metavar="FACTOR", help="Of a chip's devices; 1.")] = None,
+    bias_kind: Kind = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    animate: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw the first pings into a .gif file.")
+    ] = None,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
@@ -179,11 +201,109 @@ def forest(
     """A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022)."""
     options = {
         "map": forest_map, "obstacles": obstacles, "vmax": vmax, "ping_rate": ping_rate, "start": start,
-        "pings": pings,
+        "pings": pings, "ranges": ranges, "selection": selection, "weights": weights, "occlusion": occlusion,
+        "multipath": multipath, "azimuth_noise": azimuth_noise, "reader": reader, "area": area,
+        "bias_kind": kind_name(bias_kind),
     }  # fmt: skip
     call(
         "run_forest:run_forest",
         "forest",
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
+        seed,
+        plot,
+        animate,
+        as_json=as_json,
+        **{name: value for name, value in options.items() if value is not None},
+    )
+
+
+@app.command()
+def bug(
+    *,
+    agent: Annotated[str | None, typer.Option(help="As bug0, bug1 or bug2.")] = None,
+    brain: Annotated[str | None, typer.Option(help="As reference, a program, or ideal, neurons.")] = None,
+    design: Annotated[str | None, typer.Option(help="Of Bug 2's neurons: published or improved.")] = None,
+    neurons: Annotated[int | None, typer.Option(help="How many in all, about; the design's.")] = None,
+    bug_map: Annotated[
+        str | None, typer.Option("--map", metavar="MAP", help="As bug-cup, or a file of # S G and spaces.")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="N|X,Y", help="Number of the S, from 0, or a place.")
+    ] = None,
+    goal: Annotated[str | None, typer.Option(metavar="N|X,Y", help="As --start, of a G.")] = None,
+    duration: Annotated[
+        str | None, typer.Option(metavar="TIME", help="After which the run ends; 200s.")
+    ] = None,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A robot with a compass and contact follows walls to its goal (Stöckel 2017)."""
+    options = {
+        "agent": agent, "brain": brain, "design": design, "neurons": neurons, "map": bug_map, "start": start,
+        "goal": goal, "duration": duration,
+    }  # fmt: skip
+    call(
+        "run_bug:run_bug",
+        "bug",
+        seed,
+        plot,
+        as_json=as_json,
+        **{name: value for name, value in options.items() if value is not None},
+    )
+
+
+@app.command()
+def pushbot(
+    *,
+    scene: Annotated[
+        str | None, typer.Option(metavar="SCENE", help="As single-block, or a FILE.toml; single-block.")
+    ] = None,
+    speed_factor: Annotated[float | None, typer.Option(help="Of equation (2); 0.5, about 0.35 m/s.")] = None,
+    turn_factor: Annotated[float | None, typer.Option(help="Of equation (1); 0.5.")] = None,
+    window: Annotated[
+        str | None, typer.Option(metavar="TIME", help="In which spikes are counted; 500ms.")
+    ] = None,
+    readout: Annotated[
+        str | None, typer.Option(help="As sliding, or fixed: a command at the end of each window.")
+    ] = None,
+    modified: Annotated[
+        bool | None, typer.Option(help="Gyro-driven suppression and graded weights (section 3.4).")
+    ] = None,
+    drop: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Of events that are dropped at random; 0.8.")
+    ] = None,
+    colour: Annotated[str | None, typer.Option(help="Of the blocks, as blue, red or yellow.")] = None,
+    light: Annotated[str | None, typer.Option(help="As normal, dark, very-dark, or lux.")] = None,
+    target: Annotated[
+        bool | None, typer.Option(help="Events to the target field; where the scene has a target.")
+    ] = None,
+    exc: Annotated[int | None, typer.Option(help="Neurons that fire constantly; 16.")] = None,
+    duration: Annotated[
+        str | None, typer.Option(metavar="TIME", help="After which the run ends; the scene's.")
+    ] = None,
+    bias_kind: Kind = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    study: StudyFolder = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017)."""
+    options = {
+        "scene": scene, "speed_factor": speed_factor, "turn_factor": turn_factor, "window": window,
+        "readout": readout, "modified": modified, "dropped": drop, "colour": colour, "light": light,
+        "target": target, "exc": exc, "duration": duration, "bias_kind": kind_name(bias_kind),
+    }  # fmt: skip
+    call(
+        "run_pushbot:run_pushbot",
+        "pushbot",
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
         seed,
         plot,
         as_json=as_json,

@@ -10,6 +10,7 @@ import typer
 from system.command_options import (
     At,
     Biases,
+    BiasFile,
     BiasSet,
     BlockName,
     Corner,
@@ -109,6 +110,13 @@ def montecarlo(
     start: RouteStart = None,
     goal: RouteGoal = None,
     unit: UnitDelay = None,
+    obstacles: Annotated[int | None, typer.Option(help="Of a forest; 1400.")] = None,
+    ranges: Annotated[str | None, typer.Option(help="Of a forest: exact, sonar or chip.")] = None,
+    selection: Annotated[str | None, typer.Option(help="Of a forest: ideal or chip.")] = None,
+    bias_file: BiasFile = None,
+    input_rate: Annotated[
+        str | None, typer.Option(metavar="RATE", help="Of rolls: events a neuron gets; 100Hz.")
+    ] = None,
     threads: Annotated[int | None, typer.Option(help="All cores unless given.")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes of a local Dask cluster.")] = None,
     scheduler: Annotated[
@@ -143,7 +151,17 @@ def montecarlo(
         silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at),
         level=level.value,
         duration=duration,
-        route={"map": cost_map, "start": start, "goal": goal, "unit": unit},
+        route={
+            "map": cost_map,
+            "start": start,
+            "goal": goal,
+            "unit": unit,
+            "obstacles": obstacles,
+            "ranges": ranges,
+            "selection": selection,
+            "bias_file": bias_file,
+            "input_rate": input_rate,
+        },
         temperatures=temperature,
         corners=[c.value for c in corner],
         trials=trials,

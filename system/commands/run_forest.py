@@ -2,30 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+from circuits.errors import ParameterError
+from circuits.process import check_temperature
+from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar
 from system.forest import SYSTEM, Scenario, Trace, read_options
+from system.forest_animation import check_animation, save_animation
+from system.forest_senses import Sensing
+from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
+from system.silicon_choice import SiliconChoice
 
 
-def run_forest(system: str, seed: int, plot: str | None, *, as_json: bool, **options: Any) -> None:
-    """Run one sample, print its summary; `plot` draws its first run. `options` are those of its scenario."""
+def run_forest(
+    system: str,
+    silicon: SiliconChoice,
+    seed: int,
+    plot: str | None,
+    animate: str | None,
+    *,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Run one sample, print its summary; `plot` and `animate` draw its first run.
+
+    `options` are those of its scenario.
+    """
     if plot is not None:
         check_picture(plot)
-    scenario = Scenario(seed=seed, **read_options(options))
+    if animate is not None:
+        check_animation(animate)
+    celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
+    check_temperature(celsius)
+    fields = read_options(options)
+    _check_silicon(silicon, fields["sensing"])
+    scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **fields)
     with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
         trace = SYSTEM.run(scenario, progress)
     summary = SYSTEM.summarise(trace)
     if plot is not None:
         save_picture(plot, lambda figure: SYSTEM.draw(trace, figure))
+    if animate is not None:
+        save_animation(animate, trace)
     if as_json:
         print_json(_document(system, trace, summary))
     else:
         _print(system, trace, summary)
 
 
-def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+def _check_silicon(silicon: SiliconChoice, sensing: Sensing) -> None:
+    """Refuse a die where there is no silicon."""
+    if silicon.die is not None and not sensing.silicon:
+        raise ParameterError(
+            f"--die: {silicon.die}, no chip is in the loop; give --ranges chip or --selection chip"
+        )
+
+
+def _document(system: str, trace: Trace, summary: Mapping[str, float | None]) -> dict[str, Any]:
     s, log = trace.scenario, trace.first.log
     return {
         "system": system,
@@ -33,7 +69,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "obstacles": len(trace.first.forest.place),
         "max_speed_m_per_s": s.bat.max_speed,
         "ping_rate_Hz": s.bat.ping_rate,
-        "ranges": "exact",
+        **_of_senses(s),
         "zone_m": s.bat.zone,
         "seed": s.seed,
         "start_m": trace.first.start,
@@ -49,12 +85,34 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
     }
 
 
-def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
-    first, bat = trace.first, trace.scenario.bat
+def _of_senses(scenario: Scenario) -> dict[str, Any]:
+    sensing = scenario.sensing
+    found = {
+        "ranges": sensing.ranges,
+        "selection": sensing.selection,
+        "azimuth_noise_rad": sensing.azimuth_noise,
+        "ping_bias": scenario.bat.ping_bias,
+        "immediacy_range_m": scenario.bat.immediacy_range,
+    }
+    if sensing.silicon:
+        found |= {
+            "reader": sensing.reader,
+            "area": sensing.ranging_area,
+            "temperature_C": scenario.temperature_c,
+            **describe_die(scenario.die),
+        }
+    return found
+
+
+def _print(system: str, trace: Trace, summary: Mapping[str, float | None]) -> None:
+    first, bat, sensing = trace.first, trace.scenario.bat, trace.scenario.sensing
     where = f"{first.start[0]:.2f},{first.start[1]:.2f} m"
     print_line(f"first run from {where}, {first.ended} at {first.end[0]:.2f},{first.end[1]:.2f} m")
     rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
     title = f"{system}, {len(first.forest.place)} obstacles, {bat.max_speed:g} m/s, {bat.ping_rate:g} Hz"
+    title += f", ranges {sensing.ranges}, selection {sensing.selection}"
     print_table(title, ("quantity", "value:"), rows)
+    if sensing.ranges == "chip":
+        print_line("the chip gives ranges only: azimuths are the true ones, with --azimuth-noise if any")
     if not trace.sample.collided:
         print_line(f"undecided after {trace.sample.pings} pings: no collision; --pings N flies on")

@@ -11,8 +11,11 @@ from circuits.circuit import Bias, BiasKind, Port
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
 from system.commands.output import print_json, print_line, print_table, quantity_cell
+from system.commands.show_rolls import show_rolls
 from system.options import Choice, bias_unit, choose, describe_silicon, parameters
 from system.plot import check_picture, draw_circuit, save_picture
+from system.rolls_options import NAME as ROLLS
+from system.rolls_options import refuse_bias_file
 from system.silicon_choice import SiliconChoice
 
 _SIZE_UNITS = {
@@ -36,8 +39,16 @@ def show_command(
     silicon: SiliconChoice,
     plot: str | None,
     as_json: bool,
+    bias_file: str | None = None,
 ) -> None:
     """Print what `block` is made of, and draw its graph into the file `plot`."""
+    if block == ROLLS:
+        show_rolls(
+            bias_file=bias_file, params=params, biases=biases, bias_set=bias_set, bias_kind=bias_kind,
+            silicon=silicon, plot=plot, as_json=as_json,
+        )  # fmt: skip
+        return
+    refuse_bias_file(block, bias_file)
     if plot is not None:
         check_picture(plot)
     choice = choose(block, params, biases, bias_kind, silicon, bias_set=bias_set)

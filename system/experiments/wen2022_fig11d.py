@@ -3,37 +3,30 @@
 Rules, at each V_MAX: "Steep" (R_MAX0 = 3 m) avoids significantly fewer (p < 0.05) than control, "Flat" and
 "Squared"; "Squared" has the lowest mean of the other three. "Flat" (R_MAX0 = 7 m) is significantly worse than
 the control at 1.5 to 2 m/s and significantly better above 2 m/s. The speeds are ours. The bat's numbers were
-chosen, on other seeds, with the claims at 2 m/s and that on "Flat" at 3 m/s in view: those rows are fitted.
+chosen, on other seeds, with the claims on "Flat" at 2 to 3 m/s in view: those rows are fitted. Looked for
+where "Flat" is no better: with P of 0, 1, 2 and 3 its means were within the control's noise at 3 and 4 m/s.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from matplotlib.figure import Figure
 
 from system.curved_openspace import Bat
 from system.experiment import Experiment, Progress, Report, Row
+from system.experiments.wen2022_fig11c import CONTROL, FLAT, SQUARED, STEEP, groups
 from system.forest_campaign import Limits
 from system.forest_sweep import LIMITS, Sweep, differs_row, draw_sweep, lines, sweep
 
 SPEEDS = (1.0, 1.5, 1.75, 2.0, 2.5, 3.0)  # m/s; ours
 WORSE, BETTER = (1.5, 2.0), 2.0  # m/s, where Flat is worse, and above which it is better; the paper's
-FITTED, FLAT_FITTED = (2.0,), (2.0, 3.0)  # m/s
-CONTROL, STEEP, FLAT, SQUARED = "control", "Steep", "Flat", "Squared"
+FLAT_FITTED = (2.0, 2.5, 3.0)  # m/s
 
 
 def reproduce(progress: Progress, speeds: Sequence[float] = SPEEDS, limits: Limits = LIMITS) -> Report:
     """Fly all four at all speeds."""
-    bat = Bat()
-    bats = {
-        CONTROL: bat,
-        STEEP: replace(bat, immediacy_range=3.0),
-        FLAT: replace(bat, immediacy_range=7.0),
-        SQUARED: replace(bat, immediacy="squared"),
-    }
-    found = sweep(bats, speeds, limits, progress)
+    found = sweep(groups(Bat()), speeds, limits, progress)
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
@@ -43,7 +36,6 @@ def rows(found: Sweep) -> tuple[Row, ...]:
     steep = [
         differs_row(
             f"steep_against_{name.lower()}_at_{v:g}", found[STEEP, v], found[name, v], -1, name,
-            fitted=v in FITTED,
         )
         for v in speeds
         for name in (CONTROL, FLAT, SQUARED)

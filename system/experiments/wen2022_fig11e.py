@@ -3,7 +3,8 @@
 Rules: at each V_MAX the higher rate avoids significantly more (p < 0.05) than the next lower one; and the
 decline (ours: the ratio of the means at the lowest and the highest speed) is smaller at the higher rate. The
 speeds are ours. A ratio whose lower speed met no collision takes the lower end of its interval, which makes
-the decline at a high rate look smaller: such a row says so.
+the decline at a high rate look smaller: such a row says so. That decay and recency count time steps was
+chosen with all rates at 1.5, 3 and 6 m/s in view, on other seeds: those rows are fitted.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from system.forest_sweep import LIMITS, Sweep, differs_row, draw_sweep, lines, s
 
 SPEEDS = (1.5, 2.0, 3.0, 4.0, 6.0)  # m/s; ours
 RATES = (5.0, 10.0, 20.0)  # Hz, the paper's
+FITTED = (1.5, 3.0, 6.0)  # m/s
 
 
 def reproduce(
@@ -38,7 +40,7 @@ def rows(found: Sweep) -> tuple[Row, ...]:
     names = list(dict.fromkeys(name for name, _ in found))
     speeds = list(dict.fromkeys(speed for _, speed in found))
     higher = [
-        differs_row(f"{b.replace(' ', '_')}_at_{v:g}", found[b, v], found[a, v], 1, a)
+        differs_row(f"{b.replace(' ', '_')}_at_{v:g}", found[b, v], found[a, v], 1, a, fitted=v in FITTED)
         for a, b in pairwise(names)
         for v in speeds
     ]
@@ -53,9 +55,7 @@ def _decline_row(found: Sweep, lower: str, higher: str, slow: float, fast: float
     shown = f"{ratios[1]:.4g} times against {ratios[0]:.4g}{unsure}"
     rule = f"mean at {slow:g} m/s over that at {fast:g} m/s below that of {lower}"
     agrees = not unsure and ratios[1] < ratios[0]
-    return Row(
-        f"decline_{higher.replace(' ', '_')}", "slower", shown, rule, None, fitted=False, agrees=agrees
-    )
+    return Row(f"decline_{higher.replace(' ', '_')}", "slower", shown, rule, None, fitted=True, agrees=agrees)
 
 
 def _decline(slow: Tally, fast: Tally) -> float:

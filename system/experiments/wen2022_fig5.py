@@ -18,24 +18,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from system.curved_openspace import DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
-from system.curved_openspace_kernel import (
-    ARC,
-    HEAD,
-    SCANNING,
-    SEEN,
-    WINNER,
-    Flight,
-    X,
-    Y,
-    advance,
-    choose,
-    new_flight,
-    ping,
-)
+from system.curved_openspace_kernel import advance, choose, ping
 from system.experiment import Experiment, Progress, Report, Row
 from system.forest_flight import margin_of
 from system.forest_map import Forest, cells_of
 from system.forest_picture import draw_bars, draw_forest, draw_sight
+from system.forest_senses import EXACT
+from system.forest_state import ARC, HEAD, SCANNING, SEEN, WINNER, Flight, X, Y, new_flight
 
 F64 = NDArray[np.float64]
 
@@ -72,8 +61,8 @@ def reproduce(progress: Progress, obstacles: Sequence[tuple[float, float]] = OBS
     for k in range(2):
         pose = float(flight.pose[X]), float(flight.pose[Y]), float(flight.pose[2])
         pinged = int(flight.counts[HEAD])
-        ping(arcs, cells, flight)
-        choose(arcs, flight)
+        ping(arcs, EXACT, cells, flight)
+        choose(arcs, EXACT, flight)
         moments.append(_moment(pose, pinged, flight))
         advance(arcs, cells, flight)
         progress(0.5 * (k + 1))

@@ -13,6 +13,7 @@ from circuits.errors import CircuitError
 from system.command_line import main
 from system.forest import SUMMARY, SYSTEM, Scenario, Trace, read_options, run, summarise
 from system.forest_map import SIDE
+from system.forest_senses import Sensing
 from system.plot import save_picture
 
 
@@ -67,7 +68,7 @@ def test_options_of_the_command_line() -> None:
         ({"obstacles": 9000}, "--obstacles: 9000, must fit"),
         ({"pings": 0}, "--pings: 0"),
         ({"seed": -1}, "--seed: -1"),
-        ({"temperature_c": 85.0}, "--temperature: 85 degC, must be 27"),
+        ({"temperature_c": 85.0}, "--temperature: 85 degC, must be 27: no chip is in the"),
     ],
 )
 def test_bad_scenarios_are_refused(options: dict[str, object], says: str) -> None:
@@ -75,10 +76,36 @@ def test_bad_scenarios_are_refused(options: dict[str, object], says: str) -> Non
         Scenario(**read_options(options))
 
 
+def test_senses_of_the_command_line() -> None:
+    options = {"ranges": "chip", "selection": "chip", "azimuth_noise": 2.0, "area": 4.0, "vmax": 1.0}
+    fields = read_options({**options, "weights": "speed"})
+    sensing = fields["sensing"]
+    assert (sensing.ranges, sensing.selection, sensing.ranging_area) == ("chip", "chip", 4.0)
+    assert sensing.azimuth_noise == pytest.approx(np.radians(2.0))
+    assert fields["bat"].ping_bias < read_options(options)["bat"].ping_bias
+    with pytest.raises(CircuitError, match="--area: no chip is in the loop"):
+        read_options({"area": 4.0})
+
+
+def test_silicon_reaches_the_flight() -> None:
+    options = {"sensing": Sensing("chip", "chip"), "pings": 300, "rows": 300, "seed": 5}
+    cold, warm, again = (run(Scenario(**options, temperature_c=t)) for t in (10.0, 27.0, 27.0))  # type: ignore[arg-type]
+    assert summarise(warm) == summarise(again)
+    assert not np.array_equal(cold.first.log[:40], warm.first.log[:40])
+
+
 def test_it_draws(trace: Trace, tmp_path: Path) -> None:
     picture = tmp_path / "path.png"
     save_picture(str(picture), lambda figure: SYSTEM.draw(trace, figure))
     assert picture.stat().st_size > 30_000  # an empty figure has 3 kB, a forest alone more
+
+
+def test_a_study_with_chips(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("montecarlo", "forest", "-n", "2", "--metric", "avoided", "--metric", "heard", "--no-process")
+    chips = ("--ranges", "chip", "--selection", "chip", "--obstacles", "1700", "--json")
+    assert main((*options, *chips)) == 0
+    values = json.loads(capsys.readouterr().out)["values"]
+    assert min(values["heard"]) > 0.0
 
 
 def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -96,8 +123,8 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--level", "transistor"), "--level: no chip is in the forest's loop"),
-        (("--bias-kind", "gate"), "--bias-kind: no chip"),
+        (("--level", "transistor"), "--level: the forest's chips are behavioural models"),
+        (("--bias-kind", "gate"), "--bias-kind: not with --ranges exact"),
         (("--unit", "1us"), "--unit: not an option of a forest's study"),
     ],
 )

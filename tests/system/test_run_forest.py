@@ -50,6 +50,18 @@ def test_the_table(run: Run) -> None:
     assert "undecided after 20 pings" in out
 
 
+def test_the_document_with_chips(run: Run, tmp_path: Path) -> None:
+    film = tmp_path / "flight.gif"
+    options = ("--ranges", "chip", "--selection", "chip", "--die", "1003", "--no-process", "--pings", "6")
+    status, out, err = run(*options, "--animate", str(film), "--temperature", "30", "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out, parse_constant=pytest.fail)
+    assert (found["ranges"], found["selection"], found["die"]) == ("chip", "chip", 1003)
+    assert (found["temperature_C"], found["process_variation"]) == (30.0, False)
+    assert found["summary"]["heard"] + found["summary"]["missed"] > 0
+    assert film.read_bytes()[:6] == b"GIF89a"
+
+
 def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "wood.csv"
     path.write_text("x_m,y_m\n10,10\n")
@@ -70,7 +82,14 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
         (("--ping-rate", "-5"), "--ping-rate: -5 Hz, must be above 0"),
         (("--map", "/nonexistent.csv"), "/nonexistent.csv: No such file"),
         (("--plot", "way.bmp"), "--plot: way.bmp, must end with"),
-        (("--ranges", "chip"), "No such option: --ranges"),
+        (("--ranges", "radar"), "--ranges: radar, must be exact, sonar or chip"),
+        (("--die", "3"), "--die: 3, no chip is in the loop"),
+        (("--temperature", "60"), "--temperature: 60 degC, must be 27"),
+        (("--weights", "none"), "--weights: none, must be fixed or speed"),
+        (("--animate", "way.mov"), "--animate: way.mov, must end with .gif"),
+        (("--animate", "/nonexistent/way.gif"), "there is no folder /nonexistent"),
+        (("--occlusion",), "--occlusion: not with --ranges exact"),
+        (("--ranges", "chip", "--area", "0"), "ranging.area: 0 times"),
     ],
 )
 def test_what_is_wrong_is_one_line(run: Run, arguments: tuple[str, ...], says: str) -> None:

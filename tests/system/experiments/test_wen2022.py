@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from system.curved_openspace import Bat
 from system.experiment import Experiment, Progress, Report
 from system.experiments import (
     wen2022_fig5,
     wen2022_fig10,
     wen2022_fig11a,
     wen2022_fig11b,
+    wen2022_fig11c,
     wen2022_fig11d,
     wen2022_fig11e,
 )
@@ -23,7 +26,7 @@ from system.forest_flight import Sample
 from system.plot import save_picture
 from system.registry import EXPERIMENTS, load_experiment
 
-NAMES = ("fig5", "fig10", "fig11a", "fig11b", "fig11d", "fig11e")
+NAMES = ("fig5", "fig10", "fig11a", "fig11b", "fig11c", "fig11d", "fig11e")
 FEW = Limits(4, 20_000)
 QUICK: dict[str, Callable[[Progress], Report]] = {
     "fig10": lambda progress: wen2022_fig10.reproduce(progress, 300, 600),
@@ -108,6 +111,18 @@ def test_figure_11b_wants_each_term_where_the_paper_has_it() -> None:
     same = dict.fromkeys(found, tally(500))
     wrong = [row.name for row in wen2022_fig11b.rows(same) if not row.agrees]
     assert wrong == ["no_hysteresis_at_2", "no_ping-direction_bias_at_1", "no_ping-direction_bias_at_2"]
+
+
+def test_figure_11c_agrees() -> None:
+    assert [row.name for row in wen2022_fig11c.reproduce(lambda _: None).rows if not row.agrees] == []
+
+
+def test_figure_11c_wants_each_function() -> None:
+    way = np.linspace(0.0, 5.0, 101)
+    same = dict.fromkeys(wen2022_fig11c.groups(Bat()), 10.0 * (1.0 - way / 5.0))
+    wrong = [row.name for row in wen2022_fig11c.rows(way, same) if not row.agrees]
+    assert "control_largest_difference" not in wrong
+    assert {"Steep_largest_difference", "steep_beyond_3_m", "squared_emphasises_close"} <= set(wrong)
 
 
 def test_figure_11d_wants_an_order() -> None:

@@ -1,0 +1,57 @@
+"""Tuning curves: the rate of each neuron as a function of its input current.
+
+The leaky integrate-and-fire neuron of Stöckel 2017, section II.B,
+
+    tau_rc du/dt = J - u,    u = 0 for tau_ref after u reaches 1,
+
+fires at the rate 1 / (tau_ref - tau_rc ln(1 - 1 / J)) where J > 1. Neurons of silicon have measured curves:
+any `Curves` can take the place of the ideal one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+
+TAU_RC, TAU_REF = 0.02, 0.002  # s; nengo's, with which the paper simulates
+
+_SLOWEST = 1e-9  # Hz, so that nothing is divided by 0
+
+
+class Curves(Protocol):
+    """Rates of a population; neurons are numbered from 0. A current of 1 is an ideal neuron's threshold."""
+
+    def rates(self, first: int, current: F64) -> F64:
+        """Rates, Hz, of neurons from `first` on at currents, float64[points, neurons]."""
+
+    def currents(self, first: int, rate: F64) -> F64:
+        """Currents at which neurons from `first` on fire at rates, float64[neurons], Hz; 0 Hz: threshold."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdealCurves:
+    """Every neuron alike: time constant of the membrane and refractory period, s."""
+
+    tau_rc: float = TAU_RC
+    tau_ref: float = TAU_REF
+
+    def rates(self, first: int, current: F64) -> F64:
+        """Rates, Hz, of neurons from `first` on at currents, float64[points, neurons]."""
+        above = np.maximum(current, 1.0 + 1e-15)
+        rate = 1.0 / (self.tau_ref - self.tau_rc * np.log1p(-1.0 / above))
+        return np.where(current > 1.0, rate, 0.0)
+
+    def currents(self, first: int, rate: F64) -> F64:
+        """Currents at which neurons from `first` on fire at rates, float64[neurons], Hz; threshold at 0 Hz.
+
+        NaN beyond 1 / tau_ref, which no current reaches.
+        """
+        charging = 1.0 / np.maximum(rate, _SLOWEST) - self.tau_ref
+        reached = charging > 0.0
+        found = -1.0 / np.expm1(-np.where(reached, charging, 1.0) / self.tau_rc)
+        return np.where(rate > 0.0, np.where(reached, found, np.nan), 1.0)

@@ -1,0 +1,156 @@
+"""Compiled loop of a network of spiking neurons, factored into decoders and encoders.
+
+A time step of `DT`: lanes low-pass what spikes and nodes have put on them, y += (raw - y)(1 - e^(-DT / tau)),
+and add up in slots; encoders make currents of slots; neurons take a step; each spike puts its decoders, over
+DT, on lanes. So a spike acts one step later, as in nengo.
+
+`update` is all that is known about the neurons: leaky integrate-and-fire (Stöckel 2017, II.B), solved exactly
+over what the refractory period leaves of a step at constant current, the spike placed where u reaches 1.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+DT = 1e-3  # s; nengo's
+_compiled = compiled()
+
+
+class Net(NamedTuple):
+    """A network. Populations p have neurons begin[p]:begin[p + 1] and slots slot[p]:slot[p + 1].
+
+    bias: float64[neurons]; row: int64[slots], where a slot's encoders begin in `encoder`, a number a neuron
+    of its population; lane: int64[populations + 1], where a population's lanes begin in `reaches`, which has
+    lanes; decoder: float64, neuron after neuron, a number a lane, over DT; block: int64[populations], where
+    its decoders begin; keep: float64[lanes], e^(-DT / tau); goes: int64[lanes], slot, or -1; tau_rc and
+    tau_ref: s.
+    """
+
+    begin: I64
+    slot: I64
+    bias: F64
+    row: I64
+    encoder: F64
+    lane: I64
+    reaches: I64
+    decoder: F64
+    block: I64
+    keep: F64
+    goes: I64
+    tau_rc: float
+    tau_ref: float
+
+
+class State(NamedTuple):
+    """State of a network, overwritten in place.
+
+    u, rest: float64[neurons], membrane and what is left of the refractory period in s at the beginning of
+    the step; current: float64[neurons]; fired: int64[neurons], scratch; spikes: int64[neurons], since the
+    start; held, raw, y: float64[lanes], what nodes add, what spikes have added, low-passed; x: slots.
+    """
+
+    u: F64
+    rest: F64
+    current: F64
+    fired: I64
+    spikes: I64
+    held: F64
+    raw: F64
+    y: F64
+    x: F64
+
+
+def new_state(net: Net) -> State:
+    """A network at rest."""
+    neurons, lanes = len(net.bias), len(net.keep)
+    return State(
+        np.zeros(neurons), np.zeros(neurons), np.zeros(neurons), np.zeros(neurons, dtype=np.int64),
+        np.zeros(neurons, dtype=np.int64), np.zeros(lanes), np.zeros(lanes), np.zeros(lanes),
+        np.zeros(len(net.row)),
+    )  # fmt: skip
+
+
+@_compiled
+def advance(n: Net, s: State, steps: int) -> None:
+    """Take time steps."""
+    for _ in range(steps):
+        collect(n, s)
+        for p in range(n.begin.size - 1):
+            encode(n, s, p)
+            fired = update(s.u, s.rest, s.current, s.fired, n.begin[p], n.begin[p + 1], n.tau_rc, n.tau_ref)
+            decode(n, s, p, fired)
+
+
+@_compiled
+def collect(n: Net, s: State) -> None:
+    """Low-pass the lanes and add them up in slots."""
+    for k in range(s.x.size):
+        s.x[k] = 0.0
+    for k in range(s.y.size):
+        now = s.raw[k] + s.held[k]
+        s.y[k] = now + n.keep[k] * (s.y[k] - now)
+        s.raw[k] = 0.0
+        if n.goes[k] >= 0:
+            s.x[n.goes[k]] += s.y[k]
+
+
+@_compiled
+def encode(n: Net, s: State, p: int) -> None:
+    """Currents of a population: its slots' encoders times their values, and the bias."""
+    first, count = n.begin[p], n.begin[p + 1] - n.begin[p]
+    current = s.current[first : first + count]
+    bias = n.bias[first : first + count]
+    for i in range(count):
+        current[i] = bias[i]
+    for k in range(n.slot[p], n.slot[p + 1]):
+        row = n.encoder[n.row[k] : n.row[k] + count]
+        x = s.x[k]
+        for i in range(count):
+            current[i] += x * row[i]
+
+
+@_compiled
+def update(
+    u: F64, rest: F64, current: F64, fired: I64, begin: int, end: int, tau_rc: float, tau_ref: float
+) -> int:
+    """Step neurons begin:end; fills `fired` with the numbers of those that fire, and returns how many."""
+    count = end - begin
+    v, r, j = u[begin:end], rest[begin:end], current[begin:end]
+    scale = 1.0 / tau_rc
+    for i in range(count):
+        a = scale * min(max(DT - r[i], 0.0), DT)
+        # 1 - e^-a within 3e-9 for a up to DT / tau_rc = 0.05
+        rise = a * (1.0 - a * (0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0))))
+        v[i] = max(v[i] + (j[i] - v[i]) * rise, 0.0)
+        r[i] -= DT
+    found = 0
+    for i in range(count):
+        if v[i] > 1.0:
+            fired[found] = i
+            found += 1
+    for k in range(found):
+        i = fired[k]
+        r[i] = tau_ref + tau_rc * math.log1p((1.0 - v[i]) / (j[i] - 1.0))
+        v[i] = 0.0
+    return found
+
+
+@_compiled
+def decode(n: Net, s: State, p: int, fired: int) -> None:
+    """Put the decoders of a population's spikes on its lanes."""
+    first, lane, count = n.begin[p], n.lane[p], n.lane[p + 1] - n.lane[p]
+    for k in range(fired):
+        i = s.fired[k]
+        s.spikes[first + i] += 1
+        begin = n.block[p] + i * count
+        for q in range(count):
+            s.raw[n.reaches[lane + q]] += n.decoder[begin + q]

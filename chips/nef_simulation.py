@@ -1,0 +1,55 @@
+"""A network on neurons, run: nodes set from outside or called, probes read.
+
+Every `interval` the functions of nodes are called with the time and what is connected to them, and what nodes
+give is put on the lanes, where it stays for the interval. A robot's 10 ms is such an interval.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chips.nef_build import Built
+from chips.nef_kernel import DT, advance, new_state
+from circuits.errors import ParameterError
+
+F64 = NDArray[np.float64]
+
+
+class Simulation:
+    """A network in time; `interval`: s between calls of nodes, a whole number of steps of `DT`."""
+
+    __slots__ = ("_drive", "_steps", "_values", "built", "interval", "state", "time")
+
+    def __init__(self, built: Built, interval: float = DT) -> None:
+        steps = round(interval / DT)
+        if steps < 1 or abs(steps * DT - interval) > 1e-9:
+            raise ParameterError(f"interval: {interval:g} s, must be a whole number of steps of {DT:g} s")
+        self.built, self.interval, self._steps = built, interval, steps
+        self.state = new_state(built.net)
+        self.time = 0.0
+        self._values = np.zeros(built.drive.shape[1])
+        self._drive = built.drive
+
+    def set(self, name: str, values: ArrayLike) -> None:
+        """Set what a node gives from now on."""
+        self._values[self.built.given[name]] = values
+
+    def read(self, name: str) -> F64:
+        """What a probe shows or a node gets, float64[size]."""
+        return self.state.y[self.built.read[name]].copy()
+
+    def advance(self, duration: float) -> None:
+        """Go on for a time, s, in whole intervals."""
+        for _ in range(round(duration / self.interval)):
+            for node in self.built.network.nodes:
+                if node.output is not None:
+                    self.set(node.name, node.output(self.time, self.read(node.name)))
+            np.matmul(self._drive, self._values, out=self.state.held)
+            advance(self.built.net, self.state, self._steps)
+            self.time += self.interval
+
+    @property
+    def spikes(self) -> int:
+        """Spikes of all neurons since the start."""
+        return int(self.state.spikes.sum())

@@ -1,0 +1,109 @@
+"""Step-current synapse: an event switches a current on for a fixed time; and the comparator of its timer.
+
+The event discharges the timer's capacitor through `mr`; the starved source `mt` charges it again, and as long
+as it is below the reference a comparator keeps a switch at the foot of a current source closed:
+
+    T_syn = C_t V_ref / I_step
+
+Another event while a step lasts makes it last longer, not stronger: the synapse saturates, as the paper's do.
+The switch is at the source of the current source, so that its edges reach the output only through a
+transistor in saturation. `step_synapse` gives a current into its output (pFETs), `step_inhibition` takes one
+(nFETs), by the same timer.
+
+Source: Wen & Horiuchi 2022, equations (9), (10) and (14), steps of 20 ms; circuit and all numbers are ours.
+"""
+
+from __future__ import annotations
+
+from circuits.blocks.mos import inverter, mos
+from circuits.circuit import Circuit, Instance, Port
+from circuits.devices import Capacitor, Source
+from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.errors import ParameterError
+
+WIDTH, EDGE = 10e-6, 0.1e-6  # s, of an event
+
+
+def comparator() -> Circuit:
+    """Differential pair, a second stage balanced with it, and an inverter: high where plus > v_ref."""
+    ports = (
+        Port("vdd", "supply"),
+        Port("plus", "analog"),
+        Port("above", "event", "out"),
+        Port("v_ref", "bias"),
+        Port("v_cmp", "bias"),
+    )
+    devices = (
+        mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
+        mos("mc1", "n", "m", "plus", "tail", 6, 3),
+        mos("mc2", "n", "x", "v_ref", "tail", 6, 3),
+        mos("mc3", "p", "m", "m", "vdd", 6, 3),
+        mos("mc4", "p", "x", "m", "vdd", 6, 3),
+        mos("mc5", "p", "y", "x", "vdd", 12, 3),
+        mos("mc6", "n", "y", "v_cmp", "0", 6, 6),
+        *inverter("mo", "y", "above", width=3.0, length=1.5),
+    )
+    return Circuit("comparator", ports, devices)
+
+
+def step_synapse(timer_capacitance: float) -> Circuit:
+    """Timer (F) and switched source: ports event (in), v_mem (a current into it), biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("event", "event"),
+        Port("v_mem", "analog", "out"),
+        *(Port(name, "bias") for name in ("v_exc", "v_step", "v_cmp", "v_ref")),
+    )
+    devices = (
+        mos("mr", "n", "timer", "event", "0", 6, 1.5),
+        mos("mt", "p", "timer", "v_step", "vdd", 6, 24),
+        Capacitor("ct", "timer", "0", timer_capacitance),
+        mos("ms", "p", "foot", "off", "vdd", 6, 1.5),
+        mos("me", "p", "v_mem", "v_exc", "foot", 6, 24),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "off"}
+    return Circuit("step_synapse", ports, devices, (Instance("timer", part, connections),))
+
+
+def step_inhibition(timer_capacitance: float) -> Circuit:
+    """Timer (F) and switched sink: ports event (in), v_mem (a current out of it), biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("event", "event"),
+        Port("v_mem", "analog", "out"),
+        *(Port(name, "bias") for name in ("v_inh", "v_hold", "v_cmp", "v_ref")),
+    )
+    devices = (
+        mos("mr", "n", "timer", "event", "0", 6, 1.5),
+        mos("mt", "p", "timer", "v_hold", "vdd", 6, 24),
+        Capacitor("ct", "timer", "0", timer_capacitance),
+        *inverter("mi", "off", "on", width=3.0, length=1.5),
+        mos("ms", "n", "foot", "on", "0", 6, 1.5),
+        mos("mk", "n", "v_mem", "v_inh", "foot", 6, 24),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "off"}
+    return Circuit("step_inhibition", ports, devices, (Instance("timer", part, connections),))
+
+
+def event_sources(
+    name: str, times: tuple[float | None, ...], count: int, ping: float, v_dd: float
+) -> list[Source]:
+    """Sources of `count` event ports: a pulse at each of `times` (s after the ping; None: silent).
+
+    Raises `ParameterError` for a time before the ping.
+    """
+    sources = []
+    for k in range(count):
+        after = times[k] if k < len(times) else None
+        if after is not None and after < 0.0:
+            raise ParameterError(f"{name} {k + 1}: {after:g} s, must be >= 0 s after the ping, or off")
+        wave: Waveform = Constant(0.0) if after is None else event_pulse(ping + after, v_dd)
+        sources.append(Source(f"{name}[{k}]", f"{name}[{k}]", wave))
+    return sources
+
+
+def event_pulse(at: float, v_dd: float) -> Waveform:
+    """One event."""
+    return Pulse(0.0, v_dd, (at,), WIDTH, EDGE, EDGE)

@@ -1,0 +1,66 @@
+"""`noctule run bug`: let a robot look for its goal, and say whether it found it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from circuits.errors import ParameterError
+from circuits.units import parse_quantity
+from system.bug import SYSTEM, Scenario, Trace, goal_of, read_options
+from system.bug_brain import STATES
+from system.bug_neural import network_of
+from system.bug_robot import STEP
+from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.plot import check_picture, save_picture
+
+
+def run_bug(system: str, seed: int, plot: str | None, *, as_json: bool, **options: Any) -> None:
+    """Run one robot, print its summary; `plot` draws its path. `options` are those of its scenario."""
+    if plot is not None:
+        check_picture(plot)
+    if "duration" in options:
+        options["duration"] = parse_quantity(options["duration"], "s", "--duration")
+    scenario = Scenario(seed=seed, **read_options(options))
+    if scenario.brain == "reference" and seed != 0:
+        raise ParameterError(f"--seed: {seed}, a reference has no neurons to draw; leave it out")
+    with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
+        trace = SYSTEM.run(scenario, progress)
+    summary = SYSTEM.summarise(trace)
+    if plot is not None:
+        save_picture(plot, lambda figure: SYSTEM.draw(trace, figure))
+    if as_json:
+        print_json(_document(system, trace, summary))
+    else:
+        _print(system, trace, summary)
+
+
+def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+    s = trace.scenario
+    return {
+        "system": system,
+        "agent": s.agent,
+        "brain": s.brain,
+        "design": None if s.brain == "reference" else s.design,
+        "neurons": None if s.brain == "reference" else network_of(s.agent, s.design, s.neurons).neurons,
+        "map": trace.world.map.name,
+        "seed": s.seed,
+        "start": trace.path[0],
+        "goal": goal_of(trace),
+        "reached": trace.reached,
+        "ended": trace.ended,
+        "time_s": trace.time,
+        "step_s": STEP,
+        "path": trace.path,
+        "state": [STATES[k] for k in trace.state],
+        "shortest_path": trace.shortest,
+        "summary": summary,
+    }
+
+
+def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
+    s = trace.scenario
+    if trace.shortest is None:
+        print_line(f"{trace.world.map.name}: no way leads from the start to the goal")
+    print_line(f"{s.agent}, {s.brain}: {trace.ended} after {trace.time:.2f} s")
+    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
+    print_table(f"{system} on {trace.world.map.name}", ("quantity", "value:"), rows)

@@ -1,0 +1,80 @@
+"""`noctule run pushbot`: drive through a scene with the network on a chip, and say how it went."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from circuits.process import check_temperature
+from circuits.units import parse_quantity
+from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.options import describe_die, read_die
+from system.plot import check_picture, save_picture
+from system.pushbot import SYSTEM, Scenario, Trace, read_options
+from system.pushbot_loop import rates
+from system.pushbot_readout import LOOK
+from system.silicon_choice import SiliconChoice
+
+
+def run_pushbot(
+    system: str,
+    silicon: SiliconChoice,
+    seed: int,
+    plot: str | None,
+    *,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Run the robot, print its summary; `plot` draws the run. `options` are texts of its scenario."""
+    if plot is not None:
+        check_picture(plot)
+    celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
+    check_temperature(celsius)
+    scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **read_options(options))
+    with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
+        trace = SYSTEM.run(scenario, progress)
+    summary = SYSTEM.summarise(trace)
+    if plot is not None:
+        save_picture(plot, lambda figure: SYSTEM.draw(trace, figure))
+    if as_json:
+        print_json(_document(system, trace, summary))
+    else:
+        _print(system, trace, summary)
+
+
+def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+    s, path = trace.scenario, np.array(trace.drive.path)
+    time, found = rates(trace.brain.network, trace.record, max(float(path[-1, 0]), LOOK))
+    readout = s.read()
+    return {
+        "system": system,
+        "scene": trace.scene.name,
+        "speed_factor": s.speed_factor,
+        "turn_factor": s.turn_factor,
+        "window_s": readout.window,
+        "readout": readout.kind,
+        "modified": s.modified,
+        "target_field": trace.brain.target,
+        "dropped": s.dropped,
+        "temperature_C": s.temperature_c,
+        **describe_die(s.die),
+        "bias_kind": s.bias_kind,
+        "seed": s.seed,
+        "touched": trace.drive.touched,
+        "path": path,  # s, m, m, rad
+        "commands": np.array(trace.record.commands).reshape(-1, 3),  # s, v, w
+        "rate_time_s": time,
+        "rates_Hz": found,
+        "obstacle_line_m": None if trace.course is None else trace.course.distance,
+        "summary": summary,
+    }
+
+
+def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
+    s = trace.scenario
+    end = "touched nothing" if trace.drive.touched is None else f"touched {trace.drive.touched}"
+    print_line(f"{trace.scene.name}: {end} in {summary['time_s']:.3g} s")
+    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
+    title = f"{system}, speed factor {s.speed_factor:g}, turn factor {s.turn_factor:g}, {s.die}"
+    print_table(title, ("quantity", "value:"), rows)

@@ -1,0 +1,222 @@
+"""Pushbot: a robot with a dynamic vision sensor, steered by a network on the ROLLS chip (Milde et al. 2017).
+
+scene -> sensor -> link, which drops most events -> obstacle populations and target field of a chip ->
+drives and speed -> commands by equations (1) and (2) -> robot. Sensor and chip are of the same die's number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips import rolls_circuit
+from chips.pushbot_power import activity_power
+from circuits.circuit import BiasKind, Circuit
+from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
+from circuits.units import parse_quantity
+from system.arena import Scene, recoloured
+from system.arena_file import load_scene
+from system.pushbot_brain import FIELD_SCENES, Architecture, brain_of
+from system.pushbot_course import Course, course_of, passage
+from system.pushbot_drive import Run, begin_run
+from system.pushbot_loop import Brain, Record, all_spikes, open_loop, rates, step
+from system.pushbot_readout import REFERENCE, Readout
+from system.pushbot_readout import Kind as ReadoutKind
+from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
+from system.pushbot_run_picture import draw_run
+
+DEFAULT_SCENE = "single-block"
+FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
+MARGIN = 4.0  # s, that a run may take beyond twice the straight way to the line; ours
+BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
+SUMMARY = (
+    "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m", "mean_speed_m_per_s",
+    "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW", "events", "lost_events",
+    "lost_inputs", "lost_spikes",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a Pushbot is asked to do.
+
+    scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
+    window, readout: of equations (1) and (2), s, window and kind None for those of the architecture; target:
+    whether the field gets events, None where the scene has a target; chip_temperature: of the run (degC), the
+    biases being set at `temperature_c`; duration: s, None for the scene's.
+    """
+
+    scene: str = DEFAULT_SCENE
+    speed_factor: float = 0.5
+    turn_factor: float = 0.5
+    window: float | None = None
+    readout: ReadoutKind = "sliding"
+    modified: bool = False
+    dropped: float = 0.8
+    colour: str | None = None
+    light: str | None = None
+    target: bool | None = None
+    duration: float | None = None
+    exc: int = 16
+    seed: int = 0
+    die: Die = NOMINAL
+    temperature_c: float = 27.0
+    bias_kind: BiasKind = "generator"
+
+    def __post_init__(self) -> None:
+        if self.duration is not None and not self.duration > 0.0:
+            raise ParameterError(f"--duration: {self.duration:g} s, must be > 0")
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+
+    def read(self) -> Readout:
+        """How spikes become commands."""
+        window = self.window if self.window is not None else (0.1 if self.modified else REFERENCE)
+        return Readout(Factors(self.speed_factor, self.turn_factor), window, self.readout)
+
+    def architecture(self) -> Architecture:
+        """What is on the chip."""
+        target = self.target if self.target is not None else self.scene in FIELD_SCENES
+        return Architecture(self.modified, target, self.exc)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A run: world and robot at its end, what the chip did, and the line of its obstacles."""
+
+    scenario: Scenario
+    scene: Scene
+    brain: Brain
+    drive: Run
+    record: Record
+    course: Course | None
+
+
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+    """Drive until the robot touches something, has passed the obstacles, or the time is over.
+
+    Raises `ParameterError` for a speed or turn factor that is not above 0, a network that the chip has no
+    room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
+    """
+    readout = scenario.read()
+    scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
+    if scenario.colour is not None:
+        scene = recoloured(scene, scenario.colour)
+    brain = brain_of(scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind)
+    return run_with(brain, scenario, scene, readout, progress)
+
+
+def run_with(
+    brain: Brain, scenario: Scenario, scene: Scene, readout: Readout,
+    progress: Callable[[float], None] | None = None,
+) -> Trace:  # fmt: skip
+    """Drive with a chip that is there."""
+    robot = Pushbot(dropped=scenario.dropped)
+    drive = begin_run(scene, seed=scenario.seed, die=scenario.die, robot=robot)
+    course, duration = course_of(scene), scenario.duration
+    if duration is None:
+        duration = _time_for(course, readout.factors, robot)
+    loop = open_loop(brain, drive, readout)
+    while drive.touched is None and drive.time < duration - 1e-9:
+        step(loop)
+        if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
+            break
+        if progress is not None:
+            progress(min(drive.time / duration, 1.0))
+    return Trace(scenario, scene, brain, drive, loop.record, course)
+
+
+def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
+    if course is None:
+        return FREE_RUN
+    speed = min(SPEED_OF_FACTOR * factors.speed, robot.top_speed)
+    return math.ceil(2.0 * course.distance / speed + MARGIN)
+
+
+def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario; window and duration are texts. Raises `ParameterError`."""
+    fields = dict(options)
+    for name in ("window", "duration"):
+        if name in fields:
+            fields[name] = parse_quantity(fields[name], "s", f"--{name}")
+    return fields
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a run: `distance_cm` at the obstacle line, 0 after a collision, None where not crossed."""
+    path = np.array(trace.drive.path)
+    time = float(path[-1, 0])
+    way = float(np.hypot(*np.diff(path[:, 1:3], axis=0).T).sum())
+    collided = trace.drive.touched is not None
+    found = None if trace.course is None else passage(trace.course, trace.drive.obstacles, path)
+    distance = None if found is None else found.distance
+    _, mean = rates(trace.brain.network, trace.record, max(time, 0.05))
+    _, neurons = all_spikes(trace.record)
+    return {
+        "collided": float(collided),
+        "crossed": float(found is not None and found.crossed),
+        "between": float(found is not None and found.between),
+        "distance_cm": 0.0 if collided and found is not None else _cm(distance),
+        "closest_cm": None if found is None else _cm(found.closest),
+        "passed": None if found is None or found.side is None else float(found.side),
+        "time_s": time,
+        "path_m": way,
+        "mean_speed_m_per_s": way / max(time, 1e-9),
+        **{f"rate_{name}_Hz": float(mean[name].mean()) for name in ("OL", "OR", "DL", "DR", "sp")},
+        "power_mW": 1e3 * activity_power(trace.brain.chip, neurons, trace.record.inputs, max(time, 0.05)),
+        "events": float(sum(len(e) for e in trace.record.events)),
+        "lost_events": float(trace.drive.lost),
+        "lost_inputs": float(trace.record.lost_in),
+        "lost_spikes": float(trace.record.lost_out),
+    }
+
+
+def _cm(metres: float | None) -> float | None:
+    return None if metres is None or not math.isfinite(metres) else 100.0 * metres
+
+
+@dataclass(frozen=True, slots=True)
+class PushbotSystem:
+    """The system as the command line sees it."""
+
+    name: str = "pushbot"
+    summary: str = "robot with an event camera that a network on the ROLLS chip steers round obstacles"
+    metrics: tuple[str, ...] = SUMMARY
+    study_metrics: tuple[str, ...] = ("collided", "distance_cm")  # unless others are asked for
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields."""
+        return Scenario(**options)
+
+    def study_options(
+        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario: the default scene; the chip's model is behavioural."""
+        if route:
+            raise ParameterError("--start, --goal: of rovers, must not be given for pushbot; leave them out")
+        return {"bias_kind": bias_kind or "generator"}
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of: a row of the chip."""
+        return (rolls_circuit.row(),)
+
+    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run a scenario."""
+        return run(scenario, progress)
+
+    def summarise(self, trace: Trace) -> dict[str, float | None]:
+        """Scalars of a run."""
+        return summarise(trace)
+
+    def draw(self, trace: Trace, figure: Figure) -> None:
+        """Fill a figure with a run."""
+        draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
+
+
+SYSTEM = PushbotSystem()

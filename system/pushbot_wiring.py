@@ -1,0 +1,72 @@
+"""Which virtual synapses an event of the sensor stimulates: the task of the Parallella (Milde et al. 2017).
+
+Plain (section 2.4): an event of the lower half of the sensor goes to every neuron of the obstacle population
+of its side. Graded (section 3.4): neurons own columns, so that it goes to one of them, the first neuron of a
+population to the sensor's edge. An event of the upper half goes to the neuron of the target field that owns
+its column (section 2.4.1). Each goes to `synapses` virtual synapses of a neuron.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls_address import VIRTUAL_EXCITATORY
+from chips.rolls_chip import Inputs
+from chips.rolls_network import Network
+from system.dvs_event import Events
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Wiring = Literal["plain", "graded"]
+
+ROWS, COLUMNS = 128, 128
+HALF_ROWS, HALF_COLUMNS = ROWS // 2, COLUMNS // 2
+KICK, KICK_RATE = 0.05, 1000.0  # s and 1/s: events that start exc; ours
+
+
+def obstacle_inputs(network: Network, events: Events, wiring: Wiring, synapses: int) -> Inputs:
+    """Inputs of the obstacle populations from the events of the lower half."""
+    parts = []
+    for name, sees in (("OL", events.x < HALF_COLUMNS), ("OR", events.x >= HALF_COLUMNS)):
+        seen = events.where(sees & (events.y < HALF_ROWS))
+        neurons = np.array(network[name].neurons)
+        if wiring == "plain":
+            parts.append(fan_out(np.repeat(seen.time, neurons.size), np.tile(neurons, len(seen)), synapses))
+        else:
+            outward = seen.x if name == "OL" else COLUMNS - 1 - seen.x
+            parts.append(fan_out(seen.time, neurons[outward * neurons.size // HALF_COLUMNS], synapses))
+    return merged(parts)
+
+
+def target_inputs(network: Network, events: Events, synapses: int) -> Inputs:
+    """Inputs of the target field from the events of the upper half."""
+    neurons = np.array(network["target"].neurons)
+    seen = events.where(events.y >= HALF_ROWS)
+    return fan_out(seen.time, neurons[seen.x * neurons.size // COLUMNS], synapses)
+
+
+def kick(network: Network, synapses: int) -> Inputs:
+    """Inputs that start exc, from time 0 on, evenly for KICK s."""
+    neurons = np.array(network["exc"].neurons)
+    times = np.arange(round(KICK * KICK_RATE)) / KICK_RATE
+    return fan_out(np.repeat(times, neurons.size), np.tile(neurons, times.size), synapses)
+
+
+def fan_out(times: F64, neurons: I64, synapses: int) -> Inputs:
+    """One event each for the first `synapses` excitatory virtual synapses of the neurons."""
+    columns = VIRTUAL_EXCITATORY + np.arange(synapses)
+    return Inputs(np.repeat(times, synapses), np.repeat(neurons, synapses), np.tile(columns, times.size))
+
+
+def merged(parts: list[Inputs]) -> Inputs:
+    """Several inputs in order of time."""
+    times = np.concatenate([p.times for p in parts])
+    order = np.argsort(times, kind="stable")
+    return Inputs(
+        times[order],
+        np.concatenate([p.neurons for p in parts])[order],
+        np.concatenate([p.columns for p in parts])[order],
+    )

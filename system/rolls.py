@@ -1,0 +1,189 @@
+"""ROLLS as a study sees it: the rates of its 256 neurons on a die, all driven alike.
+
+Every neuron gets regular events of one rate through one excitatory virtual synapse, each with a phase of its
+own that the seed draws, so that what differs between neurons is silicon. No neuron is connected to another,
+and I_dc is off, whatever the bias file says. Rates are counted from `SETTLING` to the end. A neuron is silent
+that does not fire at all, hot where it fires more than `HOT` times the median of those that fire, restless
+where it would fire without events.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.rolls_address import NEURONS, VIRTUAL_EXCITATORY
+from chips.rolls_chip import NO_INPUTS, Inputs, RollsChip, Spikes
+from chips.rolls_circuit import chip
+from chips.rolls_program import Program, VirtualInput
+from circuits.circuit import BiasKind, Circuit
+from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
+from circuits.units import parse_quantity
+from system.plot import COLOURS, INK
+from system.rolls_options import bias_table
+
+F64 = NDArray[np.float64]
+
+INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
+SETTLING = 0.1  # s, before rates are counted; ours
+HOT = 2.0  # ours
+SHOWN = 0.5  # s, of the picture
+SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
+OPTIONS = {"bias_file": "bias_file", "input_rate": "input_rate"}
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of the events."""
+
+    bias_file: str | None = None
+    input_rate: float = INPUT_RATE
+    duration: float = 1.0
+    bias_kind: BiasKind = "gate"
+    die: Die = NOMINAL
+    temperature_c: float = 27.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.duration > SETTLING:
+            raise ParameterError(
+                f"--duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
+            )
+        if not self.input_rate >= 0.0:
+            raise ParameterError(f"--input-rate: {self.input_rate:g} Hz, must be >= 0; 0 is no input")
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A run: its spikes, the rate of each neuron, Hz, and which fire without input."""
+
+    scenario: Scenario
+    spikes: Spikes
+    rates: F64
+    restless: NDArray[np.bool_]
+
+
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+    """Put the die in its drive; raises `DataError` for a bias file that is none."""
+    s = scenario
+    neurons = tuple(range(NEURONS))
+    table = bias_table(s.bias_file).with_code("IF_DC_P", 7, 0)
+    program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
+    on_die = RollsChip(program, Silicon(ROLLS_180, s.temperature_c, s.die), s.bias_kind)
+    spikes, _ = on_die.run(on_die.at_rest(), s.duration, events(s))
+    if progress is not None:
+        progress(1.0)
+    counted = spikes.neurons[spikes.times >= SETTLING]
+    rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
+    return Trace(s, spikes, rates, on_die.restless())
+
+
+def events(s: Scenario) -> Inputs:
+    """Regular events of every neuron, each with its own phase."""
+    draws = np.random.default_rng(s.seed)
+    phase = draws.uniform(0.0, 1.0, NEURONS)
+    count = int(s.input_rate * s.duration)
+    if count == 0:
+        return NO_INPUTS
+    times = (np.arange(count)[:, None] + phase[None, :]) / s.input_rate
+    neurons = np.tile(np.arange(NEURONS), (count, 1))
+    order = np.argsort(times, axis=None)
+    return Inputs(
+        times.ravel()[order], neurons.ravel()[order], np.full(times.size, VIRTUAL_EXCITATORY, np.int64)
+    )
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a run: rates in Hz, counts of neurons and events."""
+    rates = trace.rates
+    mean = float(rates.mean())
+    firing = rates[rates > 0.0]
+    hot = int((rates > HOT * np.median(firing)).sum()) if firing.size else 0
+    return {
+        "population_rate": mean,
+        "rate_cv": float(rates.std()) / mean if mean else None,
+        "silent": float((rates == 0.0).sum()),
+        "hot": float(hot),
+        "restless": float(trace.restless.sum()),
+        "events_lost": float(trace.spikes.lost_in),
+        "spikes_lost": float(trace.spikes.lost_out),
+    }
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` with the spikes of the first half second, and the rate of each neuron."""
+    raster, beside = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
+    first = trace.spikes.times <= SHOWN
+    raster.plot(
+        trace.spikes.times[first], trace.spikes.neurons[first], color=INK, marker=".", markersize=1.0,
+        linestyle="",
+    )  # fmt: skip
+    raster.set_xlabel("time (s)")
+    raster.set_ylabel("neuron")
+    beside.barh(np.arange(NEURONS), trace.rates, 1.0, color=COLOURS[0])
+    beside.set_xlabel("rate (Hz)")
+    s = trace.scenario
+    figure.suptitle(
+        f"ROLLS, {s.die}, {s.temperature_c:g} °C, {s.input_rate:g} events/s a neuron", fontsize=10
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class RollsSystem:
+    """The system as the command line sees it."""
+
+    name: str = "rolls"
+    summary: str = "ROLLS: rates of all neurons of a die under equal input (montecarlo, show, export)"
+    metrics: tuple[str, ...] = SUMMARY
+    study_metrics: tuple[str, ...] = ("population_rate", "rate_cv", "silent", "hot")
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields."""
+        return Scenario(**options)
+
+    def study_options(
+        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario; raises `ParameterError` for options of another system."""
+        if level != "behavioural":
+            raise ParameterError(f"--level: {level}, a whole chip must be behavioural; export a row of it")
+        for name in route:
+            if name not in OPTIONS:
+                raise ParameterError(f"--{name.replace('_', '-')}: not an option of rolls; leave it out")
+        fields: dict[str, Any] = {"duration": duration, "bias_kind": bias_kind or "gate"}
+        if "bias_file" in route:
+            bias_table(route["bias_file"])  # what is wrong with it is said before the study
+            fields["bias_file"] = route["bias_file"]
+        if "input_rate" in route:
+            fields["input_rate"] = parse_quantity(route["input_rate"], "Hz", "--input-rate")
+        Scenario(**fields)
+        return fields
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of."""
+        return (chip(),)
+
+    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run a scenario."""
+        return run(scenario, progress)
+
+    def summarise(self, trace: Trace) -> dict[str, float | None]:
+        """Scalars of a run."""
+        return summarise(trace)
+
+    def draw(self, trace: Trace, figure: Figure) -> None:
+        """Fill a figure with a run."""
+        draw(trace, figure)
+
+
+SYSTEM = RollsSystem()
