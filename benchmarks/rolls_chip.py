@@ -33,7 +33,9 @@ from chips.rolls_calibration import code_for
 from chips.rolls_chip import ChipState, RollsChip, Spikes
 from chips.rolls_neuron_model import respond
 from chips.rolls_program import Program
+from chips.rolls_reference import filter_errors
 from chips.rolls_setups import QUIET, table
+from circuits.circuit import BiasKind
 from circuits.die import Die
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
@@ -95,6 +97,9 @@ def measure(*, quick: bool, interpreter: str | None) -> Iterator[Row]:
     yield from _dies(10 if quick else 100)
     size = memory(chip) / 2**20
     yield Row("memory of a chip's tables, MiB", size, None, size, "arrays of the tables", most=CLAIM_MEMORY)
+    for name, error in current_errors():
+        note = "7 neurons, Poisson events, 0.3 s, against the synapse's model"
+        yield Row(f"error of the mean current, {name}", error, None, error, note, most=0.04)
     error = period_error()
     yield Row("largest error of a neuron's period", error, None, error, "16 neurons, 20 to 200 Hz", most=0.01)
 
@@ -135,6 +140,29 @@ def _size(value: object) -> int:
     if isinstance(value, np.ndarray):
         return value.nbytes
     return sum(map(_size, value)) if isinstance(value, tuple) else 0
+
+
+def current_errors() -> Iterator[tuple[str, float]]:
+    """Largest errors of the filters' mean current, by case; default weights unless a current is named."""
+    slow = {f"NPDPI{sign}_{port}_P": (7, 60) for sign in "EI" for port in ("TAU", "THR")}
+    cases: dict[str, tuple[int, float, dict[str, tuple[int, int]], float, BiasKind]] = {
+        "level 1, 300 Hz": (1, 300.0, {}, 27.0, "gate"),
+        "level 4, 100 Hz": (4, 100.0, {}, 27.0, "gate"),
+        "level 1, slow, 30 Hz": (1, 30.0, slow, 27.0, "gate"),
+        "level 1, slow, 60 degC": (1, 30.0, slow, 60.0, "generator"),
+        "level 1, slow, 0 degC": (1, 30.0, slow, 0.0, "gate"),
+        "level 1 of 2 nA, slow": (1, 300.0, slow | {"NPA_WEIGHT_EXC_P": (4, 80)}, 27.0, "gate"),
+        "level -1, 30 Hz": (-1, 30.0, {}, 27.0, "gate"),
+        "level -1 of 2 nA, slow": (-1, 300.0, slow | {"NPA_WEIGHT_INH_N": (4, 80)}, 27.0, "gate"),
+    }
+    for name, (level, rate, codes, temperature, kind) in cases.items():
+        levels = np.zeros((NEURONS, NEURONS), np.int8)
+        levels[:7, 7] = level
+        silicon = Silicon(ROLLS_180, temperature, Die(number=FIRST_DIE))
+        chip = RollsChip(Program(levels, table({"IF_DC_P": (7, 0), **codes}, {})), silicon, kind)
+        draw = np.random.default_rng(1000)
+        times = np.sort(draw.uniform(5e-3, 0.3, draw.poisson(0.3 * rate)))
+        yield name, float(np.abs(filter_errors(chip, level, 7, range(7), times, 0.3)).max())
 
 
 def period_error() -> float:

@@ -22,7 +22,7 @@ from chips.rolls_bias_file import COARSE_NAMES, BiasTable, default_biases
 
 LEVELS = PushbotLevels(
     obstacle_to_drive=3, obstacle_to_speed=-2, drive_to_drive=-4, drive_to_obstacle=-1, exc_to_exc=4,
-    exc_to_speed=4, target_to_drive=1, field_near=(2, 3, 3), field_far=-1,
+    exc_to_speed=4, target_to_drive=4, field_near=(2, 3, 3), field_far=-1,
 )  # fmt: skip
 
 # coarse current and fine code; nominal current at 27 degC behind it
@@ -31,7 +31,7 @@ CODES: Mapping[str, tuple[str, int]] = {
     # straight line of the input; refractory period such that sp stands for 0.7 m/s at speed factor 1
     "IF_DC_P": ("15p", 0),
     "IF_TAU2_N": ("820p", 62),  # 0.20 nA
-    "IF_TAU1_N": ("820p", 62),  # no neuron has the slower leak
+    "IF_TAU1_N": ("105p", 73),  # 30 pA, for what owns columns of the sensor and hears few events
     "IF_THR_N": ("6.5n", 236),  # 6.0 nA
     "IF_RFR2_N": ("820p", 87),  # 0.28 nA
     # events: a pulse of 13 us; the virtual filter counts over about 15 ms

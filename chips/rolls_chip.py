@@ -161,6 +161,10 @@ class RollsChip:
         out = send(self.bus, times[order], neurons[order])
         return Spikes(out.times, out.addresses, arrived.dropped, out.dropped), state
 
+    def synaptic_currents(self) -> tuple[F64, F64]:
+        """What flowed into i_in and was drawn from v_mem in the last step that ran, A, float64[256] each."""
+        return self._scratch.excite.copy(), self._scratch.inhibit.copy()
+
     def _stretches(
         self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None
     ) -> tuple[F64, I64, ChipState]:
@@ -288,6 +292,8 @@ def _log(built: Built, z: F64) -> F64:
 def _scratch() -> Scratch:
     n = NEURONS
     one = [np.zeros(n) for _ in range(7)]
+    hard = np.zeros(n, np.uint8)
     return Scratch(
-        np.zeros((SIGNS, n)), one[0], one[1], one[2], one[3], one[4], np.zeros((6, n)), one[5], one[6]
-    )
+        np.zeros((SIGNS, n)), one[0], one[1], one[2], one[3], one[4], np.zeros((6, n)), one[5], one[6], hard,
+        hard.view(np.int64),
+    )  # fmt: skip

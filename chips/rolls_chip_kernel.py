@@ -47,6 +47,11 @@ _SHIFT = 52 - OCTAVE_BITS  # of a float64's bits
 BASE = 1023 << OCTAVE_BITS  # of 1.0
 STATIC, BENT, DRAWN, VOLTAGE = 0, 2, 4, 6  # columns of a neuron's lines: intercept, and the slope behind it
 LINE_COLUMNS = 8
+# Columns of what a hard step needs: 1 / Q_0 (1/C), zeta of the top, s from there to the spike, s of the
+# refractory period, V of v_ahp where all of a spike's current enters, and the membrane's own current at 0 V
+# (A) with its slope
+INVERSE, TOP, DELAY, REFRACTORY, KICK, OWN, OWN_SLOPE = range(7)
+SPIKING_COLUMNS = 8
 STEEP = 0.2  # of the slope times the step, from which an upstroke may be told; ours
 NEVER = 1e30  # s
 STRONGEST = 30.0  # e-folds that an inhibition's slope may have in a step
@@ -78,10 +83,8 @@ class Membranes(NamedTuple):
     inverse: F64  # 1 / Q_0, 1/C
     strong: F64  # 1 / I_S of the pair, 1/A
     top: F64  # zeta at which the neuron spikes
-    delay: F64  # s, from there to the spike
-    refractory: F64  # s
+    spiking: F64  # float64[n, SPIKING_COLUMNS]
     rise: F64  # float64[n, rows, 4] over zeta: T_0 (s) and T_1 / T_0 (1/A)
-    kick: F64  # V, of v_ahp where all of a spike's current enters
     adapting: bool  # whether v_ahp moves at all
     quiet: F64  # float64[n, points]: dv_ahp/dt, V/s
     share: F64  # float64[n, points]
@@ -113,6 +116,8 @@ class Scratch(NamedTuple):
     lines: F64  # float64[6, n]
     rate: F64
     slope: F64
+    hard: NDArray[np.uint8]
+    words: I64  # the same, by eight
 
 
 _compiled = compiled(fastmath={"contract", "nsz", "arcp"})
@@ -128,12 +133,15 @@ def _filter(state: F64, sign: int, omega: F64, bank: FilterBank, step: float, ou
     for k in range(z.size):
         value[k] = max(bank.line[k] * step / (since[k] + 0.5 * step) - bank.idle[k], 0.0)
     for k in range(z.size):
-        value[k] = bank.first[k] if q[k] > 0.0 else value[k]
-        since[k] = step if q[k] > 0.0 else since[k] + step
+        quiet = 0.0 if q[k] > 0.0 else 1.0
+        value[k] = quiet * value[k] + (1.0 - quiet) * bank.first[k]
+        power[k] = quiet
     for k in range(z.size):
-        before = taken[k]
-        power[k] = value[k] + (q[k] - before if q[k] > 0.0 else 0.0)
-        taken[k] = value[k] + (0.0 if q[k] > 0.0 else before)
+        since[k] = power[k] * since[k] + step
+    for k in range(z.size):
+        before, quiet = taken[k], power[k]
+        power[k] = value[k] + (1.0 - quiet) * (q[k] - before)
+        taken[k] = value[k] + quiet * before
     for k in range(z.size):
         q[k] = 0.0
         x = min(z[k] + power[k], HIGH)
@@ -187,53 +195,47 @@ def _growth(x: float) -> float:
     return part / (1.0 - x * part)
 
 
-@_inlined
-def _upstroke(m: Membranes, k: int, zeta: float, drive: float) -> float:
-    """Time to the top where the membrane's own current exceeds the drive, s: T_0 / (1 + drive T_1 / T_0)."""
-    mantissa, exponent = math.frexp(zeta)
-    row = m.rise[k, ((exponent - 1) << OCTAVE_BITS) + int((2.0 * mantissa - 1.0) * (1 << OCTAVE_BITS))]
-    alone = row[0] + zeta * row[1]
-    return float(max(alone / (1.0 + drive * (row[2] + zeta * row[3])), 0.0))
-
-
 @_compiled
-def _hard_step(m: Membranes, k: int, state: F64, step: float, s: Scratch, spikes: F64) -> int:
+def _hard_step(
+    p: F64, rise: F64, state: F64, bits: int, now: tuple[float, float, float, float], step: float, spikes: F64
+) -> int:
     """A step in which a neuron spikes, is let go or is found to spike soon; returns how many spikes.
 
-    spikes: filled with their times from the step's beginning, s. SHUT and WAIT count from there too.
+    p: its row of `Membranes.spiking`; state: its own; now: dzeta/dt, its slope, the membrane's own part and
+    what enters, A. spikes: filled with their times from the step's beginning, s, as SHUT and WAIT count.
     """
-    count = 0
-    begin = 0.0
-    rate, slope, own = s.rate[k], s.slope[k], s.lines[0, k]
+    count, begin = 0, 0.0
+    rate, slope, own, excite = now
     while True:
-        if state[SHUT, k] < step:
-            spikes[count] = state[SHUT, k]
+        if state[SHUT] < step:
+            spikes[count] = state[SHUT]
             count += 1
-            state[SHUT, k] = NEVER
-            state[V_AHP, k] += m.kick[k] * _linear(m.share[k], state[V_AHP, k] / m.ahp_step)
-        if state[WAIT, k] >= step:
+            state[SHUT] = NEVER
+        if state[WAIT] >= step:
             return count
-        if state[WAIT, k] > 0.0:
-            begin = state[WAIT, k]
-            state[WAIT, k] = 0.0
+        place = np.uint64((bits >> _SHIFT) - BASE)
+        if state[WAIT] > 0.0:
+            begin = state[WAIT]
+            state[WAIT] = 0.0
             # at 0 V the whole input enters and nothing is drawn
-            row = m.lines[k, 0]
-            own, slope = row[STATIC] + row[STATIC + 1], row[STATIC + 1] * m.inverse[k]
-            rate = (own + s.excite[k]) * m.inverse[k]
-            state[ZETA, k] = 1.0
-        zeta, left = state[ZETA, k], step - begin
-        drive = rate / m.inverse[k] - own
+            own, slope = p[OWN], p[OWN_SLOPE] * p[INVERSE]
+            rate = (own + excite) * p[INVERSE]
+            state[ZETA], place = 1.0, np.uint64(0)
+        zeta, left = state[ZETA], step - begin
+        drive = rate / p[INVERSE] - own
         new = max(zeta + rate * left * _growth(max(slope * left, -STRONGEST)), 1.0)
         if slope * step > STEEP and own > abs(drive):
-            to_top = _upstroke(m, k, zeta, drive)
-        elif new >= m.top[k]:
-            x = slope * (m.top[k] - zeta) / rate
-            to_top = (m.top[k] - zeta) / rate * (math.log1p(x) / x if abs(x) > 1e-6 else 1.0)
+            # T_0 / (1 + drive T_1 / T_0)
+            row = rise[place]
+            to_top = max((row[0] + zeta * row[1]) / (1.0 + drive * (row[2] + zeta * row[3])), 0.0)
+        elif new >= p[TOP]:
+            x = slope * (p[TOP] - zeta) / rate
+            to_top = (p[TOP] - zeta) / rate * (math.log1p(x) / x if abs(x) > 1e-6 else 1.0)
         else:
-            state[ZETA, k] = new
+            state[ZETA] = new
             return count
-        state[SHUT, k] = begin + to_top + m.delay[k]
-        state[WAIT, k] = state[SHUT, k] + m.refractory[k]
+        state[SHUT] = begin + to_top + p[DELAY]
+        state[WAIT] = state[SHUT] + p[REFRACTORY]
 
 
 @_inlined
@@ -242,7 +244,7 @@ def _linear(row: F64, x: float) -> float:
     return float(row[i] + (x - i) * (row[i + 1] - row[i]))
 
 
-@_compiled
+@_inlined
 def _adapt(m: Membranes, state: F64, step: float, inhibit: F64) -> None:
     """v_ahp over a step, and what it draws."""
     for k in range(inhibit.size):
@@ -316,35 +318,44 @@ def _currents(c: ChipTables, state: F64, s: Scratch) -> None:
 
 @_inlined
 def _move(m: Membranes, state: F64, step: float, s: Scratch) -> bool:
-    """Easy steps; s.value becomes 1 where a step is hard. Returns whether any is."""
+    """Easy steps; s.hard becomes 1 where a step is hard. Returns whether any is."""
     zeta = state[ZETA]
     some = False
     for k in range(zeta.size):
         x = s.slope[k] * step
         new = max(zeta[k] + s.rate[k] * step * _growth(max(x, -STRONGEST)), 1.0)
         held = state[WAIT, k] > 0.0
-        # its own current beyond half of all: what drives it is less
-        rising = (x > STEEP) & (2.0 * s.lines[0, k] * m.inverse[k] > s.rate[k])
+        # what drives it is less than its own current
+        own = s.lines[0, k] * m.inverse[k]
+        rising = (x > STEEP) & (own > abs(s.rate[k] - own))
         ends = (state[SHUT, k] < step) | (held & (state[WAIT, k] < step))
         hard = ends | (((new >= m.top[k]) | rising) & (not held))
         zeta[k] = zeta[k] if held | hard else new
-        s.value[k] = 1.0 if hard else 0.0
+        s.hard[k] = 1 if hard else 0
         some |= hard
     return some
 
 
 @_inlined
-def _spike(m: Membranes, state: F64, step: float, now: float, t: Traffic, s: Scratch, spikes: F64) -> None:
-    """Hard steps."""
-    for k in range(t.last.size):
-        if s.value[k] > 0.0:
-            count = _hard_step(m, k, state, step, s, spikes)
-            for j in range(count):
-                t.sent[t.counts[WRITTEN]], t.senders[t.counts[WRITTEN]] = now + spikes[j], k
-                t.counts[WRITTEN] += 1
-            if count > 0:
-                t.last[t.counts[LAST]] = k
-                t.counts[LAST] += 1
+def _spike(
+    m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traffic, s: Scratch, spikes: F64
+) -> None:
+    """Hard steps; few neurons have one, so they are looked for by eight."""
+    for word in range(s.words.size):
+        if s.words[word] != 0:
+            for k in range(8 * word, 8 * word + 8):
+                if s.hard[k] != 0:
+                    at = (s.rate[k], s.slope[k], s.lines[0, k], s.excite[k])
+                    count = _hard_step(m.spiking[k], m.rise[k], state[:, k], bits[k], at, step, spikes)
+                    if m.adapting:
+                        share = _linear(m.share[k], state[V_AHP, k] / m.ahp_step)
+                        state[V_AHP, k] += count * m.spiking[k, KICK] * share
+                    for j in range(count):
+                        t.sent[t.counts[WRITTEN]], t.senders[t.counts[WRITTEN]] = now + spikes[j], k
+                        t.counts[WRITTEN] += 1
+                    if count > 0:
+                        t.last[t.counts[LAST]] = k
+                        t.counts[LAST] += 1
 
 
 @_compiled
@@ -366,7 +377,7 @@ def run_chip(
         _currents(c, state, s)
         _rates(m, state[ZETA], bits, s)
         if _move(m, state, c.step, s):
-            _spike(m, state, c.step, begin, t, s, spikes)
+            _spike(m, state, bits, c.step, begin, t, s, spikes)
         for j in range(n):
             state[SHUT, j] -= c.step
             state[WAIT, j] = max(state[WAIT, j] - c.step, 0.0)

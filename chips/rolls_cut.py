@@ -58,9 +58,7 @@ def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Para
     instances: list[Instance | InstanceArray] = [
         InstanceArray("row", one, (1,), {p.name: p.name for p in one.ports})
     ]
-    biases = _biases(
-        one, chip(replace(params, virtual=LAB_VIRTUAL), program.biases, kind), bool(columns.size)
-    )
+    biases = _biases(one, chip(replace(params, virtual=LAB_VIRTUAL), program.biases, kind), columns.size)
     ports = [replace(p, shape=(1, *p.shape)) for p in one.ports if _is_own(p)]
     ports += [SUPPLY, *(Port(b.port, "bias") for b in biases)]
     if columns.size:
@@ -146,10 +144,15 @@ def _is_own(port: Port) -> bool:
     )
 
 
-def _biases(one: Circuit, whole: Circuit, extended: bool) -> tuple[Bias, ...]:  # noqa: FBT001
+def _biases(one: Circuit, whole: Circuit, columns: int) -> tuple[Bias, ...]:
     """Biases of the chip that the row, or an extender, has a port for."""
-    ports = {p.name for p in one.ports} | ({"v_pwlk"} if extended else set())
-    return tuple(b for b in whole.biases if b.port in ports)
+    ports = {p.name for p in one.ports} | ({"v_pwlk"} if columns else set())
+    found = [b for b in whole.biases if b.port in ports]
+    if not columns:
+        # the device whose gate the pulses' bias is made for is one of the virtual synapses' then
+        extenders = [i.name for i in one.instances if i.name.endswith("_extender")]
+        found = [replace(b, device=f"row.{extenders[0]}.mp2") if b.port == "v_pwlk" else b for b in found]
+    return tuple(found)
 
 
 def _place(cut: Cut, path: Place, index: tuple[int, ...]) -> Place:

@@ -38,6 +38,7 @@ F64 = NDArray[np.float64]
 DC = "IF_DC_P"
 STEPS = 0.5e-3  # s, of a run; the model refines them itself
 LONGEST = 0.4  # s, of a run: two spikes at 5 Hz
+FIRST = 20e-3  # s, of the nominal neuron's first run
 SPIKES = 8.0  # that a run waits for
 LEAST = 1e-12  # A, ours: of the curves' unit, where the nominal neuron fires by itself
 MULTIPLES = np.geomspace(0.7, 40.0, 15)  # of the nominal neuron's rheobase: the curves' currents; ours
@@ -89,16 +90,16 @@ def portrait(
     """
     params = Params() if params is None else params
     off = table.with_code(DC, 7, 0)
-    program = _program(off, tau1)
+    program = weight_program(off, tau1)
     built = build_tables(params, program, kind, silicon, STEP)
     ready = prepare(params, silicon.process)
     nominal = replace(silicon, die=NOMINAL)
     own, reference = (neuron_devices(params, off, kind, s) for s in (silicon, nominal))
     latch = program.slow_leak()
-    one = _chosen(neurons_of(reference, ready.neuron, latch), np.atleast_1d(np.argmin(latch)))
+    one = neurons_chosen(neurons_of(reference, ready.neuron, latch), np.atleast_1d(np.argmin(latch)))
     currents = MULTIPLES * max(float(rheobase(one)[0]), LEAST)
     drives = dc_currents(own, reference, currents)
-    expected = rates(one, currents[:, None], np.full(currents.size, LONGEST))[:, 0]
+    expected = rates(one, currents[:, None], np.full(currents.size, FIRST))[:, 0]
     lengths = np.clip(SPIKES / np.maximum(expected, 1e-3), 10.0 * STEPS, LONGEST)
     threshold = rheobase(built.neurons)
     gate = gate_voltages(chip(params, table, kind), silicon)["v_dc"]
@@ -153,16 +154,15 @@ def dc_currents(own: DieDevices, reference: DieDevices, currents: F64) -> F64:
 def rates(neurons: Neurons, currents: F64, lengths: F64) -> F64:
     """Rates of the last interval, Hz, 0 below two spikes, [k, n].
 
-    currents: A into i_in, [k, n]; lengths: of each run, s, [k].
+    currents: A into i_in, [k, n]; lengths: of each run, s, [k]; what has not fired twice then gets LONGEST.
     """
     found = np.zeros(currents.shape)
     for k, (current, length) in enumerate(zip(currents, lengths, strict=True)):
-        # those that are slower than expected have all the time that there is
         silent = np.ones(current.size, np.bool_)
         for stretch in (float(length), LONGEST):
             who = np.flatnonzero(silent)
             steps = np.tile(current[who], (max(round(stretch / STEPS), 1), 1))
-            times = respond(_chosen(neurons, who), steps, STEPS).spikes
+            times = respond(neurons_chosen(neurons, who), steps, STEPS).spikes
             for n, spikes in zip(who, times, strict=True):
                 if spikes.size > 1:
                     found[k, n], silent[n] = 1.0 / (spikes[-1] - spikes[-2]), False
@@ -194,7 +194,7 @@ def weights(built: Built, program: Program) -> tuple[Weight, ...]:
     return tuple(found)
 
 
-def _program(table: BiasTable, tau1: Sequence[int]) -> Program:
+def weight_program(table: BiasTable, tau1: Sequence[int]) -> Program:
     """All levels that the biases have in turn over the synapses, and all virtual synapses in use."""
     known = [level for level in LEVELS if level not in missing_levels(table)]
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
@@ -209,6 +209,6 @@ def _program(table: BiasTable, tau1: Sequence[int]) -> Program:
     return Program(levels, table, tuple(tau1), inputs)
 
 
-def _chosen(m: Neurons, index: NDArray[np.int64]) -> Neurons:
+def neurons_chosen(m: Neurons, index: NDArray[np.int64]) -> Neurons:
     """The neurons `index`."""
     return Neurons(*(np.ascontiguousarray(x[index]) for x in m))

@@ -48,6 +48,7 @@ REST, RUN = 10e-3, 40e-3  # s, of runs without and with events; ours
 MULTIPLES = (1.5, 3.0, 10.0, 40.0)  # of the rheobase, at which E_spike is taken; ours
 LEVELS = (1, 2, 3, 4, -1, -2, -3, -4)
 FEWEST = 4  # spikes of a run that counts
+LONGER = (4.0, 16.0)  # times RUN, where it has fewer
 _FILTER_BIASES = {"etau": "excitatory_tau", "ethr": "excitatory_thr", "itau": "inhibitory_tau",
                   "ithr": "inhibitory_thr"}  # fmt: skip
 
@@ -189,6 +190,10 @@ def _spikes(circuit: Circuit, silicon: Silicon, rheobase: float, quiet: float) -
     found = []
     for multiple in MULTIPLES:
         result = _neuron_run(circuit, silicon, multiple * rheobase, RUN)
+        for longer in LONGER:
+            if result.spikes["spike"].size >= FEWEST:
+                break
+            result = _neuron_run(circuit, silicon, multiple * rheobase, longer * RUN)
         times = result.spikes["spike"]
         if times.size >= FEWEST:
             # whole periods, cut where little flows
@@ -199,7 +204,8 @@ def _spikes(circuit: Circuit, silicon: Silicon, rheobase: float, quiet: float) -
             found.append((count / (end - begin), (_energy(part) - quiet * span) / count))
     if not found:
         raise ParameterError(
-            f"power.rheobase: {rheobase:g} A, must make the neuron fire in {RUN:g} s; give another bias file"
+            f"power.rheobase: {rheobase:g} A, must make the neuron fire within {LONGER[-1] * RUN:g} s;"
+            " give another bias file"
         )
     rates, spike = np.array(sorted(found)).T
     return rates, spike

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
-from chips.rolls_chip_kernel import ChipTables, Membranes
+from chips.rolls_chip_kernel import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
 from chips.rolls_circuit import FILTERS, Params, chip
 from chips.rolls_devices import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls_kernel import Neurons
@@ -241,11 +241,15 @@ def _virtual(
 
 def _membranes(m: Neurons) -> tuple[Membranes, F64]:
     lines = lines_of(m)
+    inverse, first = 1.0 / lines.charge, lines.lines[:, 0]
+    columns = (inverse, lines.top, m.delay, m.refractory, m.kick, first[:, 0] + first[:, 1], first[:, 1])
+    spiking = np.zeros((lines.top.size, SPIKING_COLUMNS))
+    spiking[:, : len(columns)] = np.stack(columns, axis=1)
+    adapting = bool((np.abs(m.kick) > STILL).any())
     return (
         Membranes(
-            lines.lines, 1.0 / lines.charge, 1.0 / m.ground_current, lines.top, m.delay.copy(),
-            m.refractory, lines.rise, m.kick, bool((np.abs(m.kick) > STILL).any()), m.quiet, m.share, m.drawn,
-            float(m.ahp_step[0]),
+            lines.lines, inverse, 1.0 / m.ground_current, lines.top, spiking, lines.rise, adapting, m.quiet,
+            m.share, m.drawn, float(m.ahp_step[0]),
         ),
         lines.charge,
     )  # fmt: skip
@@ -253,5 +257,6 @@ def _membranes(m: Neurons) -> tuple[Membranes, F64]:
 
 def spikes_a_step(tables: ChipTables) -> int:
     """Upper bound of a neuron's spikes in a step."""
-    shortest = float((tables.membranes.refractory + tables.membranes.delay).min())
+    spiking = tables.membranes.spiking
+    shortest = float((spiking[:, REFRACTORY] + spiking[:, DELAY]).min())
     return math.ceil(tables.step / shortest) + 1

@@ -209,6 +209,7 @@ def export(
     param: Params = [],  # noqa: B006
     bias: Biases = [],  # noqa: B006
     bias_set: BiasSet = None,
+    bias_file: BiasFile = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -218,6 +219,10 @@ def export(
     mismatch: Mismatch = True,
     process: Process = True,
     at: At = None,
+    program: Annotated[
+        str | None,
+        typer.Option("--program", metavar="FILE", help="Of rolls: a CSV of post,pre,level, or pushbot."),
+    ] = None,
     dialect: Annotated[Dialect, typer.Option("--dialect", help="Simulator to write for.")] = Dialect.ngspice,
     models: Annotated[Models, typer.Option("--models", help="What transistors are.")] = Models.ekv,
     parasitics: Annotated[
@@ -233,13 +238,15 @@ def export(
     ] = Level.transistor,
     as_json: Json = False,
 ) -> None:
-    """Write a block or chip with its testbench as a netlist."""
+    """Write a block, a chip or a row of rolls with its testbench as a netlist."""
     call(
         "export:export_command",
         block,
         params=param,
         biases=bias,
         bias_set=bias_set,
+        bias_file=bias_file,
+        program=program,
         bias_kind=kind_name(bias_kind),
         silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
         stimuli=stimulus,

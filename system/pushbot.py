@@ -36,9 +36,9 @@ FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
 MARGIN = 4.0  # s, that a run may take beyond twice the straight way to the line; ours
 BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
 SUMMARY = (
-    "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m", "mean_speed_m_per_s",
-    "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW", "events", "lost_events",
-    "lost_inputs", "lost_spikes",
+    "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m",
+    "mean_speed_m_per_s", "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW",
+    "events", "lost_events", "lost_inputs", "lost_spikes",
 )  # fmt: skip
 
 
@@ -104,12 +104,15 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     Raises `ParameterError` for a speed or turn factor that is not above 0, a network that the chip has no
     room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
     """
-    readout = scenario.read()
-    scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
-    if scenario.colour is not None:
-        scene = recoloured(scene, scenario.colour)
+    readout, scene = scenario.read(), scene_of(scenario)
     brain = brain_of(scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind)
     return run_with(brain, scenario, scene, readout, progress)
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """The scene in its light and colour; the scenario's seed is of what is scattered."""
+    scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
+    return scene if scenario.colour is None else recoloured(scene, scenario.colour)
 
 
 def run_with(

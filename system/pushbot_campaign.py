@@ -14,9 +14,8 @@ import numpy as np
 
 from circuits.die import Die
 from circuits.errors import ParameterError
-from system.arena import recoloured
-from system.arena_file import load_scene
-from system.pushbot import Scenario, Trace, run_with, summarise
+from system.arena import Scene
+from system.pushbot import Scenario, Trace, run_with, scene_of, summarise
 from system.pushbot_brain import Architecture, brain_of
 from system.pushbot_loop import Brain
 from system.study.interval import Interval, clopper_pearson
@@ -70,6 +69,7 @@ def drive_each(
     keep: Callable[[Trace], Summary] = summarise,
     progress: Callable[[float], None] | None = None,
     make: Make = make_brain,
+    world: Callable[[Scenario], Scene] = scene_of,
 ) -> list[Summary]:
     """What `keep` says of every run, in the order of the scenarios; a chip is made once."""
     keys = [(s.die.number or 0, s.temperature_c, s.bias_kind, s.architecture()) for s in scenarios]
@@ -80,10 +80,7 @@ def drive_each(
         scenario = scenarios[k]
         if brain is None or keys[k] != last:
             brain, last = make(scenario), keys[k]
-        scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
-        if scenario.colour is not None:
-            scene = recoloured(scene, scenario.colour)
-        found[k] = keep(run_with(brain, scenario, scene, scenario.read()))
+        found[k] = keep(run_with(brain, scenario, world(scenario), scenario.read()))
         if progress is not None:
             progress((done + 1) / len(order))
     return [found[k] for k in range(len(scenarios))]

@@ -28,6 +28,8 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 Temperature = Callable[[float], float] | float | None
 
+Turning = Callable[[Glance, float, float], Inputs]
+
 KICK_TIME = 0.1  # s, that the chip runs before the robot; ours
 
 
@@ -36,7 +38,8 @@ class Brain:
     """A chip with the network on it, and how the sensor is wired to it.
 
     target: whether the upper half of the sensor reaches the target field; synapses: virtual ones an event;
-    turning: further inputs from a glance, of the modified architecture's gyro; none for None.
+    turning: makes what turns a glance from one time to another (s) into further inputs, of the modified
+    architecture's gyro; None for none.
     """
 
     network: Network
@@ -44,7 +47,7 @@ class Brain:
     wiring: Wiring = "plain"
     target: bool = False
     synapses: int = 4
-    turning: Callable[[Glance, float, float], Inputs] | None = None
+    turning: Callable[[], Turning] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -71,6 +74,7 @@ class Loop:
     groups: I64
     sizes: F64
     temperature: Temperature = None
+    turning: Turning | None = None
     counter: Counter = field(default_factory=Counter)
     record: Record = field(default_factory=Record)
 
@@ -81,7 +85,8 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
     for k, name in enumerate(OUTPUTS):
         groups[list(brain.network[name].neurons)] = k
     sizes = np.array([len(brain.network[name]) for name in OUTPUTS], dtype=np.float64)
-    loop = Loop(brain, drive, readout, brain.chip.at_rest(), groups, sizes, temperature)
+    turning = None if brain.turning is None else brain.turning()
+    loop = Loop(brain, drive, readout, brain.chip.at_rest(), groups, sizes, temperature, turning)
     _, loop.state = brain.chip.run(loop.state, KICK_TIME, kick(brain.network, brain.synapses), _at(loop, 0.0))
     return loop
 
@@ -107,8 +112,8 @@ def _inputs(loop: Loop, glance: Glance, before: float) -> Inputs:
     parts = [obstacle_inputs(brain.network, glance.events, brain.wiring, brain.synapses)]
     if brain.target:
         parts.append(target_inputs(brain.network, glance.events, brain.synapses))
-    if brain.turning is not None:
-        parts.append(brain.turning(glance, before, loop.drive.time))
+    if loop.turning is not None:
+        parts.append(loop.turning(glance, before, loop.drive.time))
     found = merged(parts)
     # an event of the very end of the last look may be a rounding before the chip's time
     return replace(found, times=np.maximum(found.times + KICK_TIME, loop.state.time))

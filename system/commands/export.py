@@ -16,9 +16,12 @@ from netlists.foundry import read_mapping
 from netlists.foundry_deck import format_foundry, map_circuit
 from netlists.parasitics import read_parasitics
 from netlists.verilog_a_cell import CellArray, format_cells
+from system.commands.export_rolls import export_rolls
 from system.commands.output import print_json
 from system.files import write_text_atomic
 from system.options import Choice, choose, describe_silicon
+from system.rolls_options import NAME as ROLLS
+from system.rolls_options import refuse_bias_file
 from system.silicon_choice import SiliconChoice
 
 _BEHAVIOURAL = ("rebound-neuron", "ranging-chip", "ranging-chip-biased")
@@ -40,8 +43,20 @@ def export_command(
     parasitics: str | None,
     output: str,
     as_json: bool,
+    bias_file: str | None = None,
+    program: str | None = None,
 ) -> None:
     """Write the netlist to the file `output`, `-` being stdout (with `--json` inside the document)."""
+    if block == ROLLS:
+        export_rolls(
+            bias_file=bias_file, program=program, params=params, biases=biases, bias_set=bias_set,
+            bias_kind=bias_kind, silicon=silicon, stimuli=stimuli, mapping=mapping, level=level,
+            dialect=dialect, models=models, parasitics=parasitics, output=output, as_json=as_json,
+        )  # fmt: skip
+        return
+    refuse_bias_file(block, bias_file)
+    if program is not None:
+        raise ParameterError(f"--program: {program}, of rolls only; leave it out for {block}")
     choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
     bench = choice.testbench()
     loads = {} if parasitics is None else read_parasitics(parasitics, choice.circuit)

@@ -103,7 +103,7 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     for k, (kind, f) in enumerate(found.items()):
         left.hist(
-            100 * f.errors.ravel(), bins=np.arange(-30.5, 31.0, 1.0).tolist(), color=COLOURS[k], alpha=0.6,
+            100 * f.errors.ravel(), bins=np.arange(-60.5, 61.0, 1.0).tolist(), color=COLOURS[k], alpha=0.6,
             label=kind,
         )  # fmt: skip
         if f.drift.size:
@@ -112,11 +112,11 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
             right.plot(TEMPERATURES, mean.mean(axis=0), color=COLOURS[k], label=kind)
     left.set_xlabel("mean rate less its target, %")
     left.set_ylabel("populations")
+    left.set_yscale("log")
     right.set_xlabel("temperature, degC")
     right.set_ylabel("mean rate over its target")
     right.set_yscale("log")
     left.legend()
-    right.legend()
 
 
 EXPERIMENT = Experiment(

@@ -9,6 +9,7 @@ from chips.rolls_bias_file import default_biases
 from chips.rolls_chip import Inputs, RollsChip
 from chips.rolls_neuron_model import respond
 from chips.rolls_program import Program, VirtualInput
+from chips.rolls_reference import filter_errors
 from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
@@ -48,6 +49,16 @@ def test_rates_are_the_behavioural_neurons(driven):
         # 0.15 % seen: one evaluation a step of 0.2 ms against parts of 3 mV
         assert np.diff(ours).mean() == pytest.approx(np.diff(theirs).mean(), rel=5e-3)
         assert ours[0] == pytest.approx(theirs[0], rel=1e-2)
+
+
+@pytest.mark.parametrize(("level", "rate"), [(1, 300.0), (-1, 100.0)])
+def test_filters_are_the_behavioural_synapses(level, rate):
+    levels = SILENT.copy()
+    levels[:3, 7] = level
+    chip = chip_of(levels)
+    errors = filter_errors(chip, level, 7, range(3), np.arange(5e-3, 0.05, 1.0 / rate), 0.06)
+    # 3.6 % seen: one equation for v_syn and the line
+    assert np.abs(errors).max() < 0.04
 
 
 def test_neurons_of_a_die_differ(driven):

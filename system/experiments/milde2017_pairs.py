@@ -1,0 +1,101 @@
+"""Section 3.2 and Figure 8 of Milde et al. 2017: two and three blocks, at speed factor 0.5.
+
+The paper: each configuration "tested twenty times without crashes", and the robot "tends to go around a pair
+of objects, avoiding the space between them". Rules: at least 95 % of 100 runs each without touching anything;
+of the runs past a pair, at most 5 % between its blocks. 25 dies, every run with noise of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.arena_file import load_scene
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+from system.pushbot import Scenario, Trace, summarise
+from system.pushbot_campaign import Share, Summary, drive_each, share_of, trials
+from system.pushbot_picture import draw_scene
+
+F64 = NDArray[np.float64]
+
+SCENES = ("pair", "triple")
+RUNS, DIES = 100, 25
+ENOUGH = 0.95  # of runs without a collision; ours
+BETWEEN = 0.05  # of those past a pair; ours
+SHOWN = 25  # paths in the picture
+
+
+def reproduce(
+    progress: Progress, count: int = RUNS, dies: int = DIES, scenes: Sequence[str] = SCENES
+) -> Report:
+    """Drive all runs."""
+    found: dict[str, list[Summary]] = {}
+    paths: dict[str, list[F64]] = {name: [] for name in scenes}
+    for k, name in enumerate(scenes):
+        kept = paths[name]
+
+        def keep(trace: Trace, kept: list[F64] = kept) -> Summary:
+            kept.append(np.array(trace.drive.path)[::10])
+            return summarise(trace)
+
+        def part(share: float, k: int = k) -> None:
+            progress((k + share) / len(scenes))
+
+        found[name] = drive_each(trials(Scenario(scene=name), count, dies), keep, part)
+    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
+
+
+def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Row, ...]:
+    """Collisions of each scene, and whether pairs are passed around."""
+    free = [_free(name, summaries) for name, summaries in found.items()]
+    if "pair" not in found:
+        return tuple(free)
+    past = [s for s in found["pair"] if s["crossed"] and not s["collided"]]
+    between = share_of(past, "between")
+    return (
+        *free,
+        Row(
+            "pair_passed_between", "around", str(between), f"at most {BETWEEN:g}", BETWEEN, fitted=False,
+            agrees=bool(past) and between.value <= BETWEEN,
+        ),
+    )  # fmt: skip
+
+
+def _free(name: str, found: Sequence[Summary]) -> Row:
+    collided = share_of(found, "collided")
+    free = Share(collided.of - collided.passed, collided.of)
+    return Row(
+        f"{name}_without_collision", "20 of 20", str(free), f"at least {ENOUGH:g}", ENOUGH, fitted=False,
+        agrees=free.value >= ENOUGH,
+    )  # fmt: skip
+
+
+def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
+    """Sides, and who turned back."""
+    out = []
+    for name, summaries in found.items():
+        left = sum(s["passed"] == 1.0 for s in summaries)
+        right = sum(s["passed"] == -1.0 for s in summaries)
+        neither = len(summaries) - left - right
+        out.append(
+            f"{name}: past on the left {left}, on the right {right}, not past {neither}; between two blocks"
+            f" {share_of(summaries, 'between')}"
+        )
+    return tuple(out)
+
+
+def _draw(paths: Mapping[str, Sequence[F64]], figure: Figure) -> None:
+    figure.set_size_inches(4.6 * len(paths), 3.6)
+    axes = np.atleast_1d(figure.subplots(1, len(paths)))
+    for ax, (name, mine) in zip(axes, paths.items(), strict=True):
+        draw_scene(load_scene(name), ax)
+        for path in mine[:SHOWN]:
+            ax.plot(path[:, 1], path[:, 2], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+        ax.set_title(f"{name}, {min(len(mine), SHOWN)} of {len(mine)} runs", fontsize=9)
+
+
+EXPERIMENT = Experiment("milde2017-pairs", "two and three blocks at 0.35 m/s", reproduce)

@@ -1,0 +1,98 @@
+"""Section 3.5 and Figure 12 of Milde et al. 2017: same start, other ways round a pair of blocks.
+
+The paper shows three trials of one chip with the same parameters that part: "the robot might avoid the two
+obstacles on the right, or on the left side"; it names mismatch, the sensor's noise and its dependence on the
+movement. Here: one die with other noise, for some dies, and other dies with the same noise. Rules (ours):
+over all dies each side is taken in at least 5 % of the runs past the pair, and on some die with other noise
+both sides are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from matplotlib.figure import Figure
+
+from circuits.die import Die
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS, PALE
+from system.pushbot import Scenario
+from system.pushbot_campaign import FIRST, Share, Summary, drive_each
+
+REPEATS = 20  # runs of a die, each with noise of its own
+REPEATED = 4  # dies that are repeated
+OTHERS = 40  # dies with the same noise
+LEAST = 0.05  # of either side
+
+Groups = Mapping[str, Sequence[Summary]]
+
+
+def reproduce(
+    progress: Progress, repeats: int = REPEATS, repeated: int = REPEATED, others: int = OTHERS
+) -> Report:
+    """Drive all runs."""
+    base = Scenario(scene="pair")
+    plan = {
+        f"die {FIRST + d}": [replace(base, die=Die(number=FIRST + d), seed=FIRST + k) for k in range(repeats)]
+        for d in range(repeated)
+    }
+    plan["other dies"] = [replace(base, die=Die(number=FIRST + d), seed=FIRST) for d in range(others)]
+    found = drive_each([s for group in plan.values() for s in group], progress=progress)
+    groups: dict[str, list[Summary]] = {}
+    begin = 0
+    for name, scenarios in plan.items():
+        groups[name] = found[begin : begin + len(scenarios)]
+        begin += len(scenarios)
+    return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups))
+
+
+def left_of(found: Sequence[Summary]) -> Share:
+    """Runs past the pair on the left, of all past it."""
+    past = [s for s in found if s["passed"] is not None]
+    return Share(sum(s["passed"] == 1.0 for s in past), len(past))
+
+
+def rows(groups: Groups) -> tuple[Row, ...]:
+    """Both sides over dies, and on a die."""
+    others = left_of(groups["other dies"])
+    mixed = [name for name, found in groups.items() if name != "other dies" and _both(left_of(found))]
+    return (
+        Row(
+            "other_dies_passed_left", "left or right", str(others), f"{LEAST:g} to {1.0 - LEAST:g}", LEAST,
+            fitted=False, agrees=others.of > 0 and LEAST <= others.value <= 1.0 - LEAST,
+        ),
+        Row(
+            "dies_that_take_both_sides", "its die does", float(len(mixed)), "at least 1", 1.0, fitted=False,
+            agrees=bool(mixed),
+        ),
+    )  # fmt: skip
+
+
+def _both(share: Share) -> bool:
+    return 0 < share.passed < share.of
+
+
+def notes(groups: Groups) -> tuple[str, ...]:
+    """Share left of each group."""
+    return tuple(
+        f"{name}: past on the left {left_of(found)}, turned back or collided {len(found) - left_of(found).of}"
+        for name, found in groups.items()
+    )
+
+
+def _draw(groups: Groups, figure: Figure) -> None:
+    figure.set_size_inches(6.4, 3.2)
+    ax = figure.subplots()
+    for row, found in enumerate(groups.values()):
+        left = left_of(found)
+        counts = (left.passed, left.of - left.passed, len(found) - left.of)
+        begin = 0
+        for count, shade in zip(counts, (COLOURS[1], COLOURS[0], PALE), strict=True):
+            ax.barh(row, count, left=begin, color=shade)
+            begin += count
+    ax.set_yticks(range(len(groups)), list(groups))
+    ax.set_xlabel("runs: left (orange), right (blue), not past (grey)")
+
+
+EXPERIMENT = Experiment("milde2017-variability", "sides taken by one die and by other dies", reproduce)

@@ -1,0 +1,70 @@
+"""Programs of ROLLS from a file: a row a synapse, or the Pushbot's network by its name.
+
+    post,pre,level
+    5,17,4
+    5,40,-2
+
+The header may be missing; blank lines are skipped. Synapses that no row names are off.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from chips.pushbot_network import pushbot_network
+from chips.rolls_address import NEURONS
+from chips.rolls_bias_file import BiasTable
+from chips.rolls_network import network_program
+from chips.rolls_program import HIGHEST_LEVEL, Program
+from circuits.errors import DataError
+
+PUSHBOT = "pushbot"
+COLUMNS = ("post", "pre", "level")
+
+
+def read_program(text: str, biases: BiasTable) -> Program:
+    """The program that `--program` names.
+
+    Raises `DataError` with the line for a file that is none, `ParameterError` for a level that the biases do
+    not have.
+    """
+    if text == PUSHBOT:
+        return network_program(pushbot_network(), biases)
+    path = Path(text)
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "no UTF-8 text"
+        raise DataError(f"{path}: {reason}, must be a CSV of post,pre,level, or {PUSHBOT}") from error
+    levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
+    given = np.zeros((NEURONS, NEURONS), dtype=np.bool_)
+    for number, cells in enumerate(csv.reader(lines), start=1):
+        fields = [cell.strip() for cell in cells]
+        if not any(fields) or (number == 1 and tuple(fields) == COLUMNS):
+            continue
+        post, pre, level = _row(fields, f"{path}, line {number}")
+        if given[post, pre]:
+            raise DataError(f"{path}, line {number}: {pre} to {post} stands twice, must once; remove one row")
+        levels[post, pre], given[post, pre] = level, True
+    if not given.any():
+        raise DataError(f"{path}: no synapse, must have rows as 5,17,4; write one a synapse")
+    return Program(levels, biases)
+
+
+def _row(fields: list[str], where: str) -> tuple[int, int, int]:
+    text = ",".join(fields)[:40]
+    try:
+        post, pre, level = (int(field) for field in fields)
+    except ValueError:
+        raise DataError(
+            f'{where}: "{text}", must be post,pre,level as in 5,17,4; write whole numbers'
+        ) from None
+    for name, value in (("post", post), ("pre", pre)):
+        if not 0 <= value < NEURONS:
+            raise DataError(f"{where}: {name} {value}, must be 0 to {NEURONS - 1}; the chip has {NEURONS}")
+    if not -HIGHEST_LEVEL <= level <= HIGHEST_LEVEL:
+        raise DataError(f"{where}: level {level}, must be -{HIGHEST_LEVEL} to {HIGHEST_LEVEL}; 0 is off")
+    return post, pre, level
