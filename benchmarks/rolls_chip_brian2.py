@@ -3,8 +3,8 @@
 Reads network.npz of the folder that it is given and writes result.npz: CPU seconds of 1 s of the compiled
 program, and the mean rate. 256 neurons with two shared DPI filters in current mode,
 `(1 + I_th / I) tau dI/dt = -I - I_th`, on an event `I += q I_th / (1 + I_th / I)`, membranes of the software
-models' form with exponential feedback, forward Euler; floors as those have. Two runs: the first finds the
-direct current that gives the rate asked for, by scaling. Imports nothing of ours.
+models' form with exponential feedback, forward Euler; floors as those have. The
+direct current that gives the rate asked for is bisected. Imports nothing of ours.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CONSTANTS = {
 }  # fmt: skip
 
 
-def run(folder: Path, drive: float) -> tuple[float, float]:
+def run(folder: Path, current: float) -> tuple[float, float]:
     """CPU seconds and mean rate of 1 s at a direct current, A."""
     given = np.load(folder / "network.npz")
     b.device.reinit()
@@ -44,10 +44,11 @@ def run(folder: Path, drive: float) -> tuple[float, float]:
         namespace=CONSTANTS,
     )  # fmt: skip
     neurons.tau_e, neurons.tau_i = given["tau_e"] * b.second, given["tau_i"] * b.second
-    neurons.held, neurons.drive = given["refractory"] * b.second, drive * b.amp
+    neurons.held, neurons.drive = given["refractory"] * b.second, current * b.amp
     neurons.Ie = neurons.Ii = neurons.Im = CONSTANTS["I0"]
     floor = "Ie = clip(Ie, I0, 1*uA); Ii = clip(Ii, I0, 1*uA); Im = clip(Im, I0, 10*uA)"
     neurons.run_regularly("\n".join(floor.split("; ")))
+    network = b.Network(neurons)
     for sign, name in enumerate(("Ie", "Ii")):
         charge = given["charges"][:, sign]
         pre, post = np.nonzero(charge)
@@ -57,8 +58,10 @@ def run(folder: Path, drive: float) -> tuple[float, float]:
         )  # fmt: skip
         synapses.connect(i=pre, j=post)
         synapses.q = charge[pre, post]
+        network.add(synapses)
     spikes = b.SpikeMonitor(neurons)
-    b.run(1 * b.second, report=None)
+    network.add(spikes)
+    network.run(1 * b.second, report=None)
     b.device.build(compile=True, run=False)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     b.device.run(with_output=False)
@@ -76,11 +79,11 @@ def main() -> None:
     low, high = 1e-12, 1e-8
     taken, rate = float("nan"), 0.0
     for _ in range(7):
-        drive = float(np.sqrt(low * high))
-        taken, rate = run(folder, drive)
+        middle = float(np.sqrt(low * high))
+        taken, rate = run(folder, middle)
         if abs(rate - wanted) < 0.15 * wanted:
             break
-        low, high = (drive, high) if rate < wanted else (low, drive)
+        low, high = (middle, high) if rate < wanted else (low, middle)
     np.savez(folder / "result.npz", taken=taken, rate=rate)
 
 

@@ -31,7 +31,6 @@ from chips.rolls_chip_kernel import (
     STATE_ROWS,
     TAKEN,
     V_AHP,
-    VALUE,
     WRITTEN,
     ZETA,
     ChipTables,
@@ -42,7 +41,7 @@ from chips.rolls_chip_kernel import (
 )
 from chips.rolls_circuit import Params
 from chips.rolls_kernel import rest_of
-from chips.rolls_lumped import OMEGA_POINTS, brought, settled
+from chips.rolls_lumped import settled
 from chips.rolls_program import Program
 from chips.rolls_tables import Built, build_tables, spikes_a_step
 from circuits.circuit import BiasKind
@@ -277,16 +276,10 @@ def _converted(values: F64, old: Built, new: Built) -> F64:
     out = values.copy()
     out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
     for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
-        depth = f.fold * (_log(old, values[Z + k]) - _log(old, old.tables.banks[k].rest))
-        log = _log(new, new.tables.banks[k].rest) + depth / g.fold
-        out[Z + k] = brought(np.exp(log), g.follow)
+        before, after = old.shapes[k], new.shapes[k]
+        depth = f.fold * (before.log_of(values[Z + k]) - before.log_of(old.tables.banks[k].rest))
+        out[Z + k] = after.brought_at(after.log_of(new.tables.banks[k].rest) + depth / g.fold)
     return out
-
-
-def _log(built: Built, z: F64) -> F64:
-    """Ln v of filters at z."""
-    table = built.tables.omega[:, VALUE]
-    return np.asarray(np.interp(z, OMEGA_POINTS, np.log(table)))
 
 
 def _scratch() -> Scratch:

@@ -1,18 +1,17 @@
 """Compiled stepping of a whole ROLLS chip: n neurons, their filters, and the synapses between them.
 
 Time goes in steps. What was on the bus in the last step enters the filters at the beginning of this one, so
-an event waits for a step at most. A filter is one equation, its pair in weak inversion, with u = I_1 / I_2 of
-the pair's currents, v = g u and `z = v + (1 + c) ln v - c ln(1 + v)`:
+an event waits for a step at most. A filter is one equation: u is the ratio that the pair's currents I_1 and
+I_2 would have in weak inversion, v the one that they have, `z = int (1 + v + c / (1 + v)) d ln u`:
 
     charge Q through the line:  z += kappa_n Q / (C U_T)
     leak:                       v -> v e^(-dt / tau),  z -= dt / tau + v (1 - e^(-dt / tau)), to rest
-    output:                     I = I_S ln^2(1 + sqrt(E)),  E ~ v^(kappa_p / kappa_n)
+    output:                     I = I_S ln^2(1 + sqrt(E)),  E ~ u^(kappa_p / kappa_n)
 
-c is what the line's capacitance adds while the line follows v_syn, g what strong inversion of the pair
-changes (`chips.rolls_lumped`). Between pulses the line rises by the pair's current, by `C_line U_T ln t`;
-what it has taken then, the next pulse has to draw from it first. The membrane is stepped in the charge y that
-a weak-inversion input would have needed to bring it where it is, `dy = C dv / share(v)`, in which every input
-adds up and the leak is linear:
+c is what the line's capacitance adds while the line follows v_syn (`chips.rolls_lumped`). Between pulses the
+line rises by the pair's current, by `C_line U_T ln t`; what it has taken then, the next pulse has to draw
+from it first. The membrane is stepped in the charge y that a weak-inversion input would have needed to bring
+it where it is, `dy = C dv / share(v)`, in which every input adds up and the leak is linear:
 
     dy/dt = a(y) + J (1 + w(y) G(J)) - (I_inh + I_ahp) b(y)
 
@@ -36,7 +35,7 @@ F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-# v = omega(z), v + ln v = z: points from LOW to SPLIT, FINE an e-fold, then every COARSE up to HIGH
+# v and u^power over z: points from LOW to SPLIT, FINE an e-fold, then every COARSE up to HIGH
 LOW, SPLIT, FINE, COARSE, COARSE_POINTS = -28.0, 36.0, 32, 4.0, 4096
 FINE_POINTS = int((SPLIT - LOW) * FINE)
 HIGH = SPLIT + COARSE * (COARSE_POINTS - 1)
@@ -72,7 +71,7 @@ class FilterBank(NamedTuple):
     line: F64  # C_line U_T in z
     first: F64  # what the line takes in a step with a pulse
     rest: F64  # z
-    scale: F64  # E of v = 1, times the mean over a step of its decay
+    scale: F64  # E of u = 1, times the mean over a step of its decay
     specific: F64  # I_S of the output times the mirror's gain, A
 
 
@@ -96,7 +95,7 @@ class ChipTables(NamedTuple):
     """All that a step needs. charges: float32[pre, 2, post], kappa_n Q / (C U_T) of one event."""
 
     step: float  # s
-    omega: F64  # float64[points, 4]
+    omega: F64  # float64[SIGNS, points, 4]
     banks: tuple[FilterBank, FilterBank, FilterBank, FilterBank]
     live: tuple[bool, bool, bool, bool]  # filters that something can reach
     charges: F32
@@ -281,10 +280,11 @@ def _deliver(c: ChipTables, t: Traffic, until: float, s: Scratch) -> None:
     """Charges of the last step's spikes, and of the events before `until` s."""
     exciting, inhibiting = s.charge[0], s.charge[1]
     for j in range(t.counts[LAST]):
-        row = c.charges[t.last[j]]
+        excited, inhibited = c.charges[t.last[j], 0], c.charges[t.last[j], 1]
         for k in range(exciting.size):
-            exciting[k] += row[0, k]
-            inhibiting[k] += row[1, k]
+            exciting[k] += excited[k]
+        for k in range(exciting.size):
+            inhibiting[k] += inhibited[k]
     t.counts[LAST] = 0
     j = t.counts[READ]
     while j < t.times.size and t.times[j] < until:
@@ -305,13 +305,13 @@ def _currents(c: ChipTables, state: F64, s: Scratch) -> None:
         s.excite[k] = 0.0
         s.inhibit[k] = 0.0
     if c.live[0]:
-        _filter(state, 0, c.omega, c.banks[0], c.step, s.excite, s)
+        _filter(state, 0, c.omega[0], c.banks[0], c.step, s.excite, s)
     if c.live[1]:
-        _filter(state, 1, c.omega, c.banks[1], c.step, s.inhibit, s)
+        _filter(state, 1, c.omega[1], c.banks[1], c.step, s.inhibit, s)
     if c.live[2]:
-        _filter(state, 2, c.omega, c.banks[2], c.step, s.excite, s)
+        _filter(state, 2, c.omega[2], c.banks[2], c.step, s.excite, s)
     if c.live[3]:
-        _filter(state, 3, c.omega, c.banks[3], c.step, s.inhibit, s)
+        _filter(state, 3, c.omega[3], c.banks[3], c.step, s.inhibit, s)
     if c.membranes.adapting:
         _adapt(c.membranes, state, c.step, s.inhibit)
 

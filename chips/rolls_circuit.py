@@ -148,7 +148,8 @@ def _known(found: tuple[Bias, ...], virtual: dict[str, int]) -> tuple[Bias, ...]
         swap = {"virtual_exc_extender.mp2": "virtual_inh_extender.mp2"}
         kept = [replace(b, device=swap.get(b.device or "", b.device)) for b in kept]
         if "virtual_inh" in missing:
-            kept = [b for b in kept if b.name != "i_pwlk"]
+            # a row without virtual synapses has no extender, and no port for its bias
+            kept = [b for b in kept if b.name != "i_pwlk" or (b.device or "").startswith("extender")]
     return tuple(kept)
 
 
@@ -189,4 +190,7 @@ def chip(params: Params = Params(), table: BiasTable | None = None, kind: BiasKi
         biases(table, kind, "row."),
         {n: 1 for n in _VIRTUAL_WEIGHT if f"{n}_event" in {p.name for p in one.ports}},
     )
+    # the columns' extenders have theirs even where a row has no virtual synapse
+    named = {p.name for p in ports}
+    ports += tuple(Port(b.port, "bias") for b in found if b.port not in named)
     return Circuit(NAME, ports, (), instances, (Node("pulse", shape),), found)

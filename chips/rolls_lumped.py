@@ -6,10 +6,8 @@ Filter, with the law of its devices in weak inversion and p = kappa (v_g - V_T0)
     tau = C U_T / (kappa_n I_tau)
     I_syn = I_S5 ln^2(1 + sqrt(E)),  E = e^(kappa_p (depth / U_T - t_5)),  depth = v_dd - v_syn
 
-Strong inversion of the pair lets more of a large current through to the capacitor while v_syn is below v_thr:
-there the share is 1 / (g u) with `g = (t / (e^t - 1))^2`, `t = sqrt(I_w / I_S)`; far above v_thr it is 1 for
-any current. So v = g u is used throughout. A filter has one g, that of the mean of its synapses' currents,
-weighted with their charge.
+Out of weak inversion v = I_1 / I_2 is not u: above v_thr it is less, and more of a large current reaches the
+capacitor. The pair's table is that of the mean of its synapses' currents, weighted with their charge.
 
 Neuron: from the tables over v_mem of `chips.rolls_neuron_model`, by a change of variable alone:
 `y = int C(v) / share(v) dv`, share being that of weak inversion.
@@ -22,7 +20,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import wrightomega
 
 from chips.rolls_chip_kernel import (
     COARSE,
@@ -41,7 +38,8 @@ from chips.rolls_static import pair as pair_shares
 F64 = NDArray[np.float64]
 
 OMEGA_POINTS = np.concatenate((np.arange(LOW, SPLIT, 1.0 / FINE), SPLIT + COARSE * np.arange(COARSE_POINTS)))
-_NEWTON = 30  # from the function of Wright, which has c = 0
+_LOGARITHMS = np.arange(-40.0, 16.0, 1.0 / 128)  # of u
+_SMALL = -12.0  # ln u; below, v is in proportion to u
 REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
 
 
@@ -102,12 +100,6 @@ def line_voltage(f: Filter, current: float, u_t: float) -> float:
     return f.held_at - 2.0 * u_t * math.log(math.expm1(root))
 
 
-def strong_share(current: F64, specific: F64) -> F64:
-    """Factor g of a pair whose devices have I_S `specific` (A) and that divides `current` (A)."""
-    t = np.sqrt(np.maximum(current, 0.0) / specific)
-    return np.asarray(np.where(t > 1e-9, t / np.expm1(np.maximum(t, 1e-9)), 1.0) ** 2)
-
-
 class Load(NamedTuple):
     """What hangs on the filters' lines, float64[n] each: mean current in a pulse (A), idle leak (A)."""
 
@@ -115,11 +107,9 @@ class Load(NamedTuple):
     idle: F64
 
 
-def bank_of(f: Filter, load: Load, step: float) -> FilterBank:
+def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
     """Filters for steps of `step` s."""
-    g = strong_share(load.drawn, f.pair)
     decay, idle = step / f.tau, load.idle * step / f.unit
-    rest_v = g * np.exp(f.start)
     line = f.line_charge / f.unit
     return FilterBank(
         np.exp(-decay),
@@ -127,9 +117,9 @@ def bank_of(f: Filter, load: Load, step: float) -> FilterBank:
         idle,
         line,
         line * np.log1p(step * load.drawn / f.line_charge),
-        brought(rest_v, f.follow),
+        np.interp(f.start, _LOGARITHMS, shape.brought),
         # of the output over a step, which falls with power / tau
-        f.scale * g**-f.power * -np.expm1(-f.power * decay) / (f.power * decay),
+        f.scale * -np.expm1(-f.power * decay) / (f.power * decay),
         f.specific,
     )
 
@@ -140,25 +130,43 @@ def settled(bank: FilterBank, f: Filter, load: Load, step: float) -> tuple[F64, 
     return bank.line * np.log1p(since * load.drawn / f.line_charge), since
 
 
-def omega_table(power: float, follow: float) -> F64:
-    """Values v with v + (1 + c) ln v - c ln(1 + v) = z, and v^power, with their slopes: float64[points, 4].
+class Shape(NamedTuple):
+    """A pair's charge against u: float64[points, 4] over z, and z over ln u from -40 to 16."""
 
-    follow: c, `kappa_n C_line / C`: while v is below 1 the line follows v_syn, and its charge is drawn too.
+    omega: F64
+    brought: F64
+
+    def log_of(self, z: F64) -> F64:
+        """Logarithm of u at z."""
+        return np.asarray(np.interp(z, self.brought, _LOGARITHMS))
+
+    def brought_at(self, log: F64) -> F64:
+        """The z at ln u."""
+        return np.asarray(np.interp(log, _LOGARITHMS, self.brought))
+
+
+def shape_of(f: Filter, load: Load) -> Shape:
+    """Table of v = I_1 / I_2 and of u^power over `z = int (1 + v + c / (1 + v)) d ln u`.
+
+    v from the law of two transistors alike that carry the mean of what the synapses draw; c = kappa_n C_line
+    / C: while v is below 1 the line follows v_syn, and its charge is drawn too.
     """
-    z = OMEGA_POINTS
-    v = np.real(wrightomega(z))
-    for _ in range(_NEWTON):
-        over = v + (1.0 + follow) * np.log(v) - follow * np.log1p(v) - z
-        v *= np.exp(-over / (v + 1.0 + follow - follow * v / (1.0 + v)))
-    table = np.zeros((z.size, 4))
-    table[:, 0], table[:, 2] = v, v**power
-    table[:-1, 1], table[:-1, 3] = np.diff(v), np.diff(table[:, 2])
-    return table
-
-
-def brought(v: F64, follow: float) -> F64:
-    """The z of `omega_table` at v."""
-    return np.asarray(v + (1.0 + follow) * np.log(v) - follow * np.log1p(v))
+    inversion = np.full(_LOGARITHMS.size, float(np.mean(load.drawn / f.pair)))
+    second, zero = np.empty(_LOGARITHMS.size), np.zeros(_LOGARITHMS.size)
+    one = np.ones(_LOGARITHMS.size)
+    pair_shares(one, _LOGARITHMS.copy(), one, zero, inversion, second)
+    v = inversion / second - 1.0
+    # below, where the difference cancels, both are in proportion
+    k = int(np.argmax(_LOGARITHMS > _SMALL))
+    v[:k] = v[k] * np.exp(_LOGARITHMS[:k] - _LOGARITHMS[k])
+    density = 1.0 + v + f.follow / (1.0 + v)
+    brought = _integral(_LOGARITHMS[None], density[None])[0] + (1.0 + f.follow) * _LOGARITHMS[0]
+    log = np.interp(OMEGA_POINTS, brought, _LOGARITHMS)
+    table = np.zeros((OMEGA_POINTS.size, 4))
+    table[:, 0] = np.exp(np.interp(log, _LOGARITHMS, np.log(v)))
+    table[:, 2] = np.exp(f.power * log)
+    table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
+    return Shape(table, brought)
 
 
 class Lines(NamedTuple):

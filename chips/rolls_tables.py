@@ -16,7 +16,7 @@ from chips.rolls_chip_kernel import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTabl
 from chips.rolls_circuit import FILTERS, Params, chip
 from chips.rolls_devices import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls_kernel import Neurons
-from chips.rolls_lumped import Filter, Load, bank_of, filter_of, line_voltage, lines_of, omega_table
+from chips.rolls_lumped import Filter, Load, Shape, bank_of, filter_of, line_voltage, lines_of, shape_of
 from chips.rolls_neuron_model import NODES, neurons_of
 from chips.rolls_parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls_program import Program, level_current
@@ -32,6 +32,7 @@ F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 
 STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
+NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches
 COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
 
 
@@ -55,6 +56,7 @@ class Built:
     neurons: Neurons
     filters: tuple[Filter, ...]
     loads: tuple[Load, ...]
+    shapes: tuple[Shape, ...]
     charge: F64
     lengths: F64
     levels: Mapping[int, float]
@@ -107,19 +109,25 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
         any(not i.inhibitory for i in program.inputs),
         any(i.inhibitory for i in program.inputs),
     )
-    banks = [bank_of(f, load, step) for f, load in zip(filters, loads, strict=True)]
-    power = filters[0].power
+    shapes = tuple(shape_of(f, load) for f, load in zip(filters, loads, strict=True))
+    banks = [bank_of(*each, step) for each in zip(filters, loads, shapes, strict=True)]
     tables = ChipTables(
-        step, omega_table(power, filters[0].follow), (banks[0], banks[1], banks[2], banks[3]), live, charges,
+        step, np.stack([s.omega for s in shapes]), (banks[0], banks[1], banks[2], banks[3]), live, charges,
         np.concatenate(units), membranes,
     )  # fmt: skip
-    return Built(tables, neurons, tuple(filters), tuple(loads), unit, draws.lengths, draws.levels, gates)
+    return Built(
+        tables, neurons, tuple(filters), tuple(loads), shapes, unit, draws.lengths, draws.levels, gates
+    )
 
 
 def _mean_current(current: F64, charge: F64) -> F64:
-    """Mean current of each filter's synapses, weighted with their charge, A; a filter without has 1 nA."""
+    """Mean current of each filter's synapses, weighted with their charge, A; of all where it has none."""
     total = charge.sum(axis=1)
-    return np.where(total > 0.0, (current * charge).sum(axis=1) / np.where(total > 0.0, total, 1.0), 1e-9)
+    if not (total > 0.0).any():
+        return np.full(total.size, NO_SYNAPSE)
+    weighted = (current * charge).sum(axis=1)
+    each = weighted / np.where(total > 0.0, total, 1.0)
+    return np.asarray(np.where(total > 0.0, each, weighted.sum() / total.sum()))
 
 
 @lru_cache(maxsize=4)

@@ -71,6 +71,9 @@ EXPERIMENTS: dict[str, str] = {
     "milde2017-moving": "system.experiments.milde2017_moving:EXPERIMENT",
     "milde2017-target": "system.experiments.milde2017_target:EXPERIMENT",
     "milde2017-chase": "system.experiments.milde2017_chase:EXPERIMENT",
+    "milde2017-clutter": "system.experiments.milde2017_clutter:EXPERIMENT",
+    "milde2017-office": "system.experiments.milde2017_office:EXPERIMENT",
+    "milde2017-temperature": "system.experiments.milde2017_temperature:EXPERIMENT",
     "agreement": "system.experiments.agreement:EXPERIMENT",
     "ngspice-dies": "system.experiments.ngspice_dies:EXPERIMENT",
 }

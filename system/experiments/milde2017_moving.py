@@ -24,7 +24,7 @@ from system.pushbot_picture import draw_scene
 
 F64 = NDArray[np.float64]
 
-RUNS, DIES = 60, 20
+RUNS, DIES = 40, 20
 POINTS = 0.05  # of collisions that moving may cost
 
 

@@ -20,9 +20,9 @@ from system.plot import COLOURS, PALE
 from system.pushbot import Scenario
 from system.pushbot_campaign import FIRST, Share, Summary, drive_each
 
-REPEATS = 20  # runs of a die, each with noise of its own
+REPEATS = 10  # runs of a die, each with noise of its own
 REPEATED = 4  # dies that are repeated
-OTHERS = 40  # dies with the same noise
+OTHERS = 30  # dies with the same noise
 LEAST = 0.05  # of either side
 
 Groups = Mapping[str, Sequence[Summary]]

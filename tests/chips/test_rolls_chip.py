@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from chips.aer import Bus
-from chips.rolls_address import NEURONS
+from chips.rolls_address import NEURONS, VirtualSynapses
 from chips.rolls_bias_file import default_biases
 from chips.rolls_chip import Inputs, RollsChip
+from chips.rolls_circuit import Params, chip, row
 from chips.rolls_neuron_model import respond
 from chips.rolls_program import Program, VirtualInput
 from chips.rolls_reference import filter_errors
@@ -149,3 +150,10 @@ def test_inputs_that_it_does_not_have(driven, inputs, text):
 def test_step_must_be_positive():
     with pytest.raises(ParameterError, match=r"chip\.step"):
         chip_of(step=0.0)
+
+
+@pytest.mark.parametrize("counts", [(0, 0), (0, 2), (4, 4)])
+def test_extenders_of_the_columns_keep_their_bias(counts):
+    params = Params(virtual=VirtualSynapses(*counts))
+    assert [b.device for b in chip(params).biases if b.name == "i_pwlk"] == ["extender.mp2"]
+    assert ("v_pwlk" in {p.name for p in row(params).ports}) == any(counts)

@@ -1,8 +1,11 @@
 """Mismatch of ROLLS from areas: shares by device, and the dies that they predict."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
+from chips import rolls_spread
 from chips.rolls_bias_file import default_biases
 from chips.rolls_spread import PartOfRow, Spread, correlation, parts_of, predicted, sampled
 from circuits.die import Die
@@ -13,8 +16,10 @@ SILICON = Silicon(ROLLS_180)
 
 
 @pytest.fixture(scope="module")
-def parts() -> dict[str, PartOfRow]:
-    return {p.name: p for p in parts_of(default_biases(), SILICON)}
+def parts() -> Iterator[dict[str, PartOfRow]]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rolls_spread, "RATES", (200.0,))
+        yield {p.name: p for p in parts_of(default_biases(), SILICON)}
 
 
 def test_a_filter_s_time_constant_is_its_leak_s_area(parts: dict[str, PartOfRow]) -> None:

@@ -5,6 +5,7 @@ import math
 import pytest
 from matplotlib.figure import Figure
 
+from chips import rolls_spread
 from chips.rolls_bias_file import default_biases
 from chips.rolls_spread import parts_of
 from circuits.bias import rebias
@@ -60,6 +61,8 @@ def _log_inversion(current: float) -> float:
 def test_mismatch_of_filters_agrees_and_the_published_figure_stands_beside(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    for module in (rolls_spread, rolls_mismatch):
+        monkeypatch.setattr(module, "RATES", (200.0,))
     parts = parts_of(default_biases(), Silicon(ROLLS_180))
     monkeypatch.setattr(rolls_mismatch, "parts_of", lambda *_: parts)
     report = rolls_mismatch.run_on(lambda _: None, (1002,))

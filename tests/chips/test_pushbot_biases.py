@@ -1,0 +1,32 @@
+"""Bias table of the Pushbot's network: what the chip's generator can give, and that the levels exist."""
+
+import pytest
+
+from chips.pushbot_biases import CODES, LEVELS, pushbot_biases
+from chips.pushbot_network import pushbot_network
+from chips.rolls_bias_file import default_biases
+from chips.rolls_network import network_program
+from chips.rolls_program import level_current, missing_levels
+from circuits.errors import ParameterError
+
+
+def test_only_the_named_codes_differ_from_the_defaults() -> None:
+    ours, theirs = pushbot_biases().codes(), default_biases().codes()
+    assert {name for name in theirs if ours[name] != theirs[name]} == set(CODES)
+
+
+def test_the_network_has_its_levels_and_obstacles_outdo_the_target() -> None:
+    table = pushbot_biases()
+    assert missing_levels(table) == {}
+    network_program(pushbot_network(levels=LEVELS), table)
+    obstacle = 16 * level_current(table, LEVELS.obstacle_to_drive)
+    # a bump of the field is itself and two neighbours on either side
+    bump = 5 * level_current(table, LEVELS.target_to_drive)
+    assert obstacle > bump
+
+
+def test_changes_go_over_the_table() -> None:
+    changed = pushbot_biases({"VA_EXC_N": ("50n", 100)})
+    assert changed.current("VA_EXC_N") == pytest.approx(50e-9 * 100 / 256)
+    with pytest.raises(ParameterError, match="fine"):
+        pushbot_biases({"VA_EXC_N": ("50n", 300)})

@@ -1,0 +1,104 @@
+"""Experiments on Milde et al. 2017: all are known, small ones run, and their rules can fail."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from chips.pushbot_biases import LEVELS
+from chips.pushbot_network import pushbot_network
+from system.experiments import (
+    milde2017_clutter,
+    milde2017_fig5,
+    milde2017_office,
+    milde2017_pairs,
+    milde2017_table1,
+    milde2017_target,
+    milde2017_variability,
+)
+from system.experiments.milde2017_temperature import avoided
+from system.pushbot_campaign import Share, Summary
+from system.registry import EXPERIMENTS, load_experiment
+
+NAMES = (
+    "table1", "fig5", "fig6", "fig7", "pairs", "moving", "clutter", "variability", "office", "target",
+    "chase", "temperature",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_known(name: str) -> None:
+    assert f"milde2017-{name}" in EXPERIMENTS
+    assert load_experiment(f"milde2017-{name}").summary
+
+
+def test_figure_5_agrees_and_sees_a_wrong_sign() -> None:
+    good = milde2017_fig5.rows(pushbot_network(levels=LEVELS))
+    assert all(row.agrees for row in good)
+    wrong = milde2017_fig5.rows(pushbot_network(levels=replace(LEVELS, obstacle_to_speed=2)))
+    assert not wrong[0].agrees
+
+
+def cell(colour: str, factors: tuple[float, float], distance: float, passed: int) -> milde2017_table1.Cell:
+    return milde2017_table1.Cell(colour, factors, distance, 1.0, 20, Share(passed, 20))
+
+
+def test_table_1_judges_the_paper_s_own_numbers_as_right_and_constant_ones_as_wrong() -> None:
+    paper = {
+        (colour, f): cell(colour, f, d, 20 if d == 0.0 or colour == "yellow" else 0)
+        for colour, distances in milde2017_table1.PAPER.items()
+        for f, d in zip(milde2017_table1.CELLS, distances, strict=True)
+    }
+    assert all(row.agrees for row in milde2017_table1.rows(paper))
+    flat = {key: cell(*key, 10.0, 0) for key in paper}
+    wrong = {row.name for row in milde2017_table1.rows(flat) if not row.agrees}
+    assert {"blue_3/1_collided", "yellow_collided", "blue_turn_1_over_0.5_cm"} <= wrong
+
+
+def summaries(**values: list[float]) -> list[Summary]:
+    size = len(next(iter(values.values())))
+    return [{name: value[k] for name, value in values.items()} for k in range(size)]
+
+
+def test_pairs_fail_above_five_percent() -> None:
+    good = summaries(collided=[0.0] * 20, crossed=[1.0] * 20, between=[0.0] * 20)
+    bad = summaries(collided=[1.0] * 2 + [0.0] * 18, crossed=[1.0] * 20, between=[0.0, 0.0] + [1.0] * 18)
+    assert all(row.agrees for row in milde2017_pairs.rows({"pair": good}))
+    assert not any(row.agrees for row in milde2017_pairs.rows({"pair": bad}))
+
+
+def test_variability_needs_both_sides() -> None:
+    both, one = summaries(passed=[1.0, -1.0] * 5), summaries(passed=[1.0] * 10)
+    assert all(r.agrees for r in milde2017_variability.rows({"die 1000": both, "other dies": both}))
+    assert not any(r.agrees for r in milde2017_variability.rows({"die 1000": one, "other dies": one}))
+
+
+def test_clutter_is_paired() -> None:
+    hit, free = summaries(collided=[1.0] * 10), summaries(collided=[0.0] * 10)
+    speeds = milde2017_clutter.SPEEDS
+    better = {("plain", v): hit for v in speeds} | {("modified", v): free for v in speeds}
+    same = {(n, v): hit for n in milde2017_clutter.NETWORKS for v in speeds}
+    assert milde2017_clutter.rows(better)[0].agrees
+    assert not milde2017_clutter.rows(same)[0].agrees
+
+
+def test_office_counts_by_the_minute() -> None:
+    few = summaries(collided=[1.0, 0.0, 0.0, 0.0], time_s=[60.0] * 4)
+    many = summaries(collided=[1.0] * 20, time_s=[4.0] * 20)
+    assert milde2017_office.rows(few)[0].agrees
+    assert not milde2017_office.rows(many)[0].agrees
+    interval = milde2017_office.poisson(1, 4.0)
+    # Garwood's interval of one event: 0.0253 to 5.572
+    assert (interval.low, interval.high) == pytest.approx((0.0253 / 4, 5.572 / 4), rel=1e-2)
+
+
+def test_the_target_is_reached_or_not() -> None:
+    there = summaries(reached=[1.0] * 10, touched_robot=[0.0] * 10, touched_block=[0.0] * 10)
+    away = summaries(reached=[0.0] * 10, touched_robot=[0.0] * 10, touched_block=[1.0] * 10)
+    assert all(row.agrees for row in milde2017_target.rows(there, there))
+    assert not any(row.agrees for row in milde2017_target.rows(away, away))
+
+
+def test_a_robot_that_stands_avoids_nothing() -> None:
+    assert avoided(summaries(collided=[0.0, 0.0, 1.0], path_m=[0.0, 1.0, 1.0])) == Share(1, 3)

@@ -1,0 +1,120 @@
+"""The closed loop on a chip: it avoids, says what it did, repeats itself, and refuses bad input."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from circuits.die import Die
+from circuits.errors import CircuitError
+from system.dvs_event import joined
+from system.plot import save_picture
+from system.pushbot import SUMMARY, SYSTEM, Scenario, Trace, run, run_with, scene_of, summarise
+from system.pushbot_brain import GYRO_ANGLE, GyroInputs
+from system.pushbot_campaign import Share, drive_each, make_brain, trials
+from system.pushbot_drive import Glance
+from system.pushbot_loop import all_spikes, rates
+
+BASE = Scenario(seed=3, die=Die(number=3))
+
+
+@pytest.fixture(scope="module")
+def trace() -> Trace:
+    return run(BASE)
+
+
+def test_it_goes_round_a_blue_block(trace: Trace) -> None:
+    found = summarise(trace)
+    assert tuple(found) == SUMMARY
+    assert found["collided"] == 0.0
+    assert found["crossed"] == 1.0
+    assert found["distance_cm"] is not None
+    assert found["distance_cm"] > 0.0
+    path = np.array(trace.drive.path)
+    # a straight way ahead would run into it
+    assert np.abs(path[-1, 2] - path[0, 2]) > 0.0625
+
+
+def test_one_drive_wins_on_the_side_away_from_the_stronger_obstacle_population(trace: Trace) -> None:
+    _, found = rates(trace.brain.network, trace.record, float(trace.drive.path[-1][0]))
+    left, right = found["DL"].sum(), found["DR"].sum()
+    assert max(left, right) > 5.0 * min(left, right)
+    assert (left > right) == (found["OR"].sum() > found["OL"].sum())
+
+
+def test_before_the_block_it_is_quiet_and_drives_at_the_factor_s_speed(trace: Trace) -> None:
+    time, found = rates(trace.brain.network, trace.record, 1.0)
+    for name in ("DL", "DR", "target"):
+        assert found[name].sum() == 0.0
+    # 0.35 m/s at a factor of 0.5 on the nominal die; the refractory period's bias is a die's own
+    at = np.searchsorted(np.array(trace.drive.path)[:, 0], (0.8, 1.0))
+    x = np.array(trace.drive.path)[at, 1]
+    assert (x[1] - x[0]) / 0.2 == pytest.approx(0.35, rel=0.2)
+    assert time[-1] == pytest.approx(1.0)
+
+
+def test_exc_goes_on_to_the_end(trace: Trace) -> None:
+    _, found = rates(trace.brain.network, trace.record, float(trace.drive.path[-1][0]))
+    assert found["exc"][:-1].min() > 100.0
+
+
+def test_the_same_key_gives_the_same_run_and_another_seed_another(trace: Trace) -> None:
+    short = replace(BASE, duration=0.5)
+    first, again, other = (
+        run_with(trace.brain, s, scene_of(s), s.read()) for s in (short, short, replace(short, seed=4))
+    )
+    assert first.drive.path == again.drive.path
+    assert np.array_equal(all_spikes(first.record)[0], all_spikes(again.record)[0])
+    assert first.record.inputs != other.record.inputs
+
+
+def test_a_campaign_is_single_runs(trace: Trace) -> None:
+    scenarios = trials(replace(BASE, duration=0.3), 2, 1, first=3)
+    found = drive_each(scenarios, make=lambda _: trace.brain)
+    alone = run_with(trace.brain, scenarios[1], scene_of(scenarios[1]), scenarios[1].read())
+    assert found[1] == summarise(alone)
+    assert str(Share(1, 4)).startswith("1 of 4 (")
+
+
+def test_the_modified_architecture_runs_and_its_gyro_populations_fire_in_turns() -> None:
+    scenario = replace(BASE, modified=True, duration=3.0)
+    made = run_with(make_brain(scenario), scenario, scene_of(scenario), scenario.read())
+    names = {p.name for p in made.brain.network.populations}
+    assert {"GL", "GR"} <= names
+    assert all_spikes(made.record)[0].size > 0
+
+
+def test_gyro_events_count_the_angle() -> None:
+    scenario = replace(BASE, modified=True)
+    gyro = GyroInputs(make_brain(scenario).network, 1)
+    left = set(gyro.network["GL"].neurons)
+    samples = [np.array([[0.0, 1.0]]), *[np.empty((0, 2))] * 3]
+    found = [gyro(Glance(joined([]), s), 0.05 * k, 0.05 * (k + 1)) for k, s in enumerate(samples)]
+    # 0.2 rad in all, to 16 neurons each; what is left over waits
+    assert sum(f.times.size for f in found) == pytest.approx(16 * 0.2 / GYRO_ANGLE, abs=16)
+    assert all(set(f.neurons.tolist()) <= left for f in found)
+
+
+def test_the_picture_can_be_drawn(trace: Trace, tmp_path: Path) -> None:
+    path = tmp_path / "run.png"
+    save_picture(str(path), lambda figure: SYSTEM.draw(trace, figure))
+    assert path.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"speed_factor": 0.0}, "speed_factor: 0, must be above 0"),
+        ({"turn_factor": -1.0}, "turn_factor"),
+        ({"scene": "nowhere"}, "scene nowhere: unknown"),
+        ({"exc": 60}, "population.target: 128 neurons, must be <="),
+        ({"dropped": 1.0}, "dropped"),
+        ({"colour": "pink"}, "colour: pink"),
+    ],
+)
+def test_bad_input_is_refused(change: dict[str, object], text: str) -> None:
+    with pytest.raises(CircuitError, match=text):
+        run(replace(Scenario(), **change))  # type: ignore[arg-type]

@@ -1,0 +1,45 @@
+"""`noctule run pushbot` and `noctule montecarlo pushbot` from the command line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from system.command_line import main
+
+
+def test_json_has_the_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    picture = tmp_path / "a.png"
+    options = ("--scene", "pair", "--duration", "300ms", "--window", "50ms", "--drop", "0.5", "--json")
+    assert main(("run", "pushbot", *options, "--plot", str(picture))) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["scene"] == "pair"
+    assert found["window_s"] == pytest.approx(0.05)
+    assert found["dropped"] == 0.5
+    assert len(found["path"]) == 61  # 5 ms steps and the start
+    assert len(found["commands"]) == 6
+    assert set(found["rates_Hz"]) == {"OR", "OL", "DR", "DL", "sp", "exc", "target"}
+    assert found["obstacle_line_m"] == pytest.approx(1.0)
+    assert found["summary"]["collided"] == 0.0
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (("--speed-factor", "0"), "speed_factor: 0, must be above 0"),
+        (("--scene", "nowhere"), "scene nowhere: unknown"),
+        (("--exc", "60"), "population.target: 128 neurons, must be <= 116"),
+        (("--window", "70ms"), "--window: 0.07 s"),
+        (("--readout", "mean"), "--readout: mean, must be fixed or sliding"),
+        (("--light", "blinding"), "light: blinding"),
+        (("--plot", "way.bmp"), "--plot: way.bmp"),
+    ],
+)
+def test_bad_input_is_one_line(
+    options: tuple[str, ...], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(("run", "pushbot", *options)) != 0
+    err = capsys.readouterr().err
+    assert text in err
+    assert err.count("\n") == 1
