@@ -75,7 +75,7 @@ def _free(name: str, found: Sequence[Summary]) -> Row:
 
 
 def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
-    """Sides, and who turned back."""
+    """Sides, and who did not get past."""
     out = []
     for name, summaries in found.items():
         left = sum(s["passed"] == 1.0 for s in summaries)

@@ -1,9 +1,9 @@
 """Table 1 of Milde et al. 2017: distance at the obstacle line by speed and turn factor and by colour.
 
 A block 1 m straight ahead, 20 trials a cell on 10 dies with noise of their own. A trial that touches
-something counts 0, as in the paper; one that turns back before the line has no distance and is counted. Rules
-were written before the dies and seeds that report were run. Biases were chosen on others, with the blue and
-red rows in view: those are marked as fitted. The yellow ones were not looked at.
+something counts 0, as in the paper; one that does not pass the line in time has no distance and is counted.
+Rules were written before the dies and seeds that report were run. Biases were chosen on others, with the
+blue and red rows in view: those are marked as fitted. The yellow ones were not looked at.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CLOSE = 5.0  # cm, or half of the paper's distance, within which a cell is told 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A colour at factors: distance (cm), its sigma, of how many, collisions, and how many turned back."""
+    """A colour at factors: distance (cm), its sigma, of how many, and collisions."""
 
     colour: str
     factors: tuple[float, float]
@@ -149,9 +149,9 @@ def _distance(cell: Cell) -> Row:
 
 
 def notes(cells: Cells) -> tuple[str, ...]:
-    """Every cell with its spread, collisions and trials that turned back."""
+    """Every cell with its spread, collisions and trials not past the line."""
     return tuple(
-        f"{c.label}: {c.distance:.1f} +- {c.sigma:.1f} cm, collided {c.collided}, turned back"
+        f"{c.label}: {c.distance:.1f} +- {c.sigma:.1f} cm, collided {c.collided}, not past it"
         f" {c.collided.of - c.count}"
         for c in cells.values()
     )

@@ -24,7 +24,6 @@ TEMPERATURES = (7.0, 17.0, 27.0, 37.0, 47.0)  # degC
 RUNS, DIES = 10, 5
 ENDS = (17.0, 37.0)
 ENOUGH = 0.9
-MOVED = 0.5  # m that a robot has to drive to count: one that stands avoids nothing; ours
 
 Found = Mapping[tuple[BiasKind, float], Share]
 
@@ -47,8 +46,8 @@ def reproduce(
 
 
 def avoided(found: Sequence[Summary]) -> Share:
-    """Runs that went some way and touched nothing."""
-    return Share(sum(not s["collided"] and (s["path_m"] or 0.0) > MOVED for s in found), len(found))
+    """Runs that passed the block's line and touched nothing; one that stands avoids nothing."""
+    return Share(sum(bool(s["crossed"]) and not s["collided"] for s in found), len(found))
 
 
 def rows(found: Found) -> tuple[Row, ...]:

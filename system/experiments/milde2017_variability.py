@@ -76,7 +76,7 @@ def _both(share: Share) -> bool:
 def notes(groups: Groups) -> tuple[str, ...]:
     """Share left of each group."""
     return tuple(
-        f"{name}: past on the left {left_of(found)}, turned back or collided {len(found) - left_of(found).of}"
+        f"{name}: past on the left {left_of(found)}, not past {len(found) - left_of(found).of}"
         for name, found in groups.items()
     )
 

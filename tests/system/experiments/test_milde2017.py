@@ -101,4 +101,4 @@ def test_the_target_is_reached_or_not() -> None:
 
 
 def test_a_robot_that_stands_avoids_nothing() -> None:
-    assert avoided(summaries(collided=[0.0, 0.0, 1.0], path_m=[0.0, 1.0, 1.0])) == Share(1, 3)
+    assert avoided(summaries(collided=[0.0, 0.0, 1.0], crossed=[0.0, 1.0, 1.0])) == Share(1, 3)
