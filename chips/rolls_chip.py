@@ -22,6 +22,7 @@ from chips.rolls_address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL
 from chips.rolls_chip_kernel import (
     COUNTS,
     DONE,
+    HELD,
     LAST,
     NEVER,
     READ,
@@ -55,6 +56,9 @@ Temperature = float | Callable[[float], float]
 
 STEP = 0.2e-3  # s, ours
 ROOM = 1 << 16  # spikes that one call of the kernel writes
+LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
+STRONGEST_MEASURED = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
+KEPT = 4  # temperatures whose tables are kept, 15 MiB each
 FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
 
 
@@ -83,19 +87,23 @@ class ChipState:
 
 @dataclass(frozen=True, slots=True)
 class Spikes:
-    """What a chip sent: times (s, as they left the bus) and neurons; lost: dropped on the way in and out."""
+    """What a chip sent: times (s, as they left the bus) and neurons; lost: dropped on the way in and out.
+
+    held: filters times steps in which so much charge came that a filter stayed at the end of its table.
+    """
 
     times: F64
     neurons: I64
     lost_in: int = 0
     lost_out: int = 0
+    held: int = 0
 
 
 class RollsChip:
     """A chip with a program on silicon.
 
     kind: of all biases; bus: of events out and in; step: s. Temperature may be given a run, as a number or a
-    function of time (s), degC; it is followed in steps of 0.25 K.
+    function of time (s), degC; it is followed in steps of 0.25 K. The bus is idle as a run begins.
     """
 
     def __init__(
@@ -113,12 +121,32 @@ class RollsChip:
         self._scratch = _scratch()
 
     def built(self, temperature_c: float | None = None) -> Built:
-        """Tables at a temperature, degC; kept."""
+        """Tables at a temperature, degC; the last few are kept."""
         at = self.silicon.temperature_c if temperature_c is None else temperature_c
         if at not in self._built:
             on = replace(self.silicon, temperature_c=at)
+            while len(self._built) >= KEPT:
+                self._built.pop(next(iter(self._built)))
             self._built[at] = build_tables(self.params, self.program, self.kind, on, self.step)
         return self._built[at]
+
+    def cautions(self) -> tuple[str, ...]:
+        """Where this chip is outside of what its step was measured for, a sentence each."""
+        built, found = self.built(), []
+        longest = float(built.lengths.max())
+        if longest > self.step:
+            found.append(
+                f"extender: pulses of up to {longest:.3g} s are longer than a step of {self.step:g} s, and"
+                " taken at once; raise NPA_PWLK_P, or the step"
+            )
+        for level, current in built.levels.items():
+            inversion = current / float(built.filters[0 if level > 0 else 1].pair.mean())
+            if inversion > STRONGEST_MEASURED:
+                found.append(
+                    f"synapse: level {level} draws {current:.3g} A, {inversion:.2g} of its pair's specific"
+                    f" current; measured up to {STRONGEST_MEASURED:g}; take a smaller weight"
+                )
+        return tuple(found)
 
     def at_rest(self) -> ChipState:
         """State without input; a neuron that has no rest begins at 0 V."""
@@ -155,10 +183,10 @@ class RollsChip:
         _check(inputs, state.time, self.program)
         arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
         steps = round(duration / self.step)
-        times, neurons, state = self._stretches(state, steps, arrived, temperature)
+        times, neurons, state, held = self._stretches(state, steps, arrived, temperature)
         order = np.lexsort((neurons, times))
         out = send(self.bus, times[order], neurons[order])
-        return Spikes(out.times, out.addresses, arrived.dropped, out.dropped), state
+        return Spikes(out.times, out.addresses, arrived.dropped, out.dropped, held), state
 
     def synaptic_currents(self) -> tuple[F64, F64]:
         """What flowed into i_in and was drawn from v_mem in the last step that ran, A, float64[256] each."""
@@ -166,7 +194,7 @@ class RollsChip:
 
     def _stretches(
         self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None
-    ) -> tuple[F64, I64, ChipState]:
+    ) -> tuple[F64, I64, ChipState, int]:
         """Run stretches of one temperature each."""
         times = np.concatenate((state.waiting.times, arrived.times))
         words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))
@@ -174,16 +202,16 @@ class RollsChip:
         times, words = times[order], words[order]
         found: list[tuple[F64, I64]] = []
         values, senders, now = state.values.copy(), state.senders, state.time
-        at, done, cursor = state.temperature_c, 0, 0
+        at, done, cursor, held = state.temperature_c, 0, 0, 0
         columns, to = _kernel_columns(words >> 8), words & 255
         while done < steps:
             wanted = self._temperature(temperature, now)
             if wanted != at:
                 values = _converted(values, self.built(at), self.built(wanted))
                 at = wanted
-            length = (
-                steps - done if not callable(temperature) else min(steps - done, round(10e-3 / self.step))
-            )
+            length = steps - done
+            if callable(temperature):
+                length = min(length, max(round(LOOK / self.step), 1))
             built = self.built(at)
             left = slice(cursor, None)
             out = self._call(
@@ -194,12 +222,14 @@ class RollsChip:
             senders = out.last[: out.counts[LAST]]
             cursor += int(out.counts[READ])
             done += int(out.counts[DONE])
+            held += int(out.counts[HELD])
             now = state.time + done * self.step
         waiting = Inputs(times[cursor:], words[cursor:] & 255, words[cursor:] >> 8)
         after = ChipState(now, values, senders, at, waiting)
         if not found:
-            return np.empty(0), np.empty(0, np.int64), after
-        return np.concatenate([t for t, _ in found]), np.concatenate([a for _, a in found]), after
+            return np.empty(0), np.empty(0, np.int64), after, held
+        times = np.concatenate([t for t, _ in found])
+        return times, np.concatenate([a for _, a in found]), after, held
 
     def _temperature(self, temperature: Temperature | None, now: float) -> float:
         if temperature is None:
@@ -240,7 +270,7 @@ def _check(inputs: Inputs, now: float, program: Program) -> None:
         )
     known = np.zeros(VIRTUAL_INHIBITORY + 4, np.bool_)
     known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
-    for inhibitory in (False, True):
+    for inhibitory in {each.inhibitory for each in program.inputs}:
         known[list(program.virtual.columns(inhibitory=inhibitory))] = True
     columns = inputs.columns
     bad = (columns < 0) | (columns >= known.size)
@@ -248,7 +278,7 @@ def _check(inputs: Inputs, now: float, program: Program) -> None:
     if bad.any():
         raise ParameterError(
             f"chip.inputs: column {columns[bad][0]}, must be {NONPLASTIC} to {VIRTUAL_EXCITATORY - 1} or a"
-            " virtual synapse that the program has; plastic synapses have no circuit"
+            " virtual synapse of a sign that an input of the program has; declare a VirtualInput"
         )
 
 

@@ -36,7 +36,7 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 # v and u^power over z: points from LOW to SPLIT, FINE an e-fold, then every COARSE up to HIGH
-LOW, SPLIT, FINE, COARSE, COARSE_POINTS = -28.0, 36.0, 32, 4.0, 4096
+LOW, SPLIT, FINE, COARSE, COARSE_POINTS = -28.0, 256.0, 32, 16.0, 16384
 FINE_POINTS = int((SPLIT - LOW) * FINE)
 HIGH = SPLIT + COARSE * (COARSE_POINTS - 1)
 VALUE, SLOPE, POWER, POWER_SLOPE = range(4)  # columns of that table
@@ -124,8 +124,11 @@ _inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
 @_inlined
-def _filter(state: F64, sign: int, omega: F64, bank: FilterBank, step: float, out: F64, s: Scratch) -> None:
-    """A step of the filters of one kind; adds their currents to `out`, and empties their charges."""
+def _filter(state: F64, sign: int, omega: F64, bank: FilterBank, step: float, out: F64, s: Scratch) -> int:
+    """A step of the filters of one kind; adds their currents to `out`, and empties their charges.
+
+    Returns how many were beyond the table's end, and were held there.
+    """
     place, value, power, q = s.place, s.value, s.power, s.charge[sign]
     z, taken, since = state[Z + sign], state[TAKEN + sign], state[SINCE + sign]
     # short loops over few arrays, or the compiler does not pack them
@@ -141,9 +144,11 @@ def _filter(state: F64, sign: int, omega: F64, bank: FilterBank, step: float, ou
         before, quiet = taken[k], power[k]
         power[k] = value[k] + (1.0 - quiet) * (q[k] - before)
         taken[k] = value[k] + quiet * before
+    held = 0
     for k in range(z.size):
         q[k] = 0.0
         x = min(z[k] + power[k], HIGH)
+        held += 1 if z[k] + power[k] > HIGH else 0
         z[k] = x
         place[k] = (x - LOW) * FINE if x < SPLIT else (x - SPLIT) * (1.0 / COARSE) + FINE_POINTS
     for k in range(z.size):
@@ -158,6 +163,7 @@ def _filter(state: F64, sign: int, omega: F64, bank: FilterBank, step: float, ou
         log = e * (60.0 + e * (60.0 + 11.0 * e)) / (60.0 + e * (90.0 + e * (36.0 + 3.0 * e)))
         out[k] += bank.specific[k] * log * log
         z[k] = max(z[k] - bank.fall[k] - value[k] * (1.0 - bank.kept[k]), bank.rest[k])
+    return held
 
 
 @_inlined
@@ -271,8 +277,9 @@ class Traffic(NamedTuple):
     counts: I64
 
 
-DONE, WRITTEN, READ, LAST = range(4)  # steps done, spikes written, events read, neurons in `last`
-COUNTS = 4
+# Steps done, spikes written, events read, neurons in `last`, filters times steps beyond their table's end
+DONE, WRITTEN, READ, LAST, HELD = range(5)
+COUNTS = 5
 
 
 @_inlined
@@ -299,19 +306,19 @@ def _deliver(c: ChipTables, t: Traffic, until: float, s: Scratch) -> None:
 
 
 @_inlined
-def _currents(c: ChipTables, state: F64, s: Scratch) -> None:
+def _currents(c: ChipTables, state: F64, counts: I64, s: Scratch) -> None:
     """What flows into i_in and is drawn from v_mem in this step, A."""
     for k in range(s.excite.size):
         s.excite[k] = 0.0
         s.inhibit[k] = 0.0
     if c.live[0]:
-        _filter(state, 0, c.omega[0], c.banks[0], c.step, s.excite, s)
+        counts[HELD] += _filter(state, 0, c.omega[0], c.banks[0], c.step, s.excite, s)
     if c.live[1]:
-        _filter(state, 1, c.omega[1], c.banks[1], c.step, s.inhibit, s)
+        counts[HELD] += _filter(state, 1, c.omega[1], c.banks[1], c.step, s.inhibit, s)
     if c.live[2]:
-        _filter(state, 2, c.omega[2], c.banks[2], c.step, s.excite, s)
+        counts[HELD] += _filter(state, 2, c.omega[2], c.banks[2], c.step, s.excite, s)
     if c.live[3]:
-        _filter(state, 3, c.omega[3], c.banks[3], c.step, s.inhibit, s)
+        counts[HELD] += _filter(state, 3, c.omega[3], c.banks[3], c.step, s.inhibit, s)
     if c.membranes.adapting:
         _adapt(c.membranes, state, c.step, s.inhibit)
 
@@ -374,7 +381,7 @@ def run_chip(
             break
         begin = now + k * c.step
         _deliver(c, t, begin + c.step, s)
-        _currents(c, state, s)
+        _currents(c, state, t.counts, s)
         _rates(m, state[ZETA], bits, s)
         if _move(m, state, c.step, s):
             _spike(m, state, bits, c.step, begin, t, s, spikes)

@@ -157,3 +157,30 @@ def test_extenders_of_the_columns_keep_their_bias(counts):
     params = Params(virtual=VirtualSynapses(*counts))
     assert [b.device for b in chip(params).biases if b.name == "i_pwlk"] == ["extender.mp2"]
     assert ("v_pwlk" in {p.name for p in row(params).ports}) == any(counts)
+
+
+def test_a_virtual_synapse_that_no_input_has_is_refused():
+    one = chip_of()
+    with pytest.raises(ParameterError, match=r"column 512.*declare a VirtualInput"):
+        one.run(one.at_rest(), 0.01, every((3,), (512,), [0.005]))
+
+
+def test_a_filter_at_the_end_of_its_table_is_counted():
+    levels = SILENT.copy()
+    levels[5, 7] = -4
+    # 44 uA: an event brings 26,000 of the 262,000 that the table has
+    one = chip_of(levels)
+    few, _ = one.run(one.at_rest(), 0.02, every((5,), (256 + 7,), [0.001]))
+    many, _ = one.run(one.at_rest(), 0.02, every((5,), (256 + 7,), np.full(20, 0.001)))
+    assert few.held == 0
+    assert many.held > 0
+
+
+def test_what_was_not_measured_is_said():
+    assert chip_of().cautions() == ()
+    (long,) = chip_of(biases=QUIET.with_code("NPA_PWLK_P", 6, 100)).cautions()
+    assert "raise NPA_PWLK_P" in long
+    levels = SILENT.copy()
+    levels[5, 7] = -4
+    (strong,) = chip_of(levels).cautions()
+    assert "level -4 draws" in strong
