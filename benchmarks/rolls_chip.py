@@ -2,13 +2,18 @@
 
 256 neurons, 65,536 synapses of one excitatory and one inhibitory level (four of five excite), each with the
 current of its own transistors, a direct current that makes the neurons fire; one core, CPU time of the
-thread, best of some turns of 1 s. The peer is Brian2's cpp_standalone: 256 neurons with the same two shared
-filters and current-mode membranes by forward Euler with the same step, the die's own charges on all synapses,
-time constants and refractory periods, and the direct current scaled so that the rates are alike; compiling is
-left out. It needs an interpreter of its own (`--brian2 PATH`); without it its row is left out. 100 dies (ten
-with --quick): chip-seconds a CPU-second of running for 1 s each, and with building too; memory: of the arrays
-of one chip's tables. Accuracy: mean current of the filters and periods of the neurons against the behavioural
-models of the blocks, which `rolls_models.py` holds against the transistors.
+thread, best of some turns of 1 s; the claim is for the default step, half of it is there to compare.
+
+The peer is Brian2's cpp_standalone: 256 neurons with the same two shared filters and current-mode membranes
+by forward Euler, the die's own charges on all synapses, time constants and refractory periods, and the direct
+current scaled so that the rates are alike; compiling is left out. It needs an interpreter of its own
+(`--brian2 PATH`); without it its rows are left out. Its steps are ours, Brian2's default, and one at which
+the period of a neuron at 87 Hz is 1.9 % off, still more than ours is: that row has the claim. With the other
+two, forward Euler is 29 and 8 % off (against steps of 1 us).
+
+100 dies (ten with --quick): chip-seconds a CPU-second of running for 1 s each, and with building too; memory:
+of the arrays of one chip's tables. Accuracy: mean current of the filters and periods of the neurons against
+the behavioural models of the blocks, which `rolls_models.py` holds against the transistors.
 
 Returns 1 where a claim is missed.
 """
@@ -44,8 +49,9 @@ F64 = NDArray[np.float64]
 
 CLAIM, CLAIM_PEER, CLAIM_DIES, CLAIM_MEMORY = 100.0, 10.0, 60.0, 30.0
 FIRST_DIE = 1000
-DRIVE = 0.27e-9  # A, direct current; chosen on dies below 1000 for about 70 Hz
-COARSE_STEP = 0.4e-3  # s, twice the default
+DRIVE = 0.31e-9  # A, direct current; chosen on dies below 1000 for about 70 Hz
+FINER_STEP = 0.2e-3  # s, half the default
+PEER_STEPS = (STEP, 0.1e-3, 0.025e-3)  # s: ours, Brian2's default, and one as exact as ours
 PEER = Path(__file__).parent / "rolls_chip_brian2.py"
 
 
@@ -91,15 +97,18 @@ def measure(*, quick: bool, interpreter: str | None) -> Iterator[Row]:
     rate = spikes.times.size / NEURONS
     note = f"{rate:.1f} Hz mean, {rate * NEURONS * NEURONS / 1e6:.1f} million synaptic events in 1 s"
     yield Row("one chip, times real time", taken, None, 1.0 / taken, note, least=CLAIM)
-    coarse = chip_on(FIRST_DIE, COARSE_STEP)
-    _, begun = coarse.run(coarse.at_rest(), 0.2)
-    fast, spikes = _best(coarse, begun, 5 if quick else 15)
+    finer = chip_on(FIRST_DIE, FINER_STEP)
+    _, begun = finer.run(finer.at_rest(), 0.2)
+    slow, spikes = _best(finer, begun, 5 if quick else 15)
     note = f"{spikes.times.size / NEURONS:.1f} Hz mean"
-    yield Row("one chip, steps of 0.4 ms, times real time", fast, None, 1.0 / fast, note, least=CLAIM)
+    yield Row("one chip, steps of 0.2 ms, times real time", slow, None, 1.0 / slow, note)
     if interpreter is not None:
-        theirs, their_rate = _brian2(interpreter, chip, rate)
-        note = f"Brian2 {1.0 / theirs:.3g} times real time at {their_rate:.1f} Hz"
-        yield Row("one chip, times Brian2's speed", taken, theirs, theirs / taken, note, least=CLAIM_PEER)
+        for step in PEER_STEPS:
+            theirs, their_rate = _brian2(interpreter, chip, rate, step)
+            note = f"Brian2 {1.0 / theirs:.3g} times real time at {their_rate:.1f} Hz"
+            least = CLAIM_PEER if step == min(PEER_STEPS) else 0.0
+            name = f"one chip, times Brian2's speed, its steps {step * 1e3:g} ms"
+            yield Row(name, taken, theirs, theirs / taken, note, least=least)
     yield from _dies(10 if quick else 100)
     size = memory(chip) / 2**20
     yield Row("memory of a chip's tables, MiB", size, None, size, "arrays of the tables", most=CLAIM_MEMORY)
@@ -191,13 +200,13 @@ def period_error() -> float:
     return worst
 
 
-def _brian2(interpreter: str, chip: RollsChip, rate: float) -> tuple[float, float]:
+def _brian2(interpreter: str, chip: RollsChip, rate: float, step: float) -> tuple[float, float]:
     """CPU time of 1 s of the same network by Brian2, and its mean rate, Hz."""
     built = chip.built()
     with tempfile.TemporaryDirectory() as folder:
         np.savez(
             Path(folder) / "network.npz", charges=built.tables.charges, tau_e=built.filters[0].tau,
-            tau_i=built.filters[1].tau, refractory=built.neurons.refractory, step=chip.step, rate=rate,
+            tau_i=built.filters[1].tau, refractory=built.neurons.refractory, step=step, rate=rate,
         )  # fmt: skip
         subprocess.run([interpreter, str(PEER), folder], check=True, cwd=folder)
         found = np.load(Path(folder) / "result.npz")
@@ -216,8 +225,9 @@ def main() -> int:
         print(json.dumps([asdict(row) for row in rows], indent=2))
     else:
         for row in rows:
-            claim = f"at least {row.least:g}" if row.least else f"at most {row.most:g}"
-            print(f"{row.name:40} {row.ratio:8.4g}, claim {claim}; {row.accuracy}")
+            claim = f", at least {row.least:g}" if row.least else f", at most {row.most:g}"
+            claim = "" if row.least == 0.0 and row.most == float("inf") else claim
+            print(f"{row.name:52} {row.ratio:8.4g}{claim}; {row.accuracy}")
         if options.brian2 is None:
             print("Brian2 is not compared: give its interpreter, --brian2 PATH")
     return int(not all(row.holds for row in rows))

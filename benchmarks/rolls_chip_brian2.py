@@ -5,7 +5,8 @@ program, and the mean rate. 256 neurons with two shared DPI filters in current m
 `(1 + I_th / I) tau dI/dt = -I - I_th`, on an event `I += q I_th / (1 + I_th / I)`, membranes of the software
 models' form with exponential feedback, forward Euler; floors as those have. The
 direct current that gives the rate asked for is bisected; the run whose rate is
-nearest counts. Imports nothing of ours.
+nearest counts. Charges are a tenth of the chip's: with all of them this network is either silent or runs at
+213 Hz, and what an event costs does not depend on its size. Imports nothing of ours.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import brian2 as b
 import numpy as np
 
 NEURONS = 256
+SHARE = 0.1  # of the chip's charges; ours
 EQUATIONS = """
 dIe/dt = -(Ie + Ith) / (tau_e * (1 + Ith / Ie)) : amp
 dIi/dt = -(Ii + Ith) / (tau_i * (1 + Ith / Ii)) : amp
@@ -51,14 +53,14 @@ def run(folder: Path, current: float) -> tuple[float, float]:
     neurons.run_regularly("\n".join(floor.split("; ")))
     network = b.Network(neurons)
     for sign, name in enumerate(("Ie", "Ii")):
-        charge = given["charges"][:, sign]
+        charge = np.maximum((1 - 2 * sign) * given["charges"], 0.0)
         pre, post = np.nonzero(charge)
         synapses = b.Synapses(
             neurons, neurons, "q : 1", namespace=CONSTANTS,
             on_pre=f"{name}_post += q * Ith / (1 + Ith / {name}_post)",
         )  # fmt: skip
         synapses.connect(i=pre, j=post)
-        synapses.q = charge[pre, post]
+        synapses.q = SHARE * charge[pre, post]
         network.add(synapses)
     spikes = b.SpikeMonitor(neurons)
     network.add(spikes)

@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 
 from chips.aer import Bus, Events, send
 from chips.rolls_address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
-from chips.rolls_chip_kernel import (
+from chips.rolls_chip_kernel import run_chip
+from chips.rolls_chip_layout import (
     COUNTS,
     DONE,
     HELD,
     LAST,
     NEVER,
+    OCTAVE_BITS,
     READ,
     SHUT,
     SIGNS,
@@ -38,7 +40,6 @@ from chips.rolls_chip_kernel import (
     Scratch,
     Traffic,
     Z,
-    run_chip,
 )
 from chips.rolls_circuit import Params
 from chips.rolls_kernel import rest_of
@@ -54,10 +55,12 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 Temperature = float | Callable[[float], float]
 
-STEP = 0.2e-3  # s, ours
+STEP = 0.4e-3  # s, ours
+PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
 ROOM = 1 << 16  # spikes that one call of the kernel writes
 LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
 STRONGEST_MEASURED = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
+WHOLE = 1e-3  # of a step: by how much a run's duration may miss whole steps
 KEPT = 4  # temperatures whose tables are kept, 15 MiB each
 FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
 
@@ -112,7 +115,7 @@ class RollsChip:
     ) -> None:  # fmt: skip
         """Raises `ParameterError` for a step that is not above 0."""
         if not step > 0.0:
-            raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.1 or 0.2 ms")
+            raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.2 or 0.4 ms")
         self.program, self.kind, self.step = program, kind, step
         self.silicon = Silicon(ROLLS_180) if silicon is None else silicon
         self.params = Params(virtual=program.virtual) if params is None else params
@@ -132,21 +135,7 @@ class RollsChip:
 
     def cautions(self) -> tuple[str, ...]:
         """Where this chip is outside of what its step was measured for, a sentence each."""
-        built, found = self.built(), []
-        longest = float(built.lengths.max())
-        if longest > self.step:
-            found.append(
-                f"extender: pulses of up to {longest:.3g} s are longer than a step of {self.step:g} s, and"
-                " taken at once; raise NPA_PWLK_P, or the step"
-            )
-        for level, current in built.levels.items():
-            inversion = current / float(built.filters[0 if level > 0 else 1].pair.mean())
-            if inversion > STRONGEST_MEASURED:
-                found.append(
-                    f"synapse: level {level} draws {current:.3g} A, {inversion:.2g} of its pair's specific"
-                    f" current; measured up to {STRONGEST_MEASURED:g}; take a smaller weight"
-                )
-        return tuple(found)
+        return cautions_of(self.built(), self.step)
 
     def at_rest(self) -> ChipState:
         """State without input; a neuron that has no rest begins at 0 V."""
@@ -154,7 +143,7 @@ class RollsChip:
         values = np.zeros((STATE_ROWS, NEURONS))
         for k, bank in enumerate(built.tables.banks):
             values[Z + k] = bank.rest
-            values[TAKEN + k], values[SINCE + k] = settled(bank, built.filters[k], built.loads[k], self.step)
+            values[TAKEN + k], values[SINCE + k] = settled(built.filters[k], built.loads[k], self.step)
         resting = np.zeros((NEURONS, 3))
         rest_of(built.neurons, resting)
         values[V_AHP] = resting[:, 1]
@@ -176,21 +165,26 @@ class RollsChip:
         inputs: Inputs = NO_INPUTS,
         temperature: Temperature | None = None,
     ) -> tuple[Spikes, ChipState]:
-        """Run for `duration` s, rounded to whole steps, with inputs in absolute time.
+        """Run for `duration` s with inputs in absolute time.
 
-        Raises `ParameterError` for inputs that the chip does not have, or from before the state.
+        Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip does
+        not have or from before the state.
         """
         _check(inputs, state.time, self.program)
         arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
         steps = round(duration / self.step)
+        if not abs(duration - steps * self.step) < WHOLE * self.step:
+            raise ParameterError(
+                f"chip.run.duration: {duration:g} s, must be whole steps of {self.step:g} s; round it, or"
+                " give the chip another step"
+            )
         times, neurons, state, held = self._stretches(state, steps, arrived, temperature)
-        order = np.lexsort((neurons, times))
-        out = send(self.bus, times[order], neurons[order])
+        out = send(self.bus, times, neurons)
         return Spikes(out.times, out.addresses, arrived.dropped, out.dropped, held), state
 
     def synaptic_currents(self) -> tuple[F64, F64]:
         """What flowed into i_in and was drawn from v_mem in the last step that ran, A, float64[256] each."""
-        return self._scratch.excite.copy(), self._scratch.inhibit.copy()
+        return self._scratch.excite.astype(np.float64), self._scratch.inhibit.astype(np.float64)
 
     def _stretches(
         self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None
@@ -244,12 +238,31 @@ class RollsChip:
     ) -> Traffic:  # fmt: skip
         most = spikes_a_step(tables)
         room = max(ROOM, 2 * most * NEURONS)
-        last, counts = np.zeros(NEURONS, np.int64), np.zeros(COUNTS, np.int64)
+        last, counts = np.zeros(most * NEURONS, np.int64), np.zeros(COUNTS, np.int64)
         last[: senders.size], counts[LAST] = senders, senders.size
         traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
         bits = values[ZETA].view(np.int64)
-        run_chip(tables, values, bits, steps, now, traffic, self._scratch, np.empty(most))
+        run_chip(tables, values, bits, steps, now, traffic, self._scratch)
         return traffic
+
+
+def cautions_of(built: Built, step: float) -> tuple[str, ...]:
+    """Where tables are outside of what steps of `step` s were measured for, a sentence each."""
+    found = []
+    longest = float(built.lengths.max())
+    if longest > step:
+        found.append(
+            f"extender: pulses of up to {longest:.3g} s are longer than a step of {step:g} s, and taken at"
+            " once; raise NPA_PWLK_P, or the step"
+        )
+    for level, current in built.levels.items():
+        inversion = current / float(built.filters[0 if level > 0 else 1].pair.mean())
+        if inversion > STRONGEST_MEASURED:
+            found.append(
+                f"synapse: level {level} draws {current:.3g} A, {inversion:.2g} of its pair's specific"
+                f" current; measured up to {STRONGEST_MEASURED:g}; take a smaller weight"
+            )
+    return tuple(found)
 
 
 def _kernel_columns(columns: I64) -> I64:
@@ -286,7 +299,7 @@ def zeta_of(built: Built, v: F64) -> F64:
     """Zeta of membrane voltages, float64[256], V."""
     lines = built.tables.membranes.lines
     rows = lines.shape[1]
-    edge = np.exp2(np.arange(rows) // 32) * (1.0 + (np.arange(rows) % 32) / 32)
+    edge = np.exp2(np.arange(rows) // PER) * (1.0 + (np.arange(rows) % PER) / PER)
     found = np.empty(v.size)
     for k in range(v.size):
         found[k] = np.interp(v[k], lines[k, :, 6] + lines[k, :, 7] * edge, edge)
@@ -296,7 +309,7 @@ def zeta_of(built: Built, v: F64) -> F64:
 def voltage_of(built: Built, zeta: F64) -> F64:
     """Membrane voltages, V."""
     mantissa, exponent = np.frexp(zeta)
-    row = ((exponent - 1) << 5) + ((2.0 * mantissa - 1.0) * 32).astype(np.int64)
+    row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * PER).astype(np.int64)
     lines = built.tables.membranes.lines[np.arange(zeta.size), row]
     return np.asarray(lines[:, 6] + lines[:, 7] * zeta)
 
@@ -307,16 +320,16 @@ def _converted(values: F64, old: Built, new: Built) -> F64:
     out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
     for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
         before, after = old.shapes[k], new.shapes[k]
-        depth = f.fold * (before.log_of(values[Z + k]) - before.log_of(old.tables.banks[k].rest))
-        out[Z + k] = after.brought_at(after.log_of(new.tables.banks[k].rest) + depth / g.fold)
+        depth = f.fold * (before.log_of(values[Z + k]) - f.start)
+        out[Z + k] = after.brought_at(g.start + depth / g.fold)
     return out
 
 
 def _scratch() -> Scratch:
     n = NEURONS
-    one = [np.zeros(n) for _ in range(7)]
+    value, power, lag, excite, inhibit, own, rate, slope = np.zeros((8, n), np.float32)
     hard = np.zeros(n, np.uint8)
     return Scratch(
-        np.zeros((SIGNS, n)), one[0], one[1], one[2], one[3], one[4], np.zeros((6, n)), one[5], one[6], hard,
-        hard.view(np.int64),
+        np.zeros((SIGNS, n), np.float32), np.zeros(n), value, power, lag, excite, inhibit, own, rate, slope,
+        hard, hard.view(np.int64), np.zeros((4, n + 1), np.int64),
     )  # fmt: skip

@@ -20,8 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import exp1
 
-from chips.rolls_chip_kernel import (
+from chips.rolls_chip_layout import (
     COARSE,
     COARSE_POINTS,
     FINE,
@@ -68,9 +69,11 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
     start = np.log(md1.current / md2.current) + d.pinch("md1", d.gate["v_thr"]) - d.pinch("md2", d.v_dd)
     power = md5.kappa / md1.kappa
     specific = md5.current.copy()
-    if inhibitory:
-        specific *= _mirror_gain(d)
     scale = np.exp(-md5.kappa * md5.threshold / u_t - power * start)
+    if inhibitory:
+        gain, bend = _mirror(d)
+        scale *= bend * bend
+        specific *= gain / (bend * bend)
     fold = u_t / md1.kappa
     unit = np.full(d.copies, capacitance * fold)
     return Filter(
@@ -88,10 +91,15 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
     )
 
 
-def _mirror_gain(d: DieDevices) -> F64:
-    """md7's current over md6's where both are in weak inversion."""
-    md6, md7 = d.fet["md6"], d.fet["md7"]
-    return np.asarray(md7.current / md6.current * np.exp(md6.kappa * (md6.threshold - md7.threshold) / d.u_t))
+def _mirror(d: DieDevices) -> tuple[F64, F64]:
+    """md7's current over md6's in weak inversion, and the s with which it is as `ln^2(1 + s e) / s^2`.
+
+    `I_7 = I_S7 ln^2(1 + g ((1 + e)^r - 1))`, e = sqrt(E) of md5, r = sqrt(I_S5 / I_S6) and g = e^(kappa (V_T6
+    - V_T7) / (2 U_T)); s = 1 + r (g - 1) has the same first two terms in e.
+    """
+    md5, md6, md7 = d.fet["md5"], d.fet["md6"], d.fet["md7"]
+    gate = np.exp(md6.kappa * (md6.threshold - md7.threshold) / (2.0 * d.u_t))
+    return md7.current / md6.current * gate**2, 1.0 + np.sqrt(md5.current / md6.current) * (gate - 1.0)
 
 
 def line_voltage(f: Filter, current: float, u_t: float) -> float:
@@ -111,30 +119,46 @@ def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
     """Filters for steps of `step` s."""
     decay, idle = step / f.tau, load.idle * step / f.unit
     line = f.line_charge / f.unit
+    # of the output over a step, which falls with power / tau, and slower while the line follows v_syn
+    fall = f.power * decay / (1.0 + f.follow)
+    late = (np.euler_gamma + np.log(fall) + exp1(fall)) / -np.expm1(-fall)
     return FilterBank(
-        np.exp(-decay),
-        decay - idle,
-        idle,
-        line,
-        line * np.log1p(step * load.drawn / f.line_charge),
-        np.interp(f.start, _LOGARITHMS, shape.brought),
-        # of the output over a step, which falls with power / tau
-        f.scale * -np.expm1(-f.power * decay) / (f.power * decay),
-        f.specific,
+        -np.expm1(-decay),
+        decay,
+        shape.brought_at(_resting(f, load, shape)),
+        np.exp(f.power * f.start).astype(np.float32),
+        idle.astype(np.float32),
+        (line * step).astype(np.float32),
+        (line * np.log1p(step * load.drawn / f.line_charge)).astype(np.float32),
+        (line * late).astype(np.float32),
+        (f.scale * -np.expm1(-fall) / fall).astype(np.float32),
+        f.specific.astype(np.float32),
     )
 
 
-def settled(bank: FilterBank, f: Filter, load: Load, step: float) -> tuple[F64, F64]:
+def _resting(f: Filter, load: Load, shape: Shape) -> F64:
+    """The ln u, float64[n], at which `C U_T / (kappa_n tau) (1 + v) (1 - r)` is what idle synapses bring."""
+    found = np.empty(f.tau.size)
+    for k in range(found.size):
+        above = np.maximum(_LOGARITHMS - f.start[k], 0.0)
+        leak = (1.0 + shape.ratio) * -np.expm1(-1.5 * f.power * above)
+        at = int(np.argmax(leak >= load.idle[k] * f.tau[k] / f.unit[k]))
+        found[k] = max(_LOGARITHMS[at], f.start[k])
+    return found
+
+
+def settled(f: Filter, load: Load, step: float) -> tuple[F64, F64]:
     """What a line has taken after a long time without a pulse, in z, and that time, s."""
-    since = np.maximum(bank.line * step / np.maximum(bank.idle, 1e-30), step)
-    return bank.line * np.log1p(since * load.drawn / f.line_charge), since
+    since = np.maximum(f.line_charge / np.maximum(load.idle, 1e-30), step)
+    return f.line_charge / f.unit * np.log1p(since * load.drawn / f.line_charge), since
 
 
 class Shape(NamedTuple):
-    """A pair's charge against u: float64[points, 4] over z, and z over ln u from -40 to 16."""
+    """A pair's charge against u: float64[points, 4] over z, and z and v over ln u from -40 to 16."""
 
     omega: F64
     brought: F64
+    ratio: F64
 
     def log_of(self, z: F64) -> F64:
         """Logarithm of u at z."""
@@ -166,7 +190,7 @@ def shape_of(f: Filter, load: Load) -> Shape:
     table[:, 0] = np.exp(np.interp(log, _LOGARITHMS, np.log(v)))
     table[:, 2] = np.exp(f.power * log)
     table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
-    return Shape(table, brought)
+    return Shape(table, brought, v)
 
 
 class Lines(NamedTuple):
@@ -200,12 +224,15 @@ def lines_of(m: Neurons) -> Lines:
     )
     rows = (int(math.frexp(float(zeta[:, -1].max()))[1]) << OCTAVE_BITS) + 1
     grid = _grid(rows)
+    centres = 0.5 * (grid[1:] + grid[:-1])
     lines = np.zeros((n, rows - 1, LINE_COLUMNS))
     for k in range(n):
         for j, column in enumerate(columns):
-            value = np.interp(grid, zeta[k], column[k])
+            value, middle = np.interp(grid, zeta[k], column[k]), np.interp(centres, zeta[k], column[k])
             slope = np.diff(value) / np.diff(grid)
-            lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1], slope
+            # a chord is above what bends upwards: shifted to the same mean (Simpson)
+            shift = 0.0 if column is v else (2.0 * middle - value[:-1] - value[1:]) / 3.0
+            lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1] + shift, slope
     return Lines(lines, unit, zeta[:, -1].copy(), _rise(columns[0], y, zeta, grid))
 
 

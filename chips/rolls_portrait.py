@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
-from chips.rolls_chip import STEP
+from chips.rolls_chip import STEP, cautions_of
 from chips.rolls_circuit import FILTERS, Params, chip
 from chips.rolls_devices import DieDevices, interpolation
 from chips.rolls_kernel import INJECTED, RATIO, STATIC, Neurons
@@ -62,7 +62,7 @@ class Portrait:
 
     currents: float64[k], A; rates, nominal_rates: Hz, float64[k, 256] and float64[k]; restless: fires
     with the I_dc of the bias table alone; filters: time constants by the name of the filter, s; pulses: of
-    the columns, s.
+    the columns, s; cautions: where the chip's step is outside of what it was measured for.
     """
 
     silicon: Silicon
@@ -78,6 +78,7 @@ class Portrait:
     pulses: F64
     weights: tuple[Weight, ...]
     missing: Mapping[int, str]
+    cautions: tuple[str, ...]
 
 
 def portrait(
@@ -117,6 +118,7 @@ def portrait(
         built.lengths,
         weights(built, program),
         missing_levels(table),
+        cautions_of(built, STEP),
     )
 
 
@@ -180,7 +182,7 @@ def weights(built: Built, program: Program) -> tuple[Weight, ...]:
             continue
         sign = 0 if level > 0 else 1
         unit = built.filters[sign].unit  # C that moves z by one, of the postsynaptic neuron's filter
-        charge = (built.tables.charges[:, sign, :].T * unit[:, None])[at]
+        charge = np.abs(built.tables.charges.T * unit[:, None])[at]
         mean = float(charge.mean())
         found.append(
             Weight(

@@ -63,7 +63,7 @@ def filter_errors(
     step = chip.step
     times = np.unique(np.round(times / step)) * step
     state, total, n = chip.at_rest(), np.zeros(len(rows)), round(duration / step)
-    fine = np.arange(1, n * _FINE + 1) * step / _FINE
+    fine = (np.arange(n * _FINE) + 0.5) * step / _FINE  # middles: the mean of what falls within a step
     for k in range(n):
         now = times[(times >= (k - 0.5) * step) & (times < (k + 0.5) * step)]
         inputs = Inputs(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
-from chips.rolls_chip_kernel import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
+from chips.rolls_chip_layout import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
 from chips.rolls_circuit import FILTERS, Params, chip
 from chips.rolls_devices import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls_kernel import Neurons
@@ -90,13 +90,13 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
     filters = [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
     draws = _draws(params, ready, program, gates, silicon, filters)
     virtual = _virtual(params, ready, program, gates, silicon, filters)
-    charges = np.zeros((NEURONS, 2, NEURONS), dtype=np.float32)
+    charges = np.zeros((NEURONS, NEURONS))
     loads: list[Load] = []
     for sign in range(2):
         f = filters[sign]
         charge = draws.charge[sign]
         loads.append(Load(_mean_current(draws.current[sign], charge), draws.idle[sign]))
-        charges[:, sign] = (charge / f.unit[:, None]).T
+        charges += (1 - 2 * sign) * (charge / f.unit[:, None]).T
     units = []
     for sign in range(2):
         f = filters[2 + sign]
@@ -112,8 +112,9 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
     shapes = tuple(shape_of(f, load) for f, load in zip(filters, loads, strict=True))
     banks = [bank_of(*each, step) for each in zip(filters, loads, shapes, strict=True)]
     tables = ChipTables(
-        step, np.stack([s.omega for s in shapes]), (banks[0], banks[1], banks[2], banks[3]), live, charges,
-        np.concatenate(units), membranes,
+        step, np.stack([s.omega for s in shapes]).astype(np.float32),
+        (banks[0], banks[1], banks[2], banks[3]), live, charges.astype(np.float32),
+        np.concatenate(units).astype(np.float32), membranes,
     )  # fmt: skip
     return Built(
         tables, neurons, tuple(filters), tuple(loads), shapes, unit, draws.lengths, draws.levels, gates
@@ -256,7 +257,9 @@ def _membranes(m: Neurons) -> tuple[Membranes, F64]:
     adapting = bool((np.abs(m.kick) > STILL).any())
     return (
         Membranes(
-            lines.lines, inverse, 1.0 / m.ground_current, lines.top, spiking, lines.rise, adapting, m.quiet,
+            lines.lines.astype(np.float32), inverse.astype(np.float32),
+            (1.0 / m.ground_current).astype(np.float32), lines.top, spiking, lines.rise.astype(np.float32),
+            adapting, m.quiet,
             m.share, m.drawn, float(m.ahp_step[0]),
         ),
         lines.charge,

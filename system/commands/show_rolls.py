@@ -80,6 +80,7 @@ def _document(p: Portrait, e: Energies, bias_file: str | None) -> dict[str, Any]
             for w in p.weights
         ],
         "missing_levels": dict(p.missing),
+        "cautions": p.cautions,
         "power": _power(e),
     }  # fmt: skip
 
@@ -152,6 +153,8 @@ def _print(p: Portrait, e: Energies, table: BiasTable, document: dict[str, Any])
     print_table("weights", ("level:", "codes:", "on the die:", "charge an event:", "CV:"), weights)
     for level, name in p.missing.items():
         print_line(f"level {level} is missing: {name} has fine code 0")
+    for caution in p.cautions:
+        print_line(f"outside of what the chip's step was measured for: {caution}")
     _print_power(e, document["power"])
 
 
