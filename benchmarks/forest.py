@@ -8,6 +8,8 @@ making of a die's table is measured apart. Peers: the look for obstacles alone, 
 numpy, microseconds each, beside ours for the whole ping. The first claim is of the loop: planting a forest
 takes a millisecond, which counts where samples are short.
 
+Memory: by how much the largest size of the process grows over samples, after as many and more before.
+
 Two threads: elapsed time of the same samples on one thread and on two, of turns that alternate. It is only
 measured where nothing else runs: `--alone` says so; the row is left out otherwise.
 
@@ -18,6 +20,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import resource
 import sys
 import time
 from collections.abc import Iterator
@@ -65,7 +68,7 @@ def main() -> int:
     samples, turns = (40, 1) if options.quick else (200, 3)
     arcs = arcs_of(Bat())
     fly_sample(arcs, planter(), (0, 0), 10)  # compiled, or loaded
-    rows = [*one_core(arcs, samples, turns), *with_chips(arcs, samples // 4), *peers()]
+    rows = [*one_core(arcs, samples, turns), growth(arcs, samples), *with_chips(arcs, samples // 4), *peers()]
     if options.alone:
         rows.append(two_threads(arcs, samples, turns))
     if options.json:
@@ -85,6 +88,17 @@ def one_core(arcs: Arcs, samples: int, turns: int) -> Iterator[Row]:
     yield Row("whole loop, forests planted too", rate, "pings/s", 0.0, f"{samples} samples, {pings} pings")
     alone = median(_loop(arcs, samples) for _ in range(turns))
     yield Row("whole loop, forests given", alone, "pings/s", CLAIM, f"{1e6 / alone:.3g} us a ping")
+
+
+def growth(arcs: Arcs, samples: int) -> Row:
+    """What more samples add to the largest size of the process."""
+    sizes = []
+    for first in (FIRST_SEED + samples, FIRST_SEED + 2 * samples):
+        for seed in range(first, first + samples):
+            fly_sample(arcs, planter(), (seed, 0), MOST)
+        sizes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    note = f"{samples} samples more; the process has {sizes[1]:.0f} MiB"
+    return Row("growth of memory", sizes[1] - sizes[0], "MiB", 0.0, note)
 
 
 def with_chips(arcs: Arcs, samples: int) -> Iterator[Row]:

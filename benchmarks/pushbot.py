@@ -16,8 +16,7 @@ import time
 from dataclasses import asdict, dataclass
 
 from circuits.die import Die
-from system.pushbot import Scenario, run_with, scene_of
-from system.pushbot_campaign import make_brain
+from system.pushbot import Scenario, make_brain, run_with, scene_of
 
 CLAIM = 10.0
 LONGEST = 6.0  # s of a run

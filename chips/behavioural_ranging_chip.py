@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from chips import ranging_chip
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
+from chips.rebound_jitter import Jitter, SiliconNoise, copied, new_jitter, next_durations
 from chips.rebound_kernel import (
     COLUMNS,
     NEAR,
@@ -47,6 +48,9 @@ _INPUTS = ("call", "echo")
 ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
 
+Wander = tuple[F64, F64, NDArray[np.int64]]  # relaxations, time of the last call (s), calls
+
+
 class OutsideBox(UserWarning):
     """A behavioural model is used where it was not measured."""
 
@@ -55,7 +59,8 @@ class OutsideBox(UserWarning):
 class ChipState:
     """neurons: float64[n, columns] of the kernel; pending: events to come; last: of each input, s.
 
-    lines: analog inputs in force; merged: events that fell into the pulse of the one before.
+    lines: analog inputs in force; merged: events that fell into the pulse of the one before. wander: what the
+    noise of the silicon carries from call to call, None without noise.
     """
 
     time: float
@@ -65,6 +70,7 @@ class ChipState:
     last: tuple[float, float] = (-math.inf, -math.inf)
     lines: Mapping[str, Polyline] | None = None
     merged: int = 0
+    wander: Wander | None = None
 
     @property
     def undecided(self) -> int:
@@ -80,7 +86,8 @@ def _shipped_model(process: Process) -> ReboundModel:
 class RangingChip:
     """13 rebound neurons, or any array of them (or one), on `silicon`.
 
-    path: the instance path named in warnings; outside_box: what to do outside the record's validity box.
+    path: the instance path named in warnings; outside_box: what to do outside the record's validity box;
+    noise: what varies from call to call on one die, nothing unless given.
     """
 
     def __init__(
@@ -90,9 +97,10 @@ class RangingChip:
         path: str = "ranging_chip",
         outside_box: Literal["refuse", "warn"] = "refuse",
         record: Record | None = None,
+        noise: SiliconNoise | None = None,
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box unless it is to warn."""
-        self.silicon, self.path, self.outside_box = silicon, path, outside_box
+        self.silicon, self.path, self.outside_box, self.noise = silicon, path, outside_box, noise
         if circuit is None and record is None:
             self.model = _shipped_model(silicon.process)
         else:
@@ -100,6 +108,7 @@ class RangingChip:
         self.spikes = self.model.circuit.port("spike").elements()
         self.analog: tuple[str, ...] = ()
         self._at: dict[float, Neurons] = {}
+        self._jitter: dict[float, Jitter] = {}
         self.neurons_at(silicon.temperature_c)
 
     def begin(self, time: float = 0.0) -> ChipState:
@@ -108,7 +117,8 @@ class RangingChip:
         neurons = self.neurons_at(self.silicon.temperature_c)
         for k in range(len(self.spikes)):
             begin(neurons, k, states[k], time)
-        return ChipState(time, states, self.silicon.temperature_c)
+        jitter = self.jitter_at(self.silicon.temperature_c)
+        return ChipState(time, states, self.silicon.temperature_c, wander=_wander(jitter))
 
     def next_time(self, state: ChipState) -> float:
         """The next event to come that was handed in early, else inf: spikes are found by advancing."""
@@ -133,6 +143,10 @@ class RangingChip:
         now, states = state.time, state.neurons.copy()
         saved, fired = np.empty_like(states), np.full(len(self.spikes), math.inf)
         last, merged = list(state.last), state.merged
+        jitter = self.jitter_at(state.temperature_c)
+        if jitter is not None and state.wander is not None:
+            relaxation, called, calls = state.wander
+            jitter = copied(jitter._replace(relaxation=relaxation, last=called, calls=calls))
         while True:
             while pending and pending[0][1] <= now:
                 port, time = pending.pop(0)
@@ -141,21 +155,31 @@ class RangingChip:
                     merged += 1
                     continue
                 last[which] = time
-                self._apply(neurons, states, port, now, lines)
+                self._apply(neurons, states, port, now, lines, jitter)
             if now >= until:
                 break
             now = advance_all(neurons, states, min([until, *(t for _, t in pending[:1])]), saved, fired)
             if fired.min() < math.inf:
                 break
         state = replace(
-            state, time=now, neurons=states, pending=tuple(pending), last=(last[0], last[1]), merged=merged
-        )
+            state, time=now, neurons=states, pending=tuple(pending), last=(last[0], last[1]), merged=merged,
+            wander=_wander(jitter),
+        )  # fmt: skip
         found = tuple((self.spikes[k], float(fired[k])) for k in np.flatnonzero(np.isfinite(fired)))
         return state, now, Output(found, np.array([state.time]), np.zeros((1, 0)))
 
     def _apply(
-        self, neurons: Neurons, states: F64, port: str, now: float, lines: Mapping[str, Polyline]
+        self,
+        neurons: Neurons,
+        states: F64,
+        port: str,
+        now: float,
+        lines: Mapping[str, Polyline],
+        jitter: Jitter | None,
     ) -> None:
+        if port == "call" and jitter is not None:
+            neurons = neurons._replace(t_inh=neurons.t_inh.copy())
+            next_durations(jitter, now, neurons.t_inh)
         for k in range(len(states)):
             if port == "call":
                 call(neurons, k, states[k])
@@ -187,6 +211,16 @@ class RangingChip:
             self._at[temperature] = neurons_on(self.model, silicon)
         return self._at[temperature]
 
+    def jitter_at(self, temperature: float) -> Jitter | None:
+        """Jitter at a temperature (degC), before any call and a state of its own; None without noise."""
+        if self.noise is None:
+            return None
+        if temperature not in self._jitter:
+            neurons, silicon = self.neurons_at(temperature), replace(self.silicon, temperature_c=temperature)
+            shortest = float(self.neurons_at(self.silicon.temperature_c).t_inh.min())
+            self._jitter[temperature] = new_jitter(self.model, neurons, silicon, self.noise, shortest)
+        return copied(self._jitter[temperature])
+
     def _check(self, lines: Mapping[str, Polyline]) -> None:
         if "v_ex_max" in lines:
             v_dd = self.silicon.process.v_dd
@@ -203,3 +237,8 @@ class RangingChip:
         if self.outside_box == "refuse":
             raise ParameterError(text)
         warnings.warn(text, OutsideBox, stacklevel=4)
+
+
+def _wander(jitter: Jitter | None) -> Wander | None:
+    """The part of the jitter that is state."""
+    return None if jitter is None else (jitter.relaxation, jitter.last, jitter.calls)

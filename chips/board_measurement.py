@@ -12,6 +12,9 @@ from chips import (
     centroid_measurement,
     hearing_measurement,
     isolation_measurement,
+    latency_errors,
+    latency_measurement,
+    selection_measurement,
     vocalization_measurement,
 )
 from chips.board_record import recorded, write_board_record
@@ -34,6 +37,8 @@ MEASUREMENTS: Mapping[str, Measurement] = {
     "first_target_isolation": Measurement(
         isolation_measurement.measure, isolation_measurement.held_out_errors
     ),
+    "winner_take_all": Measurement(selection_measurement.measure, selection_measurement.held_out_errors),
+    "latency_chip": Measurement(latency_measurement.measure, latency_errors.held_out_errors),
 }
 
 

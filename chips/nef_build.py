@@ -14,9 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from chips.nef_chip import HEADROOM, Conditions, check_room
+from chips.nef_chip_kernel import ChipNet
 from chips.nef_curves import TAU_RC, TAU_REF, Curves
 from chips.nef_kernel import DT, Net
 from chips.nef_network import Connection, Ensemble, EnsembleArray, Network, Neurons, Probe, label
+from chips.nef_place import Placed, Row, at, place, row_of_currents, with_decoders
 from chips.nef_population import Population, evaluate, populate
 from circuits.errors import ParameterError, TopologyError
 
@@ -31,7 +34,7 @@ class Built:
 
     net: arrays of the kernel; populations: of each ensemble or array, by name; drive: float64[lanes, values
     of all nodes], what nodes put on lanes; given: a node's columns there; read: lanes of a node's input or of
-    a probe, by name.
+    a probe, by name; placed, chip: its codes, and what they are where it is run, None of ideal neurons.
     """
 
     network: Network
@@ -40,6 +43,8 @@ class Built:
     drive: F64
     given: Mapping[str, slice]
     read: Mapping[str, slice]
+    placed: Placed | None = None
+    chip: ChipNet | None = None
 
     def neurons(self, name: str) -> slice:
         """Numbers of an ensemble's or array's neurons."""
@@ -52,6 +57,8 @@ def build(
 ) -> Built:
     """Draw and solve a network; taus: of ideal neurons, membrane and refractory period, s.
 
+    On the `Conditions` of a chip it is put there, and run there unless `moved` elsewhere.
+
     Raises
     ------
     UnknownNameError
@@ -59,15 +66,19 @@ def build(
     TopologyError
         A node has a function on its connection.
     ParameterError
-        A function's result has the wrong shape or is not finite; a transform misfits; a rate is too high.
+        A function's result has the wrong shape or is not finite; a transform misfits; a rate is too high; a
+        chip has no room.
     """
+    if isinstance(curves, Conditions):
+        check_room(network.ensembles[-1].name if network.ensembles else "", network.neurons, 1, curves.chip)
     populations: dict[str, tuple[Population, ...]] = {}
-    first = 0
+    first = line = 0
     for part in network.ensembles:
         held = []
         for ensemble in _members(part):
-            held.append(populate(ensemble, curves, first, seed))
+            held.append(populate(ensemble, curves, first, seed, None, line))
             first += ensemble.neurons
+            line += ensemble.dimensions
         populations[part.name] = tuple(held)
     wiring = _Wiring(network, curves, seed, populations)
     for node in network.nodes:
@@ -76,7 +87,29 @@ def build(
         wiring.connect(connection)
     for probe in network.probes:
         wiring.probe(probe)
-    return Built(network, wiring.net(taus), populations, wiring.drive(), wiring.given, wiring.read)
+    built = Built(network, wiring.net(taus), populations, wiring.drive(), wiring.given, wiring.read)
+    if not isinstance(curves, Conditions):
+        return built
+    tau = np.array([tau for _, tau in wiring.lanes])
+    placed = place(built.net, wiring.all, wiring.rows, tau, curves)
+    return replace(built, placed=placed, chip=at(placed, wiring.all, curves))
+
+
+def moved(built: Built, chip: Conditions) -> Built:
+    """The same codes and decoders on a chip as it is elsewhere, at another temperature say."""
+    if built.placed is None:
+        raise ParameterError("network: on ideal neurons, which have no temperature; build it on a chip")
+    held = [p for part in built.populations.values() for p in part]
+    return replace(built, chip=at(built.placed, held, chip))
+
+
+def exchanged(built: Built, other: Built) -> Built:
+    """A network on its chip with the decoders that were solved for the same network on another."""
+    if built.placed is None:
+        raise ParameterError("network: on ideal neurons, whose decoders no die has; build it on a chip")
+    held = [p for part in built.populations.values() for p in part]
+    placed = with_decoders(built.placed, other.net)
+    return replace(built, placed=placed, chip=at(placed, held, placed.calibrated))
 
 
 def _members(part: Ensemble | EnsembleArray) -> list[Ensemble]:
@@ -95,7 +128,13 @@ class _Wiring:
         self.by_name = populations
         self.all = [p for held in populations.values() for p in held]
         self.number = {id(p): k for k, p in enumerate(self.all)}
-        self.rows = [[*((p.gain / p.ensemble.radius)[:, None] * p.encoders).T] for p in self.all]
+        self.rows = [
+            [
+                Row(own, HEADROOM * p.ensemble.radius, 1)
+                for own in ((p.gain / p.ensemble.radius)[:, None] * p.encoders).T
+            ]
+            for p in self.all
+        ]
         self.lanes: list[tuple[tuple[int, int], float]] = []  # population and slot in it, time constant
         self.shared: dict[tuple[tuple[int, int], float], int] = {}
         self.uniform: dict[int, int] = {}  # population: slot of a current into all its neurons
@@ -117,7 +156,10 @@ class _Wiring:
 
     def probe(self, probe: Probe) -> None:
         """Read a function of an ensemble."""
-        as_connection = Connection(probe.target, probe.name, probe.function, probe.transform, probe.synapse)
+        as_connection = Connection(
+            probe.target, probe.name, probe.function, probe.transform, probe.synapse, probe.points,
+            probe.regularisation, probe.solver, probe.decoders,
+        )  # fmt: skip
         values = self._decoders(as_connection)
         matrix = _matrix(as_connection, self._size(values))
         lanes = self.reading(len(matrix), probe.synapse)
@@ -145,16 +187,20 @@ class _Wiring:
         found, at = [], 0
         for held in self.by_name[part.name]:
             p = held
+            if c.decoders is not None:
+                found.append((self.number[id(held)], c.decoders, slice(at, at + c.decoders.shape[1])))
+                at += c.decoders.shape[1]
+                continue
             if c.points is not None:
-                p = populate(p.ensemble, self.curves, p.first, self.seed, np.asarray(c.points, dtype=float))
+                points = np.asarray(c.points, dtype=float)
+                p = populate(p.ensemble, self.curves, p.first, self.seed, points, p.line)
             values = evaluate(c.function, p.points, label(c))
             if not isinstance(part, Ensemble) and values.shape[1] != 1:
                 raise ParameterError(
                     f"{label(c)}.function: {values.shape[1]} results of a number of an array, must be 1"
                 )
-            found.append(
-                (self.number[id(held)], p.decoders(values, c.regularisation), slice(at, at + values.shape[1]))
-            )
+            solved = c.solver(p.rates, values) if c.solver else p.decoders(values, c.regularisation)
+            found.append((self.number[id(held)], solved, slice(at, at + values.shape[1])))
             at += values.shape[1]
         return found
 
@@ -165,7 +211,7 @@ class _Wiring:
     def _spread(self, values: list[tuple[int, F64, slice]], matrix: F64, ends: list[list[int]]) -> None:
         """Add decoders times the matrix, float64[results, size], to the lanes of each result."""
         for number, decoders, which in values:
-            weights = decoders @ matrix[:, which].T
+            weights = np.einsum("nk,rk->nr", decoders, matrix[:, which])
             held = self.decoders[number]
             for column, lanes in zip(weights.T, ends, strict=True):
                 if column.any():
@@ -209,13 +255,19 @@ class _Wiring:
         ends: list[list[int]] = [[] for _ in range(size)]
         for k, part in zip(held, parts, strict=True):
             for j in range(size):
-                self.rows[k].append(part[:, j])
+                self.rows[k].append(self._currents(part[:, j]))
                 ends[j].append(self._lane((k, len(self.rows[k]) - 1), c.synapse))
         return np.eye(size), ends
 
+    def _currents(self, values: F64) -> Row:
+        """Stages of a slot of currents; ideal neurons have no limit."""
+        if isinstance(self.curves, Conditions):
+            return row_of_currents(values, self.curves.unit)
+        return Row(values, math.inf, 1)
+
     def _uniform(self, k: int) -> int:
         if k not in self.uniform:
-            self.rows[k].append(np.ones(self.all[k].ensemble.neurons))
+            self.rows[k].append(self._currents(np.ones(self.all[k].ensemble.neurons)))
             self.uniform[k] = len(self.rows[k]) - 1
         return self.uniform[k]
 
@@ -245,7 +297,7 @@ class _Wiring:
             slot=_whole(slot),
             bias=_joined([p.bias for p in self.all]),
             row=_whole(row[:-1]),
-            encoder=_joined([r for rows in self.rows for r in rows]),
+            encoder=_joined([r.values for rows in self.rows for r in rows]),
             lane=_whole(np.cumsum([0, *(len(d) for d in self.decoders)])),
             reaches=_whole([lane for d in self.decoders for lane in d]),
             decoder=_joined(columns) / DT,

@@ -91,7 +91,7 @@ def oscillator(name: str, neurons: int, frequency: float) -> Network:
     turn = 2.0 * math.pi * frequency * np.array([[0.0, -1.0], [1.0, 0.0]])
 
     def back(x: F64) -> F64:
-        rate = x @ turn.T + RESTORING * x * (1.0 - (x**2).sum(axis=1, keepdims=True))
+        rate = np.einsum("nd,ed->ne", x, turn) + RESTORING * x * (1.0 - (x**2).sum(axis=1, keepdims=True))
         return np.asarray(x + OSCILLATOR_SYNAPSE * rate)
 
     ensemble = Ensemble(name, neurons, 2, radius=1.2)

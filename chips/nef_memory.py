@@ -29,7 +29,6 @@ F64 = NDArray[np.float64]
 
 FITTED = 4000  # points where what draws to the circle is fitted; ours
 LONGEST = 1.1  # that is stored; ours
-ALIKE = 300.0  # Hz, highest rate of neurons on a circle; ours
 STEEPNESS = 8.0  # of an attractor's choice between states; ours
 PULL = 2.0  # weight of what drives `current` and `old` against their own attractors, 1; ours
 STATE_SYNAPSE = 0.05  # s; ours
@@ -45,7 +44,7 @@ class MemorySize:
 
     rate: 1/s; synapse: of what is stored, s; reach: largest difference that is represented, so that larger
     ones are learnt at a constant speed; near: difference below which it is done; circle: how strongly what is
-    stored, a direction, is drawn to a circle of neurons alike, 0 for not at all.
+    stored, a direction, is drawn to length 1, 0 for not at all; holding: regularisation of what holds it.
     """
 
     stored: int
@@ -56,6 +55,7 @@ class MemorySize:
     rate: float = 2.0
     synapse: float = 0.1
     circle: float = 0.0
+    holding: float = HOLDING
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def memory(name: str, dimensions: int, size: MemorySize) -> Network:
     stored, difference, done = f"{name}.stored", f"{name}.difference", f"{name}.done"
     return Network(
         (
-            _stored(stored, dimensions, size),
+            Ensemble(stored, size.stored, dimensions, radius=LONGEST),
             Ensemble(difference, size.difference, dimensions, radius=size.reach),
             threshold_neurons(done, size.done),
         ),
@@ -91,19 +91,10 @@ def memory(name: str, dimensions: int, size: MemorySize) -> Network:
     )
 
 
-def _stored(name: str, dimensions: int, size: MemorySize) -> Ensemble:
-    """Neurons of what is stored; on a circle all alike, so that every direction is held as well."""
-    if size.circle == 0.0:
-        return Ensemble(name, size.stored, dimensions, radius=LONGEST)
-    angle = 2.0 * math.pi * np.arange(size.stored) / size.stored
-    encoders = np.stack([np.cos(angle), np.sin(angle)], axis=1).tolist()
-    return Ensemble(name, size.stored, 2, LONGEST, (ALIKE, ALIKE), (0.0, 0.0), encoders)
-
-
 def _holding(stored: str, dimensions: int, size: MemorySize) -> Connection:
     """What keeps a memory as it is; it is fitted near the circle if it draws there."""
     if size.circle == 0.0:
-        return Connection(stored, stored, synapse=size.synapse, regularisation=HOLDING)
+        return Connection(stored, stored, synapse=size.synapse, regularisation=size.holding)
     random = np.random.default_rng(0)  # of points that differ from one network to another by nothing
     ray = random.normal(size=(FITTED, dimensions))
     length = np.where(
@@ -112,10 +103,9 @@ def _holding(stored: str, dimensions: int, size: MemorySize) -> Connection:
     points = ray * (length / np.sqrt((ray**2).sum(axis=1)))[:, None]
 
     def drawn(x: F64) -> F64:
-        away = 1.0 - (x**2).sum(axis=1, keepdims=True)
-        return np.asarray(x * (1.0 + np.where(away < 0.75, size.circle * away, 0.0)))
+        return np.asarray(x * (1.0 + size.circle * (1.0 - (x**2).sum(axis=1, keepdims=True))))
 
-    return Connection(stored, stored, drawn, 1.0, size.synapse, points, HOLDING)
+    return Connection(stored, stored, drawn, 1.0, size.synapse, points, size.holding)
 
 
 def near(distance: float) -> Function:
@@ -141,7 +131,7 @@ def states(count: int) -> F64:
 
 def choice(x: F64, points: F64) -> F64:
     """Share of each state, float64[n, d] -> float64[n, states]: 1 for the nearest, softly."""
-    weight = np.exp(STEEPNESS * (x @ points.T))
+    weight = np.exp(STEEPNESS * (np.einsum("nd,sd->ns", x, points)))
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
@@ -162,7 +152,7 @@ def state_machine(name: str, following: Sequence[int], size: StateSize, points: 
     after = points[np.asarray(following)]
 
     def attractor(x: F64) -> F64:
-        return choice(x, points) @ points
+        return np.asarray(np.einsum("ns,sd->nd", choice(x, points), points))
 
     def activity(x: F64) -> F64:
         return choice(x, points)
@@ -188,7 +178,9 @@ def state_machine(name: str, following: Sequence[int], size: StateSize, points: 
             Connection(part("current"), part("current"), attractor, synapse=STATE_SYNAPSE),
             Connection(part("current"), part("copy")),
             Connection(part("copy"), part("old"), transform=PULL, synapse=STATE_SYNAPSE),
-            Connection(part("old"), part("advance"), lambda x: choice(x, points) @ after),
+            Connection(
+                part("old"), part("advance"), lambda x: np.einsum("ns,sd->nd", choice(x, points), after)
+            ),
             Connection(part("advance"), part("current"), transform=PULL, synapse=STATE_SYNAPSE),
             Connection("one", part("idle")),
             Connection(part("trigger"), part("idle"), is_above(0.5), -2.0),

@@ -22,7 +22,22 @@ from circuits.errors import ParameterError, TopologyError, UnknownNameError, unk
 F64 = NDArray[np.float64]
 Function = Callable[[F64], F64]  # float64[points, dimensions] -> float64[points, results]
 REGULARISATION = 0.1  # nengo's default
+Solver = Callable[[F64, F64], F64]
 Callback = Callable[[float, F64], F64]  # time in s, float64[size_in] -> float64[size_out]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """Neurons one by one, in the place of draws.
+
+    rate, intercept: float64[n], as of an ensemble; encoders: float64[n, d], of any length above 0; points:
+    float64[m, d], where functions are fitted.
+    """
+
+    rate: F64
+    intercept: F64
+    encoders: F64
+    points: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +51,7 @@ class Ensemble:
     neurons: how many; radius: largest length of x that is represented well; max_rates: Hz at <e, x> = radius,
     drawn evenly from low to high; intercepts: <e, x> / radius where it begins to fire, likewise; encoders:
     float64[k, dimensions], of any length above 0, taken in turn; drawn evenly in all directions if empty.
+    drawn: its neurons, if they are chosen already.
     """
 
     name: str
@@ -45,6 +61,7 @@ class Ensemble:
     max_rates: tuple[float, float] = (200.0, 400.0)
     intercepts: tuple[float, float] = (-1.0, 0.9)
     encoders: Sequence[Sequence[float]] = ()
+    drawn: Drawn | None = None
 
     def __post_init__(self) -> None:
         for name in ("neurons", "dimensions"):
@@ -119,7 +136,10 @@ class Connection:
 
     pre: ensemble, array or node; function: of an ensemble's vector, the vector itself if None; transform:
     number, or float64[size of post, size of f]; points: float64[n, dimensions] where f is fitted, else drawn
-    evenly in the ensemble's ball; regularisation: of the fit, a share of the highest rate.
+    evenly in the ensemble's ball; regularisation: of the fit, a share of the highest rate; solver: makes
+    decoders, float64[neurons, k], of rates in Hz at the points, float64[m, neurons], and values there,
+    float64[m, k], in the place of regularised least squares; decoders: value a Hz, float64[neurons, k], in
+    the place of a function.
     """
 
     pre: str
@@ -129,6 +149,8 @@ class Connection:
     synapse: float = 0.005
     points: F64 | None = None
     regularisation: float = REGULARISATION
+    solver: Solver | None = None
+    decoders: F64 | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.synapse < np.inf:
@@ -146,6 +168,10 @@ class Probe:
     function: Function | None = None
     transform: ArrayLike = 1.0
     synapse: float = 0.01
+    points: F64 | None = None
+    regularisation: float = REGULARISATION
+    solver: Solver | None = None
+    decoders: F64 | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
+from chips.nef_chip import HEADROOM, WINDOW, Conditions
 from chips.nef_curves import Curves
 from chips.nef_network import Ensemble, Function
+from chips.nef_solve import gram, moment, solve
 from circuits.errors import ParameterError
 
 F64 = NDArray[np.float64]
@@ -29,14 +30,16 @@ POINTS_A_NEURON = 2  # if these are more; ours
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Population:
-    """An ensemble whose first neuron has the number `first`.
+    """An ensemble whose first neuron has the number `first`, and its vector's first line `line`.
 
     gain, bias: float64[n], currents; encoders: float64[n, d], unit vectors; points: float64[m, d]; rates:
-    float64[m, n], Hz at the points; normal: A'A.
+    float64[m, n], Hz at the points; normal: A'A. On a chip gain and bias are what its codes are chosen for,
+    and the rates what was measured with them.
     """
 
     ensemble: Ensemble
     first: int
+    line: int
     gain: F64
     bias: F64
     encoders: F64
@@ -48,22 +51,28 @@ class Population:
         """Decoders of values at the points, float64[m, k] -> float64[n, k]: value a Hz."""
         sigma = regularisation * max(float(self.rates.max()), 1.0)
         matrix = self.normal + len(self.points) * sigma**2 * np.eye(len(self.gain))
-        factor = cho_factor(matrix, overwrite_a=True, check_finite=False)
-        return np.asarray(cho_solve(factor, self.rates.T @ values, check_finite=False))
+        return solve(matrix, moment(self.rates, values))
 
 
 def populate(
-    ensemble: Ensemble, curves: Curves, first: int, seed: int, points: F64 | None = None
+    ensemble: Ensemble, curves: Curves, first: int, seed: int, points: F64 | None = None, line: int = 0
 ) -> Population:
     """Put an ensemble on the curves of neurons from `first` on; points: in the place of drawn ones.
+
+    line: of a chip, the first of those that bring the vector.
 
     Raises `ParameterError` where a neuron cannot fire at the rate that is asked for.
     """
     n, d = ensemble.neurons, ensemble.dimensions
     random = np.random.default_rng((seed, zlib.crc32(ensemble.name.encode())))
-    rate = random.uniform(*ensemble.max_rates, n)
-    intercept = random.uniform(*ensemble.intercepts, n)
-    encoders = _encoders(ensemble, random)
+    drawn = ensemble.drawn
+    if drawn is None:
+        rate = random.uniform(*ensemble.max_rates, n)
+        intercept = random.uniform(*ensemble.intercepts, n)
+        encoders = _encoders(ensemble, random)
+    else:
+        rate, intercept, encoders = drawn.rate, drawn.intercept, drawn.encoders
+        points = drawn.points if points is None else points
     threshold, most = curves.currents(first, np.zeros(n)), curves.currents(first, rate)
     wrong = ~(most > threshold)
     if wrong.any():
@@ -72,11 +81,38 @@ def populate(
             " cannot fire so fast; ask for less"
         )
     gain = (most - threshold) / (1.0 - intercept)
+    if isinstance(curves, Conditions):
+        gain = np.minimum(gain, curves.highest_gain(HEADROOM))  # the rate at the radius is then less
     bias = threshold - gain * intercept
     many = max(FEWEST_POINTS, POINTS_A_NEURON * n)
     x = _ball(random, many, d, ensemble.radius) if points is None else points
-    rates = curves.rates(first, x @ (encoders * (gain / ensemble.radius)[:, None]).T + bias)
-    return Population(ensemble, first, gain, bias, encoders, x, rates, rates.T @ rates)
+    rows = (encoders * (gain / ensemble.radius)[:, None]).T
+    if isinstance(curves, Conditions):
+        rates = _measured(ensemble, curves, first, line, x, rows, bias, random)
+    else:
+        rates = curves.rates(first, np.einsum("md,dn->mn", x, rows) + bias)
+    return Population(ensemble, first, line, gain, bias, encoders, x, rates, gram(rates))
+
+
+def _measured(
+    ensemble: Ensemble,
+    chip: Conditions,
+    first: int,
+    line: int,
+    x: F64,
+    rows: F64,
+    bias: F64,
+    random: np.random.Generator,
+) -> F64:
+    """Rates of a chip's neurons at points, as spikes counted for `WINDOW` s tell them."""
+    full = HEADROOM * ensemble.radius
+    current = np.broadcast_to(chip.bias(first, chip.bias_codes(bias)), (len(x), len(bias))).copy()
+    for d, row in enumerate(rows):
+        pos, neg = chip.split(line + d, x[:, d] / full)
+        above, below = chip.stage(first, 1 + d, chip.codes(row, full, 1))
+        current += pos[:, None] * above + neg[:, None] * below
+    rates = chip.rates(first, current)
+    return np.asarray(np.floor(rates * WINDOW + random.random(rates.shape)) / WINDOW)
 
 
 def evaluate(function: Function | None, points: F64, name: str) -> F64:

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chips.nef_build import Built
+from chips.nef_chip import FIFO
+from chips.nef_chip_kernel import COUNTERS, ChipState, advance_chip, new_chip_state
 from chips.nef_kernel import DT, advance, new_state
 from circuits.errors import ParameterError
 
@@ -19,14 +21,15 @@ F64 = NDArray[np.float64]
 class Simulation:
     """A network in time; `interval`: s between calls of nodes, a whole number of steps of `DT`."""
 
-    __slots__ = ("_drive", "_steps", "_values", "built", "interval", "state", "time")
+    __slots__ = ("_chip", "_drive", "_steps", "_values", "built", "interval", "state", "time")
 
     def __init__(self, built: Built, interval: float = DT) -> None:
         steps = round(interval / DT)
         if steps < 1 or abs(steps * DT - interval) > 1e-9:
             raise ParameterError(f"interval: {interval:g} s, must be a whole number of steps of {DT:g} s")
         self.built, self.interval, self._steps = built, interval, steps
-        self.state = new_state(built.net)
+        self._chip: ChipState | None = None if built.chip is None else new_chip_state(built.chip, FIFO)
+        self.state = new_state(built.net) if self._chip is None else self._chip.base
         self.time = 0.0
         self._values = np.zeros(built.drive.shape[1])
         self._drive = built.drive
@@ -45,9 +48,19 @@ class Simulation:
             for node in self.built.network.nodes:
                 if node.output is not None:
                     self.set(node.name, node.output(self.time, self.read(node.name)))
-            np.matmul(self._drive, self._values, out=self.state.held)
-            advance(self.built.net, self.state, self._steps)
+            np.einsum("kj,j->k", self._drive, self._values, out=self.state.held)
+            if self.built.chip is None or self._chip is None:
+                advance(self.built.net, self.state, self._steps)
+            else:
+                advance_chip(self.built.chip, self._chip, self._steps)
             self.time += self.interval
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Of a chip: spikes, those dropped, most that waited, lanes' steps clipped, and with a loss."""
+        if self._chip is None:
+            return {}
+        return {name: int(k) for name, k in zip(COUNTERS, self._chip.counters, strict=True)}
 
     @property
     def spikes(self) -> int:

@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import rebound_kernel
+from chips import rebound_jitter, rebound_kernel
+from chips.rebound_jitter import Jitter, next_durations, no_jitter
 from chips.rebound_kernel import (
     COLUMNS,
     DOZE,
@@ -60,7 +61,7 @@ _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
 _EARLY_WITHIN = 0.25e-3  # s, to which `early` is found
 _PIECES = 64  # of inhibition, in which `hold` is found
 
-_compiled = compiled(callees=(rebound_kernel,))
+_compiled = compiled(callees=(rebound_jitter, rebound_kernel))
 
 ASLEEP, QUIET, LOOKING, FIRING = range(4)
 ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`
@@ -89,6 +90,7 @@ class Chip(NamedTuple):
     last: F64  # float64[2], s, of the last call and the last echo
     echoes: F64  # float64[ROOM, 2], time (s) and level (V) of the last echoes, round and round
     counts: I64  # int64[3]: echoes so far, merged inputs, spikes too near to call
+    jitter: Jitter  # of inhibition: each call writes the neurons' t_inh anew, unless it is of none
 
 
 def new_plan(neurons: Neurons) -> Plan:
@@ -102,12 +104,12 @@ def new_plan(neurons: Neurons) -> Plan:
     return plan
 
 
-def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0) -> Chip:
-    """All neurons at rest at `time` s."""
+def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | None = None) -> Chip:
+    """All neurons at rest at `time` s; with jitter, their t_inh are written anew at every call."""
     n = neurons.t_inh.size
     chip = Chip(
         plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(2, -np.inf),
-        np.full((ROOM, 2), -np.inf), np.zeros(3, np.int64),
+        np.full((ROOM, 2), -np.inf), np.zeros(3, np.int64), no_jitter() if jitter is None else jitter,
     )  # fmt: skip
     start(neurons, plan, chip, time)
     return chip
@@ -315,6 +317,7 @@ def on_call(m: Neurons, p: Plan, c: Chip, time: float) -> None:
     if time <= c.last[0] + PULSE:
         c.counts[MERGED] += 1
         return
+    next_durations(c.jitter, time, m.t_inh)
     for k in range(c.due.size):
         if p.certain[k]:
             _sleep(m, c, k, time)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from chips.population import Population
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
-from chips.rolls_chip import NO_INPUTS, Inputs, RollsChip
+from chips.rolls_chip import NO_INPUTS, STEP, Inputs, RollsChip
 from chips.rolls_program import Program
 from circuits.blocks.bias_generator import COARSE, CODES
 from circuits.blocks.rolls_bias import Code, current_of
@@ -49,17 +49,26 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """A bias and the names of the populations whose mean rate it sets, rising with its current."""
+    """A bias and the names of the populations whose mean rate it sets.
+
+    slope: 1 where the rate rises with the bias's current, -1 where it falls.
+    """
 
     bias: str
     populations: tuple[str, ...]
+    slope: int = 1
+
+    def __post_init__(self) -> None:
+        if self.slope not in {1, -1}:
+            raise ParameterError(f"knob.{self.bias}.slope: {self.slope}, must be 1 or -1")
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
     """What is calibrated: a program, its drive, the targets, the knobs, how many neurons may be dropped.
 
-    drive: inputs of a run of a duration (s) for a program, the same each time; most: neurons a population.
+    drive: inputs of a run of a duration (s) for a program, the same each time; most: neurons a population;
+    whole: names of populations that keep all of theirs.
     """
 
     program: Program
@@ -67,6 +76,7 @@ class Task:
     knobs: tuple[Knob, ...]
     drive: Callable[[float], Inputs] = lambda _: NO_INPUTS
     most: int = 4
+    whole: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         known = {t.population.name for t in self.targets}
@@ -113,15 +123,17 @@ def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: flo
     return np.asarray(np.bincount(spikes.neurons[late], minlength=NEURONS) / measure)
 
 
-def calibrate(task: Task, silicon: Silicon, kind: BiasKind = "generator", rounds: int = 14) -> Calibration:
-    """Search codes on one die, then drop neurons; `rounds`: runs of the chip at most."""
+def calibrate(
+    task: Task, silicon: Silicon, kind: BiasKind = "generator", rounds: int = 14, step: float = STEP
+) -> Calibration:
+    """Search codes on one die, then drop neurons; rounds: runs of the chip at most; step: the chip's, s."""
     program = task.program
     points: dict[str, list[tuple[float, float]]] = {k.bias: [] for k in task.knobs}
     wanted = {t.population.name: t for t in task.targets}
     best, least, runs = program, math.inf, 0
     before: dict[str, float] = {}
     for _ in range(rounds):
-        rates = neuron_rates(RollsChip(program, silicon, kind), task.drive)
+        rates = neuron_rates(RollsChip(program, silicon, kind, step=step), task.drive)
         runs += 1
         means = {name: float(rates[list(t.population.neurons)].mean()) for name, t in wanted.items()}
         before = before or means
@@ -132,19 +144,19 @@ def calibrate(task: Task, silicon: Silicon, kind: BiasKind = "generator", rounds
         if worst < CLOSE:
             break
         program = _moved(program, task.knobs, errors, points)
-    rates = neuron_rates(RollsChip(best, silicon, kind), task.drive)
-    dropped = {name: _dropped(rates, t, task.most) for name, t in wanted.items()}
+    rates = neuron_rates(RollsChip(best, silicon, kind, step=step), task.drive)
+    dropped = {name: _dropped(rates, t, 0 if name in task.whole else task.most) for name, t in wanted.items()}
     found = {name: _mean(rates, t.population.neurons, dropped[name]) for name, t in wanted.items()}
     return Calibration(best.biases, dropped, found, before, runs + 1)
 
 
 def _error(knob: Knob, means: Mapping[str, float], wanted: Mapping[str, Target]) -> float:
-    """Middle of the ln of rate over target of the knob's populations; -5 for a silent one.
+    """Middle of the ln of rate over target of the knob's populations, -5 for a silent one, by its slope.
 
     The middle and not the mean: what is left on either side is then least, for neurons to be dropped.
     """
     each = [math.log(max(means[n] / wanted[n].rate, math.exp(-5.0))) for n in knob.populations]
-    return 0.5 * (max(each) + min(each))
+    return knob.slope * 0.5 * (max(each) + min(each))
 
 
 def _moved(

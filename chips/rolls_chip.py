@@ -105,8 +105,9 @@ class Spikes:
 class RollsChip:
     """A chip with a program on silicon.
 
-    kind: of all biases; bus: of events out and in; step: s. Temperature may be given a run, as a number or a
-    function of time (s), degC; it is followed in steps of 0.25 K. The bus is idle as a run begins.
+    kind: of all biases; bus: of events out and in; step: s, of which a neuron's period should be several.
+    Temperature may be given a run, as a number or a function of time (s), degC; it is followed in steps of
+    0.25 K. The bus is idle as a run begins.
     """
 
     def __init__(

@@ -12,10 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
+from chips.board_record import VERSION, board_key
 from chips.selection_kernel import Selection
-from chips.selection_model import decision, selection
+from chips.selection_model import MEASURED, circuits, decision, selection
 from circuits.blocks.winner_take_all import CELLS, RELEASE, STANDING, Params, build, decision_testbench
 from circuits.devices.source import vertices
 from circuits.die import Die
@@ -33,6 +35,9 @@ F64 = NDArray[np.float64]
 DEADLINE = 1e-3  # s after the release, ours: a fiftieth of the shortest interval between pings, 50 ms
 UNDECIDED = -1
 RTOL = 2e-5
+HELD_OUT = tuple(range(1000, 1020))  # dies on which the model is judged; it has no measured tables
+JUDGED_AT = MEASURED[0], 27.0, MEASURED[1]  # degC
+PROFILES = 4  # a die and temperature
 _GROUP = 7  # paths of a ping direction, about
 _NO_CONDUCTANCE = np.zeros(0)
 
@@ -132,6 +137,21 @@ def modelled_decision(
     if not found.time <= deadline:
         return UNDECIDED, np.inf, found.margin
     return found.winner, found.time, found.margin
+
+
+def measure() -> xr.Dataset:
+    """The record, without errors: the model is a closed form of its devices, so there is no table in it."""
+    shifts = (0.0,)
+    key = board_key(circuits(), AMI_1500, shifts)
+    return xr.Dataset(coords={"shift": list(shifts)}).assign_attrs(
+        key=key, version=VERSION, least_temperature_C=MEASURED[0], greatest_temperature_C=MEASURED[1],
+        deadline_s=DEADLINE,
+    )  # fmt: skip
+
+
+def held_out_errors() -> dict[str, float]:
+    """Of `pair_errors`, over all temperatures and dies."""
+    return pair_errors([pair for t in JUDGED_AT for pair in measure_pairs(HELD_OUT, PROFILES, t)])
 
 
 def measure_pairs(

@@ -44,11 +44,13 @@ of the least excitation, from -20 to 85 degC: nothing was measured outside.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chips.board_record import matching_tables
 from chips.rebound_model import check_law
 from chips.selection_kernel import NOBODY, Selection, decide, inversion
 from circuits.bias import bias_voltages
@@ -60,7 +62,7 @@ from circuits.devices.device import Device
 from circuits.devices.transistor import capacitances
 from circuits.die import Path
 from circuits.errors import ParameterError
-from circuits.process import Process, TransistorAtTemperature
+from circuits.process import AMI_1500, Process, TransistorAtTemperature
 from circuits.silicon import Silicon
 
 F64 = NDArray[np.float64]
@@ -68,6 +70,7 @@ F64 = NDArray[np.float64]
 MARGIN = (
     1e-4  # ln of the merits' ratio; above its largest error, 6e-5 near ties on 300 pairs of dies below 100
 )
+MEASURED = -20.0, 85.0  # degC
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,17 +87,38 @@ class Decision:
         return self.winner != NOBODY and self.margin > MARGIN
 
 
+def circuits() -> tuple[Circuit, ...]:
+    """What the record of the model's errors is of."""
+    return (circuit_of.build(Params(CELLS)),)
+
+
+def selection_errors() -> Mapping[str, float]:
+    """The model's errors by the record; raises `DataError` where that is of another circuit."""
+    return matching_tables("winner_take_all", circuits, AMI_1500).errors
+
+
+def _check_temperature(temperature_c: float) -> None:
+    low, high = MEASURED
+    if not low <= temperature_c <= high:
+        raise ParameterError(
+            f"selection.temperature: {temperature_c:g} degC, must be {low:g} to {high:g} degC, where the"
+            " behavioural model was measured; use the transistor level"
+        )
+
+
 def selection(
     silicon: Silicon, params: Params | None = None, circuit: Circuit | None = None, *, area: float = 1.0
 ) -> Selection:
     """Gains of a selection of `CELLS` cells (or of `params`) on the silicon's die.
 
     circuit: with biases of its own, else as built; area: of the drawn devices over the circuit's. Raises
-    `ParameterError` for an area that is none, or a process whose law is not the model's.
+    `ParameterError` for an area that is none, a process whose law is not the model's, or a temperature at
+    which the model was not measured.
     """
     if not (math.isfinite(area) and area > 0.0):
         raise ParameterError(f"selection.area: {area:g} times the circuit's, must be > 0")
     check_law(silicon.process)
+    _check_temperature(silicon.temperature_c)
     params = params or Params(CELLS)
     circuit = circuit or circuit_of.build(params)
     law = {"n": silicon.law("n"), "p": silicon.law("p")}

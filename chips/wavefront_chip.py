@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 
 from chips.aer import Bus, Events, send
 from chips.axon_graph import AxonGraph, grid_graph
+from chips.rebound_jitter import SiliconNoise
 from chips.spiking_wavefront import round_delays
 from chips.wave_kernel import Wave, graph_wave, integer_wave
-from chips.wavefront_model import edge_delays
+from chips.wavefront_jitter import axon_jitter
+from chips.wavefront_model import chip_model, edge_delays, graph_shape
 from chips.wavefront_readout import Cell, pointer_nodes, pointer_path
 from circuits.blocks.axon_delay import HIGHEST, UNIT
 from circuits.circuit import BiasKind
@@ -82,11 +84,15 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class ChipCells:
-    """Cells of transistors: their silicon, the kind of their biases, their devices' area over the usual."""
+    """Cells of transistors: their silicon, the kind of their biases, their devices' area over the usual.
+
+    noise: what makes one die's plans differ from each other, nothing unless given.
+    """
 
     silicon: Silicon = field(default_factory=Silicon)
     bias_kind: BiasKind = "gate"
     area: float = 1.0
+    noise: SiliconNoise | None = None
 
 
 class WavefrontChip:
@@ -156,18 +162,19 @@ class WavefrontChip:
         delays: F64 | None = None,
         temperature: float | Polyline | None = None,
         time: float = 0.0,
+        number: int = 0,
     ) -> Plan:
         """Reset, fire `start`, and run to the first spike of `goal`, or over the whole chip.
 
         delays: float64[edges], s, in the place of the cells' own; temperature: degC, or (times s, degC)
-        read at `time`, the silicon's unless given. Raises `ParameterError` for a start or goal that is off
-        the chip or blocked, and silicon outside its record.
+        read at `time`, the silicon's unless given; number: of the plan, which draws its noise. Raises
+        `ParameterError` for a start or goal that is off the chip or blocked, and silicon outside its record.
         """
         codes = program.codes
         first = self._number(start, "start", codes)
         last = None if goal is None else self._number(goal, "goal", codes)
         if delays is None and self.cells is not None:
-            delays = self._own_delays(self.cells, codes, temperature, time)
+            delays = self._own_delays(self.cells, codes, temperature, time, number)
         wave = self._wave(codes, first, last, delays)
         pointers, arrivals = wave.pointers.reshape(self.shape), wave.arrivals.reshape(self.shape)
         return Plan(first, last, arrivals, pointers, wave.ties, self.bus, self.graph)
@@ -186,7 +193,7 @@ class WavefrontChip:
         return wave._replace(arrivals=wave.arrivals * scale)
 
     def _own_delays(
-        self, cells: ChipCells, codes: I64, temperature: float | Polyline | None, time: float
+        self, cells: ChipCells, codes: I64, temperature: float | Polyline | None, time: float, number: int
     ) -> F64:
         silicon = cells.silicon
         if isinstance(temperature, tuple):
@@ -194,7 +201,16 @@ class WavefrontChip:
         if temperature is not None:
             silicon = replace(silicon, temperature_c=temperature)
         kind, flat = cells.bias_kind, codes.ravel()
-        return edge_delays(self.axons, flat, silicon, bias_kind=kind, unit=self.unit, area=cells.area)
+        delays = edge_delays(self.axons, flat, silicon, bias_kind=kind, unit=self.unit, area=cells.area)
+        if cells.noise is None:
+            return delays
+        model = chip_model(
+            graph_shape(self.axons), silicon.process, bias_kind=kind, unit=self.unit, area=cells.area
+        )
+        sources = self.axons.sources()
+        own = np.full(flat.size, np.inf)
+        own[sources] = delays
+        return delays + axon_jitter(model, silicon, own, cells.noise, number)[sources]
 
     def _number(self, place: Place, name: str, codes: I64) -> int:
         where = place if isinstance(place, tuple) else (place,)

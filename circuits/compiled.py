@@ -23,8 +23,10 @@ _SOURCES = (
     "devices/*.py",
     "lowering/factor.py",
     "lowering/kernel.py",
+    "noise.py",
     "solver/integrate.py",
     "solver/newton.py",
+    "solver/noisy.py",
     "solver/operating_point.py",
     "solver/power.py",
 )

@@ -27,6 +27,8 @@ BLOCKS: dict[str, str] = {
     "bias-chain": "circuits.blocks.bias_chain:BLOCK",
     "first-target-isolation": "circuits.blocks.first_target_isolation:BLOCK",
     "dpi-synapse": "circuits.blocks.dpi_synapse:BLOCK",
+    "plastic-synapse": "circuits.blocks.plastic_synapse:BLOCK",
+    "calcium-gate": "circuits.blocks.calcium_gate:BLOCK",
     "rolls-neuron": "circuits.blocks.rolls_neuron:BLOCK",
     "axon-delay": "circuits.blocks.axon_delay:BLOCK",
     "wavefront-cell": "circuits.blocks.wavefront_cell:BLOCK",
@@ -34,6 +36,14 @@ BLOCKS: dict[str, str] = {
     "latency-neuron": "circuits.blocks.latency_neuron:BLOCK",
     "coincidence-detector": "circuits.blocks.latency_coincidence:BLOCK",
     "race-cell": "circuits.blocks.latency_race:BLOCK",
+    "race-layer": "circuits.blocks.latency_layer:BLOCK",
+    "delay-tap": "circuits.blocks.latency_tap:BLOCK",
+    "tonic-neuron": "circuits.blocks.latency_tonic:BLOCK",
+    "latency-unit": "circuits.blocks.latency_unit:BLOCK",
+    "conductance-neuron": "circuits.blocks.latency_conductance:BLOCK",
+    "nef-neuron": "circuits.blocks.nef_neuron:BLOCK",
+    "nef-synapse": "circuits.blocks.nef_synapse:BLOCK",
+    "nef-encoder": "circuits.blocks.nef_encoder:BLOCK",
 }
 
 METRICS: dict[str, str] = {

@@ -134,7 +134,7 @@ def run(deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float 
         A name in `vectors` that the run did not save.
     """
     analysis, stop = _read_analysis(deck)
-    with _simulated(deck, deadline_s) as library:
+    with simulated(deck, deadline_s) as library:
         waveforms = _read_plot(library, analysis, vectors)
     _check_complete(waveforms, stop)
     return waveforms
@@ -148,12 +148,12 @@ def run_for_pyspice(deck: str, simulation: Any, *, deadline_s: float | None = No
     SimulatorError
         As `run`; whether values are finite and the stop time was reached is not looked at.
     """
-    with _simulated(deck, deadline_s) as library:
+    with simulated(deck, deadline_s) as library:
         return library.plot(simulation, library.current_plot())
 
 
 @contextmanager
-def _simulated(deck: str, deadline_s: float | None) -> Iterator[Any]:
+def simulated(deck: str, deadline_s: float | None) -> Iterator[Any]:
     """Give the library with the finished run of `deck` in it; nobody else has it meanwhile."""
     path = find_library()
     if path is None:
@@ -333,6 +333,14 @@ def _library_class(shared: Any, path: Path) -> Any:  # noqa: C901 - the sum over
         def vector_names(self, plot: str) -> list[str]:
             return list(self._convert_string_array(self._ngspice_shared.ngSpice_AllVecs(plot.encode())))
 
+        def copy_complex(self, plot: str, name: str) -> NDArray[np.complex128]:
+            """Copy a vector of an analysis over frequency; a real one gets no imaginary part."""
+            info = self._ngspice_shared.ngGet_Vec_Info(f"{plot}.{name}".encode())
+            if not info or not info.v_compdata:
+                return self.copy_vector(plot, name).astype(np.complex128)
+            raw = shared.ffi.buffer(info.v_compdata, 16 * info.v_length)
+            return np.frombuffer(raw, np.complex128).copy()
+
         def copy_vector(self, plot: str, name: str) -> NDArray[np.float64]:
             """Copy a vector: the library reuses its memory."""
             info = self._ngspice_shared.ngGet_Vec_Info(f"{plot}.{name}".encode())
@@ -408,7 +416,7 @@ def _read_plot(library: Any, analysis: str, vectors: tuple[str, ...] | None) -> 
     if plot.rstrip("0123456789") != analysis:
         said = " ".join(" ".join(library.errors).split())[:_MESSAGE_LIMIT]
         raise SimulatorError(f"ngspice: no {analysis} result ({said}); check .save and the analysis line")
-    names = {_node_name(name): name for name in reversed(library.vector_names(plot))}
+    names = {node_name(name): name for name in reversed(library.vector_names(plot))}
     axis_name = next((name for name in _AXES if name in names), "") if analysis != "op" else ""
     axis = library.copy_vector(plot, names.pop(axis_name)) if axis_name else np.empty(0)
     chosen = names if vectors is None else vectors
@@ -419,7 +427,7 @@ def _read_plot(library: Any, analysis: str, vectors: tuple[str, ...] | None) -> 
     return Waveforms(analysis, axis_name, axis, values, len(axis) if axis_name else 1, _messages(library))
 
 
-def _node_name(name: str) -> str:
+def node_name(name: str) -> str:
     """Return `x` of `V(x)`, which ngspice writes for nodes that begin with a digit."""
     found = re.fullmatch(r"v\((.+)\)", name.lower())
     return found.group(1) if found else name.lower()

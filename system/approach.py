@@ -51,6 +51,7 @@ from system.ear import SAMPLE_RATE, Ear
 from system.hearing import Hearing
 from system.loop import AnalogWire, EventWire, Loop, Part, Round
 from system.microphone import Microphone
+from system.silicon_noise import silicon_noise
 from system.targets import range_at
 
 F64 = NDArray[np.float64]
@@ -211,7 +212,7 @@ def _models(scenario: Scenario) -> Models:
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
     fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
     return Models(
-        chip=RangingChip(silicon),
+        chip=RangingChip(silicon, noise=silicon_noise(scenario.silicon_noise, scenario.seed)),
         proximity=CentroidModel(silicon),
         amplitude=None if fourth is None else CentroidModel(silicon, fourth),
         vocalization=VocalizationModel(silicon),
@@ -228,7 +229,12 @@ def _fourth_power(silicon: Silicon) -> tuple[float, ...]:
 
 def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
     if scenario.level_of("chip") == "behavioural":
-        return {"chip": RangingChip(silicon)}
+        return {"chip": RangingChip(silicon, noise=silicon_noise(scenario.silicon_noise, scenario.seed))}
+    if scenario.silicon_noise != "off":
+        raise ParameterError(
+            f"approach.silicon_noise: {scenario.silicon_noise}, must be off for a chip at transistor level;"
+            " take the behavioural one"
+        )
     chip = ranging_chip.build()
     held = {"v_ex_max": 4.301} if scenario.isolation else {}
     parts: dict[str, Part] = {}
@@ -342,7 +348,7 @@ class ApproachSystem:
     ) -> dict[str, Any]:
         """Fields of a study's scenario; the boards' biases have their own kinds. Raises for a route."""
         for name in route:
-            raise ParameterError(f"--{name}: not an option of approach; it is one of rover")
+            raise ParameterError(f"--{name.replace('_', '-')}: not an option of approach; leave it out")
         return {"level": level, "duration": duration}
 
     def circuits(self) -> tuple[Circuit, ...]:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import board_kernel, ranging_kernel, rebound_kernel
+from chips import board_kernel, ranging_kernel, rebound_jitter, rebound_kernel
 from chips.board_kernel import (
     EVENT_WIDTH,
     Centroid,
@@ -44,7 +44,7 @@ MERGED, UNDECIDED, CLIPPED = range(3)  # columns of the counts
 _TRIES = 60  # of a delay; a third of the error is left by each at the very worst
 _DELAY_ERROR = 1e-12  # s
 
-_compiled = compiled(callees=(board_kernel, ranging_kernel, rebound_kernel))
+_compiled = compiled(callees=(board_kernel, ranging_kernel, rebound_jitter, rebound_kernel))
 
 
 class Scene(NamedTuple):

@@ -19,6 +19,7 @@ from circuits.process import ZERO_CELSIUS
 from system.acoustics import Air, speed_of_sound
 from system.microphone import Microphone
 from system.plot import COLOURS, PALE
+from system.silicon_noise import Noisy
 from system.targets import Target, default_scene, range_at
 
 F64 = NDArray[np.float64]
@@ -35,7 +36,8 @@ class Scenario:
     """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
 
     `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
-    `transistors`: boxes at transistor level in a behavioural run.
+    `transistors`: boxes at transistor level in a behavioural run. `silicon_noise`: of the chip's devices, at
+    behavioural level; `off`, `white`, or `all` with flicker too; the seed chooses it.
     """
 
     targets: tuple[Target, ...] = field(default_factory=default_scene)
@@ -48,6 +50,7 @@ class Scenario:
     die: Die = NOMINAL
     level: Level = "transistor"
     transistors: frozenset[Box] = frozenset()
+    silicon_noise: Noisy = "off"
 
     def level_of(self, box: Box) -> Level:
         """Level of a box."""

@@ -97,7 +97,7 @@ class Tape:
 
     low: float = 0.01
     high: float = 0.06
-    cell: float = 0.04
+    cell: float = 0.005
     dark: float = 0.30
     pale: float = 0.85
     seed: int = 0

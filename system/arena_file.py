@@ -7,7 +7,8 @@
                tape = false or { low, high, cell, dark, pale, seed }; room = m to the room's walls, 0: none
     [[block]]  at, size = [length, width], height, base, colour, heading_deg, motion
     [[cup]]    at, diameter, height, base, colour, motion
-    [[robot]]  at, heading_deg, colour, led = true or { height, diameter, luminance, period, on }, motion
+    [[robot]]  at, heading_deg, colour, tracks = colour of both, led = true or { height, diameter, luminance,
+               period, on }, motion
     [[person]] at, heading_deg, colour, motion      two legs
     [[table]]  at, size, heading_deg, colour, height, shade = share of the light below it
     [[chair]]  at, heading_deg, colour              a seat on a foot
@@ -155,7 +156,9 @@ def _bodies(top: dict[str, Any]) -> Iterator[Body]:
             is_round=True, motion=c["motion"],
         )  # fmt: skip
     for k, r in enumerate(top["robot"]):
-        yield from robot(f"robot[{k}]", r["at"], r["heading_deg"], r["colour"], r["led"], r["motion"])
+        yield from robot(
+            f"robot[{k}]", r["at"], r["heading_deg"], r["colour"], r["led"], r["motion"], r["tracks"]
+        )
     for k, p in enumerate(top["person"]):
         yield from person(f"person[{k}]", p["at"], p["heading_deg"], p["colour"], p["motion"])
     for k, t in enumerate(top["table"]):

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from circuits.errors import ParameterError
 from system.arena import COLOURS, Body, Led, Motion, Point
 
 ROBOT_SIZE = (0.10, 0.10)  # m; the paper's
 ROBOT_HEIGHT = 0.09  # m
+TRACK_WIDTH, TRACK_HEIGHT = 0.02, 0.05  # m
 LEG, LEG_HEIGHT, STRIDE, HIP = 0.11, 0.85, 0.15, 0.18  # m: diameter, height, swing, between the legs
 TABLE_LEG, TABLE_TOP, TABLE_INSET = 0.05, 0.04, 0.06  # m: side, thickness, from the edge
 CHAIR_FOOT, CHAIR_FOOT_HEIGHT, CHAIR_POST, CHAIR_SEAT = 0.50, 0.06, 0.05, 0.42  # m
@@ -16,11 +18,28 @@ CHAIR_LOW, CHAIR_HIGH = 0.42, 0.50  # m: under and upper side of the seat
 
 
 def robot(
-    name: str, at: Point, heading: float, reflectance: float, led: Led | None, motion: Motion | None
-) -> list[Body]:
-    """Another Pushbot with an LED on top."""
+    name: str, at: Point, heading: float, reflectance: float, led: Led | None, motion: Motion | None,
+    tracks: float | None = None,
+) -> list[Body]:  # fmt: skip
+    """Another Pushbot with an LED on top; `tracks` beside its body have a reflectance of their own.
+
+    Raises `ParameterError` for tracks of a robot that moves: covered with paper, as the paper's, it has none.
+    """
+    if tracks is None:
+        return [Body(name, at, ROBOT_SIZE, ROBOT_HEIGHT, reflectance, heading, motion=motion, led=led)]
+    if motion is not None:
+        raise ParameterError(
+            f"{name}.tracks: {tracks:g}, must not be given for a robot that moves; leave it out"
+        )
+    length, width = ROBOT_SIZE
+    middle = (length, width - 2.0 * TRACK_WIDTH)
+    aside, track = 0.5 * (width - TRACK_WIDTH), (length, TRACK_WIDTH)
     return [
-        Body(name, at, ROBOT_SIZE, ROBOT_HEIGHT, reflectance, heading, motion=motion, led=led)
+        Body(name, at, middle, ROBOT_HEIGHT, reflectance, heading, led=led),
+        *(
+            Body(f"{name}.{side}", placed(at, heading, 0.0, left), track, TRACK_HEIGHT, tracks, heading)
+            for side, left in (("left", aside), ("right", -aside))
+        ),
     ]  # fmt: skip
 
 

@@ -112,6 +112,7 @@ ROBOT: Keys = {
     "at": (_PLACE, REQUIRED),
     "heading_deg": _HEADING,
     "colour": (colour, COLOURS["black"]),
+    "tracks": (colour, None),
     "led": (_led, Led()),
     "motion": _MOVED,
 }

@@ -18,6 +18,7 @@ from chips.centroid_model import CentroidModel
 from chips.isolation_model import IsolationModel
 from chips.ranging_kernel import MERGED as CHIP_MERGED
 from chips.ranging_kernel import Chip, doubts, new_chip, new_plan
+from chips.rebound_jitter import SURE, spread
 from chips.vocalization_model import VocalizationModel
 from system.acoustics import speed_of_sound
 from system.approach_kernel import CLIPPED, MERGED, ROW, SOUNDS, UNDECIDED, Boards, Run, Scene, fly
@@ -56,7 +57,12 @@ def fly_behavioural(models: Models, duration: float, progress: Callable[[float],
     silicon = models.chip.silicon
     neurons = models.chip.neurons_at(silicon.temperature_c)
     plan = new_plan(neurons)
-    chip = new_chip(neurons, plan)
+    jitter = models.chip.jitter_at(silicon.temperature_c)
+    if jitter is not None:
+        # the chip writes t_inh at every call; an echo is too early only where it is for nearly all
+        neurons = neurons._replace(t_inh=neurons.t_inh.copy())
+        plan = plan._replace(early=np.maximum(plan.early - SURE * spread(jitter), 0.0))
+    chip = new_chip(neurons, plan, jitter=jitter)
     run = _begin(models)
     scene = _scene(models.hearing, duration)
     second = models.amplitude or models.proximity

@@ -1,8 +1,9 @@
 """Bug: a robot with a compass and a contact sensor looks for a goal among obstacles (Stöckel 2017).
 
 map -> polygons -> senses every 10 ms -> brain -> steering vector -> disc that slides along walls. A brain is
-one of three agents, Bug 0, 1 or 2, as a program (`reference`) or as a network of ideal spiking neurons
-(`ideal`). A run ends at the goal, when the brain says that the goal cannot be reached, or with the time.
+one of three agents, Bug 0, 1 or 2, as a program (`reference`), as a network of ideal spiking neurons
+(`ideal`), or as that network on the NEF chip (`chip`). A run ends at the goal, when the brain says that the
+goal cannot be reached, or with the time.
 """
 
 from __future__ import annotations
@@ -15,14 +16,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from chips.nef_build import build
+from chips.nef_build import Built, build, moved
+from chips.nef_chip import REFERENCE_C, NefChip
 from chips.nef_curves import IdealCurves
 from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError, unknown_name
+from circuits.process import check_temperature
+from circuits.units import parse_quantity
 from system.bug_brain import AGENTS, STATES, Brain
 from system.bug_map import Point, load_map, pick
-from system.bug_neural import network_of, neural_brain
+from system.bug_neural import NeuralBug0, NeuralBug2, network_of, neural_brain
 from system.bug_path import path_length, shortest_path
 from system.bug_picture import draw_run
 from system.bug_reference import no_agent, reference_brain
@@ -32,13 +36,14 @@ from system.bug_world import World, build_world, check_place
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-BRAINS = ("reference", "ideal")
+BRAINS = ("reference", "ideal", "chip")
 SUMMARY = (
     "reached", "unreachable", "time_s", "path_length", "shortest_path_length", "path_ratio", "final_distance",
 )  # fmt: skip
 DEFAULT_MAP = "bug-spiral"
 DURATION = 200.0  # s, after which a run ends; ours
-ROOM_TEMPERATURE = 27.0
+STUDY_DURATION = 4.0  # s, that `montecarlo` gives unless asked: too short for any way to a goal
+STUDY_ROUTE = ("map", "start", "goal", "agent", "design", "neurons", "area", "calibrated")
 _SIGN_OF_LIFE = 100  # steps
 
 
@@ -48,7 +53,8 @@ class Scenario:
 
     design: of Bug 2's network, `published` or `improved`; neurons: how many in all, about, the design's if
     None; map: one of `bug_map.MAPS`, or a file; start, goal: numbers from 0 in reading order, or `X,Y` in map
-    units; duration: s; seed: of the network's neurons.
+    units; duration: s; seed: of the network's neurons. Of a chip: die, temperature_c, the one at which it was
+    calibrated and its decoders solved, kind of its biases, and area of its devices, relative.
     """
 
     agent: str = "bug2"
@@ -61,7 +67,10 @@ class Scenario:
     duration: float = DURATION
     seed: int = 0
     die: Die = NOMINAL
-    temperature_c: float = ROOM_TEMPERATURE
+    temperature_c: float = REFERENCE_C
+    calibrated_c: float = REFERENCE_C
+    bias_kind: BiasKind = "gate"
+    area: float = 1.0
 
     def __post_init__(self) -> None:
         if self.agent not in AGENTS:
@@ -75,10 +84,24 @@ class Scenario:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
         if not STEP <= self.duration < 1e6:
             raise ParameterError(f"--duration: {self.duration:g} s, must be at least {STEP:g} s, below 1e6 s")
-        if self.temperature_c != ROOM_TEMPERATURE:
+        check_temperature(self.temperature_c)
+        check_temperature(self.calibrated_c)
+        if self.brain != "chip":
+            _refuse_silicon(self)
+
+
+def _refuse_silicon(scenario: Scenario) -> None:
+    """Refuse what only a chip has."""
+    for option, value, default in (
+        ("--temperature", scenario.temperature_c, REFERENCE_C),
+        ("--calibrated", scenario.calibrated_c, REFERENCE_C),
+        ("--bias-kind", scenario.bias_kind, "gate"),
+        ("--area", scenario.area, 1.0),
+        ("--die", scenario.die, NOMINAL),
+    ):
+        if value != default:
             raise ParameterError(
-                f"--temperature: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
-                " loop; leave it out"
+                f"{option}: {value}, no chip is in the loop; add --brain chip, or leave it out"
             )
 
 
@@ -86,7 +109,8 @@ class Scenario:
 class Trace:
     """A run: places, float64[steps + 1, 2], and states, int64[steps], numbers in `STATES`, every 10 ms.
 
-    verdict: what the brain has found out, empty for nothing; shortest: way of a point, None if there is none.
+    verdict: what the brain has found out, empty for nothing; shortest: way of a point, None if there is none;
+    chip: of a brain on a chip, its counters and `cut`, how many stages give less than they should.
     """
 
     scenario: Scenario
@@ -96,6 +120,7 @@ class Trace:
     reached: bool
     verdict: str
     shortest: F64 | None
+    chip: Mapping[str, int] | None = None
 
     @property
     def time(self) -> float:
@@ -124,15 +149,34 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     path, states = drive(robot, brain, round(scenario.duration / STEP), progress)
     reached = robot.distance < ARRIVED
     shortest = shortest_path(world, start, goal)
-    return Trace(scenario, world, path, states, reached, "" if reached else brain.verdict, shortest)
+    verdict = "" if reached else brain.verdict
+    return Trace(scenario, world, path, states, reached, verdict, shortest, counted(brain))
 
 
 def make_brain(scenario: Scenario, world: World) -> Brain:
     """The brain that a scenario asks for."""
     if scenario.brain == "reference":
         return reference_brain(scenario.agent, world.map.diagonal)
+    return neural_brain(scenario.agent, built_network(scenario))
+
+
+def built_network(scenario: Scenario) -> Built:
+    """The network of a scenario's brain on its neurons."""
     network = network_of(scenario.agent, scenario.design, scenario.neurons)
-    return neural_brain(scenario.agent, build(network, IdealCurves(), scenario.seed))
+    if scenario.brain == "ideal":
+        return build(network, IdealCurves(), scenario.seed)
+    chip = NefChip(scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area)
+    built = build(network, chip.at(scenario.calibrated_c), scenario.seed)
+    if scenario.temperature_c == scenario.calibrated_c:
+        return built
+    return moved(built, chip.at(scenario.temperature_c))
+
+
+def counted(brain: Brain) -> dict[str, int] | None:
+    """Counters of a brain's chip, None without one."""
+    if not isinstance(brain, NeuralBug0 | NeuralBug2) or brain.simulation.built.placed is None:
+        return None
+    return {**brain.simulation.counters, "cut": brain.simulation.built.placed.cut}
 
 
 def drive(
@@ -173,8 +217,11 @@ def goal_of(trace: Trace) -> Point:
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario from those of the command line, which have the same names."""
-    return dict(options)
+    """Fields of a scenario from those of the command line, where `calibrated` is a temperature."""
+    fields = dict(options)
+    if "calibrated" in fields:
+        fields["calibrated_c"] = parse_quantity(fields.pop("calibrated"), "degC", "--calibrated")
+    return fields
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +231,7 @@ class BugSystem:
     name: str = "bug"
     summary: str = "robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons"
     metrics: tuple[str, ...] = SUMMARY
-    study_metrics: tuple[str, ...] = ("reached", "time_s", "path_length")
+    study_metrics: tuple[str, ...] = ("reached", "time_s", "path_length", "path_ratio")
 
     def scenario(self, **options: Any) -> Scenario:
         """A scenario of these fields."""
@@ -193,14 +240,17 @@ class BugSystem:
     def study_options(
         self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
     ) -> dict[str, Any]:
-        """Fields of a study's scenario."""
-        if level != "behavioural" or bias_kind is not None:
-            option = "--level" if level != "behavioural" else "--bias-kind"
-            raise ParameterError(f"{option}: no chip is in the robot's loop; leave it out")
+        """Fields of a study's scenario, on the chip; the command's own duration stands for the robot's."""
+        if level != "behavioural":
+            raise ParameterError("--level: transistor, a brain's neurons are models; leave it out")
         for name in route:
-            if name != "map":
+            if name not in STUDY_ROUTE:
                 raise ParameterError(f"--{name}: not an option of a robot's study; leave it out")
-        return dict(route)
+        length = DURATION if duration == STUDY_DURATION else duration
+        fields: dict[str, Any] = {"brain": "chip", "duration": length, **read_options(route)}
+        if bias_kind is not None:
+            fields["bias_kind"] = bias_kind
+        return fields
 
     def circuits(self) -> tuple[Circuit, ...]:
         """What it is made of: none."""

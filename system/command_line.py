@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from circuits.errors import CircuitError
-from system import run_command_line, study_command_line
+from system import run_command_line, simulate_command_line, study_command_line
 from system.command_options import (
     At,
     Biases,
@@ -27,7 +27,6 @@ from system.command_options import (
     Dialect,
     DieCorner,
     DieNumber,
-    Engine,
     Json,
     Kind,
     Level,
@@ -153,51 +152,7 @@ def op(
     )
 
 
-@app.command()
-def simulate(
-    block: BlockName,
-    *,
-    stimulus: Stimuli = [],  # noqa: B006
-    param: Params = [],  # noqa: B006
-    bias: Biases = [],  # noqa: B006
-    bias_set: BiasSet = None,
-    bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    at: At = None,
-    rtol: Annotated[
-        float | None, typer.Option("--rtol", help="Relative error a step; 1e-4 unless given.")
-    ] = None,
-    engine: Annotated[Engine, typer.Option("--engine", help="What solves it.")] = Engine.native,
-    plot: Plot = None,
-    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write all waveforms.")] = None,
-    raw: Annotated[
-        str | None, typer.Option("--raw", metavar="FILE", help="Write all waveforms as ngspice's rawfile.")
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Simulate a transient of a block under its testbench."""
-    call(
-        "simulate:simulate_command",
-        block,
-        params=param,
-        biases=bias,
-        bias_set=bias_set,
-        bias_kind=kind_name(bias_kind),
-        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
-        stimuli=stimulus,
-        rtol=rtol,
-        engine=engine.value,
-        plot=plot,
-        csv=csv,
-        raw=raw,
-        as_json=as_json,
-    )
+app.command()(simulate_command_line.simulate)
 
 
 @app.command()

@@ -40,8 +40,8 @@ F64 = NDArray[np.float64]
 BUFFER = 1 << 17  # events of one call, more than any bus carries; those beyond count as lost
 _LEAST_THRESHOLD = 0.01  # of log light; v2e's
 _POSITIVE = (
-    "columns", "rows", "field", "height", "threshold_on", "threshold_off", "follower", "per_lux", "dark",
-    "noise_lux", "bus_rate", "step", "pixels_a_step",
+    "columns", "rows", "field", "height", "blur", "threshold_on", "threshold_off", "follower", "per_lux",
+    "dark", "noise_lux", "bus_rate", "step", "pixels_a_step",
 )  # fmt: skip
 _DECADE = math.log(10.0)
 _compiled = compiled(callees=(arena_motion, dvs_lamp, dvs_pixel, dvs_render, dvs_stage))
@@ -56,6 +56,7 @@ class Dvs:
     field: float = math.radians(60.0)  # across the columns; the paper's
     height: float = 0.075  # m above the floor; ours: between the tracks' top and the LED
     ahead: float = 0.04  # m before the robot's middle; ours
+    blur: float = 0.8  # pixels, sigma of a point of light; ours: lens, focus and carriers that diffuse
     threshold_on: float = 0.242  # from the biases of the robot's code
     threshold_off: float = 0.211
     threshold_sigma: float = 0.03  # v2e's default
@@ -133,7 +134,7 @@ class Eye:
 def camera_of(dvs: Dvs) -> Camera:
     """Its optics."""
     focal = 0.5 * dvs.columns / math.tan(0.5 * dvs.field)
-    return Camera(dvs.columns, dvs.rows, focal, dvs.height, dvs.ahead)
+    return Camera(dvs.columns, dvs.rows, focal, dvs.height, dvs.ahead, dvs.blur)
 
 
 def pixels_of(dvs: Dvs, die: Die = NOMINAL, least: float = 0.0) -> Pixels:

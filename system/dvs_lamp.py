@@ -1,7 +1,8 @@
 """Blinking lights in a picture: the pixels they fall on and what they add there while on, compiled.
 
-A light is smaller than a pixel from 0.6 m on. It is seen as a square of the same area, spread over pixels by
-coverage, so that a moving light goes over from pixel to pixel without jumps.
+A light is smaller than a pixel from 0.6 m on. It is seen as a square of the same area, blurred by a Gaussian
+(the lens, and carriers that diffuse in the silicon) and integrated over each pixel, so that a moving light
+goes over from pixel to pixel without jumps. Scenery is not blurred: its events are as many, a little later.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 MOST = 4096  # pixels; those beyond stay dark
+REACH = 4.0  # sigma of the blur that count; a millionth is beyond
 HEIGHT, RADIUS, LUMINANCE, PERIOD, ON, BODY = range(6)
 _compiled = compiled(callees=(dvs_render, dvs_stage))
 
@@ -81,20 +83,32 @@ def _is_hidden(stage: Stage, camera: Camera, s: Sketch, body: int, u: float, v: 
 
 @_compiled
 def _spread(camera: Camera, glow: Glow, k: int, lamp: F64, u: float, v: float, scale: float) -> None:
-    """Add a light to the pixels that its square covers; `scale` is pixels per m at its distance."""
+    """Add a light to the pixels that its blurred square reaches; `scale` is pixels per m at its distance."""
     half = 0.5 * math.sqrt(math.pi) * lamp[RADIUS] * scale
-    for column in range(max(math.floor(u - half), 0), min(math.floor(u + half) + 1, camera.columns)):
-        wide = min(u + half, column + 1.0) - max(u - half, float(column))
-        for row in range(max(math.floor(v - half), 0), min(math.floor(v + half) + 1, camera.rows)):
-            high = min(v + half, row + 1.0) - max(v - half, float(row))
+    flux, reach = lamp[LUMINANCE] * (2.0 * half) ** 2, half + REACH * camera.blur
+    for column in range(max(math.floor(u - reach), 0), min(math.floor(u + reach) + 1, camera.columns)):
+        wide = _share(column - u, half, camera.blur)
+        for row in range(max(math.floor(v - reach), 0), min(math.floor(v + reach) + 1, camera.rows)):
+            lux = flux * wide * _share(row - v, half, camera.blur)
             i = glow.used[0]
-            if wide > 0.0 and high > 0.0 and i < glow.pixel.size:
-                glow.pixel[i], glow.lux[i], glow.lamp[i] = (
-                    column * camera.rows + row,
-                    wide * high * lamp[LUMINANCE],
-                    k,
-                )
+            if i < glow.pixel.size:
+                glow.pixel[i], glow.lux[i], glow.lamp[i] = column * camera.rows + row, lux, k
                 glow.used[0] += 1
+
+
+@_compiled
+def _share(left: float, half: float, sigma: float) -> float:
+    """Share of a blurred line from -half to half that falls on a pixel from `left` to `left + 1`."""
+    ends = _ramp(left + 1.0 + half, sigma) - _ramp(left + half, sigma)
+    return float((ends - _ramp(left + 1.0 - half, sigma) + _ramp(left - half, sigma)) / (2.0 * half))
+
+
+@_compiled
+def _ramp(x: float, sigma: float) -> float:
+    """Integral of a blurred step up to x: x Phi(x / sigma) + sigma phi(x / sigma)."""
+    z = x / sigma
+    bell = math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
+    return float(0.5 * x * (1.0 + math.erf(z / math.sqrt(2.0))) + sigma * bell)
 
 
 @_compiled

@@ -35,13 +35,17 @@ _compiled = compiled()
 
 
 class Camera(NamedTuple):
-    """columns and rows; focal: pixels; height: m above the floor; ahead: m before the robot's middle."""
+    """columns and rows; focal: pixels; height: m above the floor; ahead: m before the robot's middle.
+
+    blur: pixels, sigma of a point of light.
+    """
 
     columns: int
     rows: int
     focal: float
     height: float
     ahead: float
+    blur: float
 
 
 class Sketch(NamedTuple):

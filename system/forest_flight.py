@@ -157,7 +157,7 @@ def _fly_run(
     """Fly one run, at most so many pings; also its state and how it ended."""
     random = np.random.default_rng(key)
     forest = forests(random)
-    x, y = _start(arcs, forest, random, start)
+    x, y = begin(arcs, forest, random, start)
     cells = cells_of(forest, margin_of(arcs))
     flight = new_flight(x, y, -math.pi, DIRECTIONS, len(forest.place), rows)
     ended, used = GOING, 0
@@ -170,10 +170,13 @@ def _fly_run(
     return Run(forest, (x, y), WORDS[ended], flight.log[: flight.counts[LOGGED]], end), flight, ended
 
 
-def _start(
+def begin(
     arcs: Arcs, forest: Forest, random: np.random.Generator, start: tuple[float, float] | None
 ) -> tuple[float, float]:
-    """The start that is given, or a clear one."""
+    """The start of a run: the one that is given, or a clear one that is drawn.
+
+    Raises `ParameterError` for one inside a zone of collision, or where no clear one was found.
+    """
     if start is not None:
         room = clearance(forest, *start)
         if room < arcs.zone:

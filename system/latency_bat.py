@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from chips.latency_kernel import NOW, State
 from chips.latency_network import Network, Spikes, new_state, run
+from circuits.compiled import compiled
+from system import curved_openspace, curved_openspace_view
 from system.curved_openspace import Arcs
 from system.curved_openspace_kernel import goal_arc
 from system.curved_openspace_view import in_view
@@ -65,12 +67,25 @@ def seen_from(arcs: Arcs, offset: F64, heading: float, head: int) -> F64:
 
     offset: float64[m, 2], m from the bat, in the world; heading: rad; head: direction of the ping.
     """
-    angle = heading + float(arcs.direction[head])
+    found = np.empty((len(offset), 2))
+    which = np.empty(len(offset), dtype=np.int64)
+    count = look(arcs, np.ascontiguousarray(offset), heading, head, found, which)
+    return found[:count]
+
+
+@compiled(callees=(curved_openspace, curved_openspace_view))
+def look(arcs: Arcs, offset: F64, heading: float, head: int, found: F64, which: I64) -> int:
+    """As `seen_from`, into `found` and, for their numbers, `which`; returns how many are seen."""
+    angle = heading + arcs.direction[head]
     cos, sin = math.cos(angle), math.sin(angle)
-    turned = np.stack([cos * offset[:, 0] + sin * offset[:, 1], cos * offset[:, 1] - sin * offset[:, 0]], 1)
-    near = turned[np.hypot(*offset.T) <= arcs.max_range]
-    kept = [in_view(arcs, float(x), float(y)) for x, y in near]
-    return np.asarray(near[np.array(kept, dtype=bool)])
+    count = 0
+    for k in range(offset.shape[0]):
+        x, y = offset[k, 0], offset[k, 1]
+        ahead, left = cos * x + sin * y, cos * y - sin * x
+        if math.hypot(x, y) <= arcs.max_range and in_view(arcs, ahead, left):
+            found[count, 0], found[count, 1], which[count] = ahead, left, k
+            count += 1
+    return count
 
 
 def goal_neuron(arcs: Arcs, heading: float) -> int:
@@ -86,8 +101,13 @@ def ping(
     goal: int,
     seen: F64,
     probes: Sequence[int] = (),
+    *,
+    spoken: bool | None = None,
 ) -> Answer:
-    """Ping in direction `head` with obstacles `seen` (m along it and to its left), until the next ping."""
+    """Ping in direction `head` with obstacles `seen` (m along it and to its left), until the next ping.
+
+    spoken: whether a reset follows; as the motors have it unless given.
+    """
     start, step = int(state.counts[NOW]), network.wiring.step
     given = [(start, network.number("onset")), (start, network.number("ping", head))]
     given.append((start, network.number("goal", goal)))
@@ -98,7 +118,8 @@ def ping(
     inputs = np.array(given, dtype=np.int64)
     first, early = run(network, state, numbers.reset_at, inputs, probes)
     answer = _read(first, start * step)
-    spoken = answer.turned is not None or answer.emergency is not None
+    if spoken is None:
+        spoken = answer.turned is not None or answer.emergency is not None
     reset = np.array([(state.counts[NOW], network.number("reset"))]) if spoken else _NONE
     rest, late_traces = run(network, state, numbers.ping_period - numbers.reset_at, reset, probes)
     spikes = Spikes(

@@ -1,6 +1,6 @@
-"""Flight through a forest, steered by the spike-latency network.
+"""Flight through a forest, steered by spikes: of the spike-latency network, or of its chip.
 
-The network runs on without a break, a ping every period. Between pings the bat flies its arc; where body
+The brain runs on without a break, a ping every period. Between pings the bat flies its arc; where body
 motors spiked it turns at the first one's spike onto the mean of their arcs; at the emergency neuron's it
 turns round. Ranges and bearings are exact and nothing is occluded, as for the analog model.
 
@@ -18,7 +18,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.latency_network import Network
 from system.curved_openspace import ARCS, DIRECTIONS, MIDDLE, Arcs
 from system.curved_openspace_kernel import advance
 from system.forest_flight import margin_of
@@ -26,6 +25,7 @@ from system.forest_map import SIDE, Cells, Forest, cells_of
 from system.forest_state import (
     ARC,
     AVOIDED,
+    DISTANCE,
     EMERGENCIES,
     HEAD,
     HEADING,
@@ -44,8 +44,8 @@ from system.forest_state import (
     Y,
     new_flight,
 )
-from system.latency_bat import Answer, goal_neuron, ping, seen_from, settled
-from system.latency_numbers import Numbers
+from system.latency_bat import goal_neuron, look
+from system.latency_brain import Brain, Reply
 
 F64 = NDArray[np.float64]
 
@@ -66,6 +66,7 @@ class Flown:
     emergencies: int
     scans: int
     time_s: float
+    distance_m: float
 
     @property
     def path(self) -> F64:
@@ -82,9 +83,8 @@ class _Course:
 
 
 def fly(
-    network: Network,
+    brain: Brain,
     arcs: Arcs,
-    numbers: Numbers,
     forest: Forest,
     start: tuple[float, float],
     pings: int,
@@ -94,15 +94,14 @@ def fly(
     """Fly left from a start (m) until a collision, so many pings, or so many crossings of the left border."""
     flight = new_flight(*start, -math.pi, DIRECTIONS, len(forest.place), 2 * pings)
     cells = cells_of(forest, margin_of(arcs))
-    state = settled(network, numbers)
     course = _Course(float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE]))
     collided = False
     while not collided and flight.counts[PINGS] < pings and (laps is None or flight.counts[LAP] < laps):
         heading = float(flight.pose[HEADING])
         seen = _look(arcs, forest, flight)
         head = int(flight.counts[HEAD])
-        answer = ping(network, state, numbers, head, goal_neuron(arcs, heading), seen)
-        collided = _follow(arcs, cells, flight, numbers, course, answer)
+        answer = brain.ping(head, goal_neuron(arcs, heading), seen)
+        collided = _follow(arcs, cells, flight, brain.period, course, answer)
         if progress is not None:
             progress(float(flight.counts[PINGS]) / pings)
     counts = flight.counts
@@ -116,29 +115,27 @@ def fly(
         emergencies=int(counts[EMERGENCIES]),
         scans=int(counts[SCANS]),
         time_s=float(flight.pose[TIME]),
+        distance_m=float(flight.pose[DISTANCE]),
     )
 
 
 def _look(arcs: Arcs, forest: Forest, flight: Flight) -> F64:
     """What a ping shows, float64[n, 2]; counts obstacles that it shows for the first time in this lap."""
-    here = flight.pose[[X, Y]]
-    offset = forest.place - here
+    offset = forest.place - flight.pose[[X, Y]]
     offset -= SIDE * np.round(offset / SIDE)
-    near = np.flatnonzero(np.hypot(*offset.T) <= arcs.max_range)
     head, heading = int(flight.counts[HEAD]), float(flight.pose[HEADING])
-    shown = [k for k in near if len(seen_from(arcs, offset[k : k + 1], heading, head))]
-    for k in shown:
-        if flight.met[k] <= flight.counts[LAP]:
-            flight.met[k] = flight.counts[LAP] + 1
-            flight.counts[AVOIDED] += 1
+    found, which = np.empty((len(offset), 2)), np.empty(len(offset), dtype=np.int64)
+    count = look(arcs, offset, heading, head, found, which)
+    shown = which[:count]
+    fresh = shown[flight.met[shown] <= flight.counts[LAP]]
+    flight.met[fresh] = flight.counts[LAP] + 1
+    flight.counts[AVOIDED] += fresh.size
     flight.counts[PINGS] += 1
-    flight.counts[SEEN], flight.counts[PINGED] = len(shown), head
-    return seen_from(arcs, offset[shown], heading, head)
+    flight.counts[SEEN], flight.counts[PINGED] = count, head
+    return found[:count]
 
 
-def _follow(
-    arcs: Arcs, cells: Cells, flight: Flight, numbers: Numbers, course: _Course, answer: Answer
-) -> bool:
+def _follow(arcs: Arcs, cells: Cells, flight: Flight, period: float, course: _Course, answer: Reply) -> bool:
     """Fly until the next ping as the motors say; whether that ended by a collision."""
     if answer.head is not None:
         flight.counts[HEAD] = answer.head
@@ -149,15 +146,15 @@ def _follow(
         if _fly_on(arcs, cells, flight, course, answer.emergency):
             return True
         _turn_round(arcs, flight, course)
-        return _fly_on(arcs, cells, flight, course, numbers.ping_period - answer.emergency)
+        return _fly_on(arcs, cells, flight, course, period - answer.emergency)
     if turned is None:
-        return _fly_on(arcs, cells, flight, course, numbers.ping_period)
+        return _fly_on(arcs, cells, flight, course, period)
     if _fly_on(arcs, cells, flight, course, turned):
         return True
     course.curvature = float(arcs.curvature[answer.arcs].mean())
     course.speed = float(arcs.speed[answer.arcs].mean())
     flight.counts[WINNER] = answer.arcs[0]
-    return _fly_on(arcs, cells, flight, course, numbers.ping_period - turned)
+    return _fly_on(arcs, cells, flight, course, period - turned)
 
 
 def _fly_on(arcs: Arcs, cells: Cells, flight: Flight, course: _Course, duration: float) -> bool:

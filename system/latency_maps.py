@@ -27,7 +27,7 @@ from chips.latency_network import STEP
 from circuits.errors import ParameterError
 from system.curved_openspace import ARCS, DIRECTIONS, Arcs
 from system.curved_openspace_view import blocked_at
-from system.latency_numbers import SOUND
+from system.latency_numbers import SOUND, Numbers
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -98,6 +98,15 @@ def latency(arcs: Arcs, p: int, way: float, constant_delay: float) -> float:
     """Latency of equation (8) of an obstacle at `way` m along arc p, s."""
     longest = float(echo_delay(arcs.max_range))
     return longest * max(way - arcs.zone, 0.0) / float(arcs.length[p]) + constant_delay
+
+
+def longest_latency(arcs: Arcs, numbers: Numbers) -> tuple[float, float]:
+    """Longest echo delay, and the longest latency that a memory has to store, s.
+
+    The latter is that of one obstacle alone at the far end of an arc: equation (8), then equation (9).
+    """
+    echo = float(echo_delay(arcs.max_range))
+    return echo, echo + numbers.constant_delay + numbers.integration
 
 
 def _turned(at: F64, angle: float) -> tuple[F64, F64]:

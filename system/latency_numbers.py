@@ -9,11 +9,12 @@ Everything else in `Numbers` is ours.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from circuits.errors import ParameterError
 
 DIRECTION_PRIORITY = (2, 1, 3, 0, 4)  # middle, middle left, middle right, left, right; the paper's
+PATHS = 33  # memories; the paper's motor choices
 UNITS = 15  # latency units of a memory; the paper's figures need it, the text does not say it
 SOUND = 343.0  # m/s
 
@@ -27,6 +28,7 @@ class Numbers:
     below 1000; the others so that each part of the network does what the paper says of it.
 
     ==================  ======================================================================================
+    paths, taps         memories, and latency units of each: the delay line's neurons; 33 given
     ping_period         between pings; given, 10 Hz
     step_current        T_syn of the integrating neuron's synapse; given
     integration         C_mem0 V_th0 / E_0: from one input alone to the spike
@@ -39,6 +41,7 @@ class Numbers:
     tonic               current of the tonic neurons, 92 Hz
     block, tau_block    of a tonic neuron's inhibition
     hold, tau_hold      of the inhibition that keeps a tonic neuron silent, some 165 ms: CD on INH
+    memory              pings further apart than this, less than that inhibition, would be forgotten
     recent, tau_recent  the same of a ping on its recency neuron, 109 ms: longer, it would outlive a reset
     reset               peak of the excitation of INH by the reset spike; its time constant is tau_hold
     leak                of the maps' neurons, 1/s; (9) and (10) allow the others none
@@ -57,10 +60,15 @@ class Numbers:
     recurrent           peak of the synapse that makes it spike
     first, between      delay of the second layer in the first group, and what every following group adds
     emergency           after which the emergency neuron spikes
+    lif_tonic, lif_hold, of integrate-and-fire neurons alone: period of the tonic ones; how long CD silences
+    lif_block,          INH, INH blocks B, a ping silences its recency neuron, and that one the body motors
+    lif_recent, lif_gate
     reset_at            after the ping: the motors are read, and the reset is given if the body turned
     ==================  ======================================================================================
     """
 
+    paths: int = PATHS
+    taps: int = UNITS
     ping_period: float = 0.1
     step_current: float = 20e-3
     integration: float = 8e-3
@@ -76,6 +84,7 @@ class Numbers:
     tau_block: float = 8e-3
     hold: float = 12.0
     tau_hold: float = 25e-3
+    memory: float = 0.15
     recent: float = 20.0
     tau_recent: float = 15e-3
     reset: float = 3.0
@@ -99,6 +108,11 @@ class Numbers:
     first: float = 2e-3
     between: float = 2.8e-3
     emergency: float = 75e-3
+    lif_tonic: float = 10.5e-3
+    lif_hold: float = 166e-3
+    lif_block: float = 60e-3
+    lif_recent: float = 98e-3
+    lif_gate: float = 15e-3
     reset_at: float = 90e-3
 
     def __post_init__(self) -> None:
@@ -107,8 +121,19 @@ class Numbers:
             value = getattr(self, each.name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"numbers.{each.name}: {value:g}, must be finite and at least 0")
+        for name, count in (("paths", self.paths), ("taps", self.taps)):
+            if count != int(count) or count < 1:
+                raise ParameterError(f"--{name}: {count:g}, must be a whole number of at least 1")
         if self.integration >= self.step_current:
             raise ParameterError(
                 f"numbers.integration: {self.integration:g} s, must be less than step_current"
                 f" {self.step_current:g} s, or one obstacle alone would never be remembered"
             )
+
+
+def numbers_at(rate: float, taps: int = UNITS, paths: int = PATHS) -> Numbers:
+    """Numbers at so many pings a second (Hz): the reset stays at nine tenths of the period."""
+    usual = Numbers()
+    period = 1.0 / rate
+    reset_at = usual.reset_at / usual.ping_period * period
+    return replace(usual, ping_period=period, reset_at=reset_at, taps=taps, paths=paths)

@@ -54,11 +54,15 @@ class Story:
     times: tuple[float, float, float]  # of the pings, s
 
 
-def tell(progress: Callable[[float], None] = lambda _: None, numbers: Numbers | None = None) -> Story:
-    """Run the scene."""
+def tell(
+    progress: Callable[[float], None] = lambda _: None,
+    numbers: Numbers | None = None,
+    build: Callable[[Arcs, Numbers], Network] = published,
+) -> Story:
+    """Run the scene with the network that `build` makes."""
     numbers = numbers or Numbers()
     arcs = arcs_of(Bat(ping_rate=PING_RATE))
-    network = published(arcs, numbers)
+    network = build(arcs, numbers)
     place = np.array([(-ahead, -left) for ahead, left in OBSTACLES])
     state = settled(network, numbers)
     progress(0.2)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from chips.latency_network import Conductors, Inputs, Integrators, Network, Population, Projection, wire
 from system.curved_openspace import ARCS, DIRECTIONS, Arcs
 from system.latency_maps import blocking, places
-from system.latency_numbers import DIRECTION_PRIORITY, UNITS, Numbers
+from system.latency_numbers import DIRECTION_PRIORITY, Numbers
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -34,25 +34,29 @@ _ONCE = math.inf  # refractory, or on, until the next ping
 
 def published(arcs: Arcs, numbers: Numbers) -> Network:
     """The network of a bat's arcs."""
-    projections = [
+    return wire(populations(arcs, numbers), projections(arcs, numbers), release="onset")
+
+
+def projections(arcs: Arcs, numbers: Numbers) -> list[Projection]:
+    """All synapses."""
+    return [
         *_sensory(arcs, numbers),
         *_memory(numbers),
         *_selection(arcs, numbers),
         *_motors(arcs, numbers),
     ]
-    return wire(populations(arcs, numbers), projections, release="onset")
 
 
 def populations(arcs: Arcs, s: Numbers) -> dict[str, Population]:
     """All neurons and inputs by name."""
-    n, memory = len(places()), (ARCS, UNITS)
+    n, memory = len(places()), (ARCS, s.taps)
     passive = passive_current(arcs, s)
     return {
         "a": Conductors(memory, s.tau_drive),
         "b": Conductors(memory, s.tau_drive, s.tau_block),
         "cd": Conductors(memory, s.tau_coincidence),
         "inh": Conductors(memory, s.tau_hold, s.tau_hold, s.tonic),
-        "tap": Conductors((UNITS,), s.tau_drive),
+        "tap": Conductors((s.taps,), s.tau_drive),
         "out": Conductors((ARCS,), s.tau_drive),
         "body": Conductors((ARCS,), s.tau_drive, s.tau_block),
         "head": Conductors((DIRECTIONS,), s.tau_drive),
@@ -122,9 +126,9 @@ def _sensory(arcs: Arcs, s: Numbers) -> list[Projection]:
 
 def _memory(s: Numbers) -> list[Projection]:
     """Delay line and latency units."""
-    every = np.arange(ARCS * UNITS)
-    arc, unit = every // UNITS, every % UNITS
-    tap = np.arange(UNITS - 1)
+    every = np.arange(ARCS * s.taps)
+    arc, unit = every // s.taps, every % s.taps
+    tap = np.arange(s.taps - 1)
     hop = s.tap_delay - s.drive_latency
     pair = s.coincidence
     return [

@@ -26,7 +26,7 @@ from system.pushbot_brain import FIELD_SCENES, Architecture, brain_of
 from system.pushbot_course import Course, course_of, passage
 from system.pushbot_drive import Run, begin_run
 from system.pushbot_loop import Brain, Record, all_spikes, open_loop, rates, step
-from system.pushbot_readout import REFERENCE, Readout
+from system.pushbot_readout import DIRECT, REFERENCE, Readout
 from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
@@ -38,7 +38,8 @@ BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
 SUMMARY = (
     "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m",
     "mean_speed_m_per_s", "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW",
-    "events", "lost_events", "lost_inputs", "lost_spikes",
+    "events", "lost_events", "lost_inputs", "lost_spikes", "held",
+    "raised_s", "frame_spikes",
 )  # fmt: skip
 
 
@@ -48,8 +49,9 @@ class Scenario:
 
     scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
     window, readout: of equations (1) and (2), s, window and kind None for those of the architecture; target:
-    whether the field gets events, None where the scene has a target; chip_temperature: of the run (degC), the
-    biases being set at `temperature_c`; duration: s, None for the scene's.
+    whether the field gets events, None where the scene has a target; temperature_c: of the run (degC);
+    calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
+    raise_lateral: see `Architecture`; duration: s, None for the scene's.
     """
 
     scene: str = DEFAULT_SCENE
@@ -68,6 +70,9 @@ class Scenario:
     die: Die = NOMINAL
     temperature_c: float = 27.0
     bias_kind: BiasKind = "generator"
+    calibrated: bool = True
+    frame: bool = False
+    raise_lateral: bool = False
 
     def __post_init__(self) -> None:
         if self.duration is not None and not self.duration > 0.0:
@@ -77,13 +82,14 @@ class Scenario:
 
     def read(self) -> Readout:
         """How spikes become commands."""
-        window = self.window if self.window is not None else (0.1 if self.modified else REFERENCE)
+        usual = DIRECT if self.readout == "spikes" else (0.1 if self.modified else REFERENCE)
+        window = self.window if self.window is not None else usual
         return Readout(Factors(self.speed_factor, self.turn_factor), window, self.readout)
 
     def architecture(self) -> Architecture:
         """What is on the chip."""
         target = self.target if self.target is not None else self.scene in FIELD_SCENES
-        return Architecture(self.modified, target, self.exc)
+        return Architecture(self.modified, target, self.exc, self.frame, self.raise_lateral)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,8 +111,15 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
     """
     readout, scene = scenario.read(), scene_of(scenario)
-    brain = brain_of(scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind)
-    return run_with(brain, scenario, scene, readout, progress)
+    return run_with(make_brain(scenario), scenario, scene, readout, progress)
+
+
+def make_brain(scenario: Scenario) -> Brain:
+    """The chip that a scenario asks for."""
+    return brain_of(
+        scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind,
+        calibrated=scenario.calibrated,
+    )  # fmt: skip
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -177,6 +190,9 @@ def summarise(trace: Trace) -> dict[str, float | None]:
         "lost_events": float(trace.drive.lost),
         "lost_inputs": float(trace.record.lost_in),
         "lost_spikes": float(trace.record.lost_out),
+        "held": float(trace.record.held),
+        "raised_s": trace.record.raised,
+        "frame_spikes": float(trace.record.frame_spikes),
     }
 
 

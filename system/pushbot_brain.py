@@ -3,62 +3,141 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.pushbot_biases import LEVELS, pushbot_biases
+from chips.population import Population, all_to_all, neural_field
+from chips.pushbot_biases import LEVELS, MODIFIED, STEP, modified_biases, pushbot_biases
+from chips.pushbot_calibration import calibrate_pushbot, dropped, without
 from chips.pushbot_modified import field_network, modified_network
 from chips.pushbot_network import PushbotLayout
+from chips.rolls_bias_file import BiasTable
 from chips.rolls_chip import Inputs, RollsChip
 from chips.rolls_network import Network, network_program
 from circuits.circuit import BiasKind
 from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
 from system.pushbot_drive import Glance
+from system.pushbot_frame import Frame, Relay, ring_chip
 from system.pushbot_loop import Brain
 from system.pushbot_robot import Pushbot
 from system.pushbot_wiring import fan_out, merged
 
 F64 = NDArray[np.float64]
 
-GYRO_ANGLE = 1e-3  # rad an event, so 1,000 events a second at 1 rad/s; ours
+GYRO_ANGLE = 6e-3  # rad an event, so 167 events a second at 1 rad/s; ours
+RELAYS = (254, 255)  # neurons whose synapses take a second chip's spikes; they are in no population
+SECOND = "-second"  # behind the lot's name, of the second chip's silicon
+STRONG = 4  # level
+CALIBRATIONS = 128  # dies whose codes are kept
 FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the field gets events
 
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """Plain or modified; whether the target field gets events; neurons of exc, 8 or 16 by the sources."""
+    """Plain or modified; whether the target field gets events; neurons of exc, 8 or 16 by the sources.
+
+    frame: whether the field drives through a second chip that keeps its orientation; raised: whether lateral
+    weights are raised while the target is lost from view. Both are of the plain network only.
+    """
 
     modified: bool = False
     target: bool = False
     exc: int = 16
+    frame: bool = False
+    raised: bool = False
+
+    def __post_init__(self) -> None:
+        for name, given in (("--frame", self.frame), ("--raise-lateral", self.raised)):
+            if given and self.modified:
+                raise ParameterError(f"{name}: with --modified, must be without; its chip is full")
+            if given and not self.target:
+                raise ParameterError(f"{name}: without a target, must have one; give --target")
 
 
 def brain_of(
-    architecture: Architecture, die: Die = NOMINAL, temperature_c: float = 27.0, kind: BiasKind = "generator"
-) -> Brain:
-    """A chip with an architecture; biases have one table for all dies, set at 27 degC.
+    architecture: Architecture, die: Die = NOMINAL, temperature_c: float = 27.0, kind: BiasKind = "generator",
+    *, calibrated: bool = True,
+) -> Brain:  # fmt: skip
+    """A chip with an architecture, with the codes and neurons of its die's calibration at 27 degC.
 
+    calibrated: otherwise with one table for all dies; the nominal die has that table in either case.
     Raises `ParameterError` for a network that the chip has no room for.
     """
-    layout, biases = PushbotLayout(exc=architecture.exc), pushbot_biases()
+    layout = PushbotLayout(exc=architecture.exc)
+    biases, gone = pushbot_biases(), frozenset[int]()
+    if calibrated and die != NOMINAL:
+        biases, gone = calibration_of(layout, die, kind)
     if architecture.modified:
-        network = modified_network(LEVELS, biases, layout)
+        network = without(modified_network(LEVELS, pushbot_biases(MODIFIED), layout), gone)
+        biases = modified_biases(biases)
     else:
-        network = field_network(layout, LEVELS)
+        network = without(field_network(layout, LEVELS), gone)
+    if architecture.frame:
+        network = with_relays(network)
     silicon = Silicon(ROLLS_180, temperature_c, die)
-    chip = RollsChip(network_program(network, biases), silicon, kind)
+    chip = RollsChip(network_program(network, biases), silicon, kind, step=STEP)
     if not architecture.modified:
-        return Brain(network, chip, target=architecture.target, synapses=LEVELS.dvs_synapses)
+        strong, frame = None, None
+        if architecture.raised:
+            strong = RollsChip(network_program(strengthened(network), biases), silicon, kind, step=STEP)
+        if architecture.frame:
+            second = ring_chip(replace(silicon, die=replace(die, lot=f"{die.lot}{SECOND}")), kind)
+
+            def frame() -> Frame:
+                return Frame(second, relay_of(network), second.at_rest())
+
+        return Brain(
+            network,
+            chip,
+            target=architecture.target,
+            synapses=LEVELS.dvs_synapses,
+            strong=strong,
+            frame=frame,
+        )
     synapses = LEVELS.dvs_synapses
 
     def turning() -> GyroInputs:
         return GyroInputs(network, synapses)
 
     return Brain(network, chip, "graded", architecture.target, synapses, turning)
+
+
+def with_relays(network: Network) -> Network:
+    """The network whose field drives nothing; synapses of two idle neurons take a second chip's spikes."""
+    kept = tuple(p for p in network.projections if not p.source.name.startswith("target["))
+    left, right = Population("relay_left", (RELAYS[0],)), Population("relay_right", (RELAYS[1],))
+    level = LEVELS.target_to_drive
+    relays = all_to_all(left, network["DL"], level), all_to_all(right, network["DR"], level)
+    return replace(network, populations=(*network.populations, left, right), projections=(*kept, *relays))
+
+
+def relay_of(network: Network) -> Relay:
+    """Where the second chip's spikes go in a network with relays."""
+    drives = network["DL"].neurons, network["DR"].neurons
+    return Relay(*drives, *RELAYS, network["target"].neurons)
+
+
+def strengthened(network: Network) -> Network:
+    """The network with the strongest exciting level between neighbours of the field."""
+    field = network["target"]
+    near = (STRONG,) * len(LEVELS.field_near)
+    others = tuple(p for p in network.projections if (p.source.name, p.target.name) != (field.name,) * 2)
+    return replace(network, projections=(*others, neural_field(field, near, LEVELS.field_far)))
+
+
+@lru_cache(maxsize=CALIBRATIONS)
+def calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[BiasTable, frozenset[int]]:
+    """Codes of a die, and neurons to leave out; the same for both architectures and every temperature."""
+    found = calibrate_pushbot(
+        field_network(layout, LEVELS), pushbot_biases(), Silicon(ROLLS_180, die=die), kind
+    )
+    return found.biases, dropped(found)
 
 
 @dataclass(slots=True, eq=False)

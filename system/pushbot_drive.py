@@ -11,7 +11,7 @@ A controller closes the loop:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,16 @@ from system.arena_motion import go_along_arc
 from system.dvs import Dvs, Eye, Sensor, advance_along, open_eye, sensor_of, steps_of
 from system.dvs_event import Events, joined
 from system.pushbot_link import Link, carry, open_link, receive, send
-from system.pushbot_robot import Pushbot, Tracks, follow, forward_of, gyro, turn_of, wheel_commands
+from system.pushbot_robot import (
+    Pushbot,
+    Tracks,
+    follow,
+    forward_of,
+    gyro,
+    turn_of,
+    wheel_commands,
+    wheel_drives,
+)
 
 F64 = NDArray[np.float64]
 
@@ -93,6 +102,12 @@ def begin_run(
 def steer(run: Run, forward: float, turn: float) -> None:
     """Send the robot the code's v and w; they take effect after the link's latency."""
     send(run.robot, run.link, run.time, wheel_commands(run.robot, forward, turn))
+
+
+def pull(run: Run, forward: float, turn: float) -> None:
+    """Let the code's v and w drive the motors at once and as they are, without link and whole numbers."""
+    left, right = wheel_drives(run.robot, forward, turn)
+    run.tracks = replace(run.tracks, left_command=left, right_command=right)
 
 
 def go_on(run: Run, duration: float) -> Glance:

@@ -4,7 +4,7 @@
     while loop.drive.touched is None and loop.drive.time < 8.0:
         step(loop)                          one look: events in, spikes out, a command where one is due
 
-Sensor and chip go on in turn for `LOOK` s. Events reach the chip at the times at which they arrive over the
+Sensor and chip go on in turn for a look. Events reach the chip at the times at which they arrive over the
 link, so chip and robot only wait for one another where a command leaves. The chip's time begins KICK_TIME
 before the robot's: it is started by a pulse to exc, while the robot stands.
 """
@@ -17,12 +17,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.rolls_chip import ChipState, Inputs, RollsChip, Spikes
+from chips.rolls_chip import NO_INPUTS, ChipState, Inputs, RollsChip, Spikes
 from chips.rolls_network import Network
 from system.dvs_event import Events, joined
-from system.pushbot_drive import Glance, Run, go_on, steer
+from system.pushbot_drive import Glance, Run, go_on, pull, steer
+from system.pushbot_frame import Frame
 from system.pushbot_readout import LOOK, OUTPUTS, Counter, Readout, read
-from system.pushbot_wiring import Wiring, kick, merged, obstacle_inputs, target_inputs
+from system.pushbot_wiring import COLUMNS, HALF_ROWS, Wiring, kick, merged, obstacle_inputs, target_inputs
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -31,6 +32,7 @@ Temperature = Callable[[float], float] | float | None
 Turning = Callable[[Glance, float, float], Inputs]
 
 KICK_TIME = 0.1  # s, that the chip runs before the robot; ours
+BESIDE, LEAST = 4.0, 15  # columns beside a bump, and events of a look in these that show a target; ours
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +41,8 @@ class Brain:
 
     target: whether the upper half of the sensor reaches the target field; synapses: virtual ones an event;
     turning: makes what turns a glance from one time to another (s) into further inputs, of the modified
-    architecture's gyro; None for none.
+    architecture's gyro; None for none. strong: the chip with raised lateral weights in its field, which runs
+    while the target is lost from view; frame: makes a second chip, which hears the field and drives.
     """
 
     network: Network
@@ -48,11 +51,17 @@ class Brain:
     target: bool = False
     synapses: int = 4
     turning: Callable[[], Turning] | None = None
+    strong: RollsChip | None = None
+    frame: Callable[[], Frame] | None = None
 
 
 @dataclass(slots=True, eq=False)
 class Record:
-    """What a loop keeps: spikes (s of the robot's time, neurons), events, commands, counts of loss."""
+    """What a loop keeps: spikes (s of the robot's time, neurons), events, commands, counts of loss.
+
+    held: filters times steps in which a filter of the chip stayed at the end of its table; raised: s with
+    raised lateral weights; frame_spikes: of a second chip.
+    """
 
     times: list[F64] = field(default_factory=list)
     neurons: list[I64] = field(default_factory=list)
@@ -61,6 +70,9 @@ class Record:
     inputs: int = 0
     lost_in: int = 0
     lost_out: int = 0
+    held: int = 0
+    raised: float = 0.0
+    frame_spikes: int = 0
 
 
 @dataclass(slots=True, eq=False)
@@ -75,6 +87,9 @@ class Loop:
     sizes: F64
     temperature: Temperature = None
     turning: Turning | None = None
+    frame: Frame | None = None
+    heard: Inputs = NO_INPUTS
+    lost: bool = False
     counter: Counter = field(default_factory=Counter)
     record: Record = field(default_factory=Record)
 
@@ -88,21 +103,33 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
     turning = None if brain.turning is None else brain.turning()
     loop = Loop(brain, drive, readout, brain.chip.at_rest(), groups, sizes, temperature, turning)
     _, loop.state = brain.chip.run(loop.state, KICK_TIME, kick(brain.network, brain.synapses), _at(loop, 0.0))
+    if brain.frame is not None:
+        loop.frame = brain.frame()
+        _, loop.frame.state = loop.frame.chip.run(loop.frame.state, KICK_TIME)
     return loop
 
 
 def step(loop: Loop) -> None:
-    """One look, LOOK s or less where the robot touches something."""
-    before = loop.drive.time
-    glance = go_on(loop.drive, LOOK)
+    """One look, or less where the robot touches something."""
+    before, look = loop.drive.time, loop.readout.look
+    glance = go_on(loop.drive, look)
     inputs = _inputs(loop, glance, before)
-    spikes, loop.state = loop.brain.chip.run(loop.state, LOOK, inputs, _at(loop, before))
+    strong = loop.brain.strong if loop.lost else None
+    chip = loop.brain.chip if strong is None else strong
+    loop.record.raised += 0.0 if strong is None else look
+    spikes, loop.state = chip.run(loop.state, look, inputs, _at(loop, before))
     _keep(loop, glance, inputs, spikes)
+    loop.lost = loop.brain.strong is not None and is_lost(loop.brain.network, glance.events, spikes)
+    if loop.frame is not None:
+        loop.frame.follow(glance, before, loop.drive.time)
+        found = loop.frame.look(spikes, look)
+        loop.record.frame_spikes = loop.frame.spikes
+        loop.heard = replace(found, times=found.times + look)
     chosen = loop.groups[spikes.neurons]
     counts = np.bincount(chosen[chosen >= 0], minlength=len(OUTPUTS)) / loop.sizes
     command = read(loop.readout, loop.counter, counts)
     if command is not None and loop.drive.touched is None:
-        steer(loop.drive, *command)
+        (pull if loop.readout.kind == "spikes" else steer)(loop.drive, *command)
         loop.record.commands.append((loop.drive.time, *command))
 
 
@@ -114,9 +141,22 @@ def _inputs(loop: Loop, glance: Glance, before: float) -> Inputs:
         parts.append(target_inputs(brain.network, glance.events, brain.synapses))
     if loop.turning is not None:
         parts.append(loop.turning(glance, before, loop.drive.time))
+    # in the chip's time, which is KICK_TIME later
+    parts.append(replace(loop.heard, times=loop.heard.times - KICK_TIME))
     found = merged(parts)
     # an event of the very end of the last look may be a rounding before the chip's time
     return replace(found, times=np.maximum(found.times + KICK_TIME, loop.state.time))
+
+
+def is_lost(network: Network, events: Events, spikes: Spikes) -> bool:
+    """Whether few events come from where the target field has its bump, or it has none."""
+    neurons = np.array(network["target"].neurons)
+    mine = spikes.neurons[np.isin(spikes.neurons, neurons)]
+    if mine.size == 0:
+        return True
+    column = (np.median(mine) - neurons[0] + 0.5) * COLUMNS / neurons.size
+    upper = events.where(events.y >= HALF_ROWS)
+    return int((np.abs(upper.x + 0.5 - column) <= BESIDE).sum()) < LEAST
 
 
 def _at(loop: Loop, time: float) -> float | None:
@@ -132,6 +172,7 @@ def _keep(loop: Loop, glance: Glance, inputs: Inputs, spikes: Spikes) -> None:
     record.inputs += inputs.times.size
     record.lost_in += spikes.lost_in
     record.lost_out += spikes.lost_out
+    record.held += spikes.held
 
 
 def all_spikes(record: Record) -> tuple[F64, I64]:

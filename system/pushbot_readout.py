@@ -1,7 +1,8 @@
-"""Commands from spikes: equations (1) and (2) of Milde et al. 2017 over a window, fixed or sliding.
+"""Commands from spikes: equations (1) and (2) of Milde et al. 2017 over a window, or none.
 
     fixed      counts of a window become a command at its end; the next window begins at 0
     sliding    at every look the counts of the last window
+    spikes     no window: spikes drive the motors, whose inertia smooths them (the paper's wish, section 4)
 
 The paper's robot has fixed windows of 500 ms, its improved versions 50 ms and a running average. Counts are
 taken to 500 ms, so that speed and turn factors mean the same with every window.
@@ -20,17 +21,18 @@ from circuits.errors import ParameterError
 from system.pushbot_robot import Factors, demand
 
 F64 = NDArray[np.float64]
-Kind = Literal["fixed", "sliding"]
-KINDS: tuple[Kind, ...] = ("fixed", "sliding")
+Kind = Literal["fixed", "sliding", "spikes"]
+KINDS: tuple[Kind, ...] = ("fixed", "sliding", "spikes")
 
 REFERENCE = 0.5  # s; window that the paper's factors belong to
 LOOK = 0.05  # s between two exchanges of events at most; ours
+DIRECT = 5e-3  # s, in which spikes that drive the motors are taken together: the robot's step
 OUTPUTS = ("DL", "DR", "sp")
 
 
 @dataclass(frozen=True, slots=True)
 class Readout:
-    """How spikes become commands; window: s.
+    """How spikes become commands; window: s, `DIRECT` where spikes drive the motors.
 
     Raises `ParameterError` for another kind, or a window that is no whole number of looks.
     """
@@ -41,7 +43,13 @@ class Readout:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise ParameterError(f"--readout: {self.kind}, must be {' or '.join(KINDS)}")
+            raise ParameterError(f"--readout: {self.kind}, must be one of {', '.join(KINDS)}")
+        if self.kind == "spikes":
+            if self.window != DIRECT:
+                raise ParameterError(
+                    f"--window: {self.window:g} s, must not be given with --readout spikes; leave it out"
+                )
+            return
         looks = round(self.window / LOOK)
         if looks < 1 or abs(looks * LOOK - self.window) > 1e-9:
             raise ParameterError(
@@ -50,9 +58,14 @@ class Readout:
             )
 
     @property
+    def look(self) -> float:
+        """Time between two exchanges of events, s."""
+        return DIRECT if self.kind == "spikes" else LOOK
+
+    @property
     def looks(self) -> int:
         """Looks in a window."""
-        return round(self.window / LOOK)
+        return round(self.window / self.look)
 
 
 @dataclass(slots=True)
@@ -71,6 +84,6 @@ def read(readout: Readout, counter: Counter, counts: F64) -> tuple[float, float]
     elif len(counter.counts) < readout.looks:
         return None
     drive_left, drive_right, speed = (REFERENCE / readout.window * np.sum(counter.counts, axis=0)).tolist()
-    if readout.kind == "fixed":
+    if readout.kind != "sliding":
         counter.counts.clear()
     return demand(readout.factors, drive_left, drive_right, speed)

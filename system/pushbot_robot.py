@@ -38,7 +38,7 @@ class Pushbot:
     wheel_distance: float = 0.086  # m
     wheel_radius: float = 0.019  # m
     top_speed: float = 1.0  # m/s of a track at a command of 100; the paper's fastest, its command is ours
-    slip: float = 1.3  # effective over real wheel distance; ours
+    slip: float = 1.8  # effective over real wheel distance; ours: 1.5 to 2 is usual of tracks as long as wide
     lag: float = 0.05  # s, time constant of a motor under its own controller; ours
     latency: float = 8e-3  # s, of events to the controller and of commands back, each; ours, below 10 ms
     dropped: float = 0.8  # share of the events that are dropped at random; the paper's
@@ -86,8 +86,8 @@ class Tracks:
 
     left: float = 0.0
     right: float = 0.0
-    left_command: int = 0
-    right_command: int = 0
+    left_command: float = 0
+    right_command: float = 0
 
 
 def wheel_commands(robot: Pushbot, forward: float, turn: float) -> tuple[int, int]:
@@ -98,14 +98,24 @@ def wheel_commands(robot: Pushbot, forward: float, turn: float) -> tuple[int, in
     ParameterError
         One of the two is no finite number.
     """
-    if not (math.isfinite(forward) and math.isfinite(turn)):
-        raise ParameterError(f"pushbot.command: v {forward:g}, w {turn:g}, must be finite")
-    d, r = robot.wheel_distance / CM, robot.wheel_radius / CM
-    left, right = forward / r - turn / (d * r), forward / r + turn / (d * r)
+    left, right = _drives(robot, forward, turn)
     return _whole(left), _whole(right)
 
 
-def track_speed(robot: Pushbot, command: int) -> float:
+def wheel_drives(robot: Pushbot, forward: float, turn: float) -> tuple[float, float]:
+    """What `wheel_commands` rounds, cut off beyond 100."""
+    left, right = _drives(robot, forward, turn)
+    return max(-LIMIT, min(left, LIMIT)), max(-LIMIT, min(right, LIMIT))
+
+
+def _drives(robot: Pushbot, forward: float, turn: float) -> tuple[float, float]:
+    if not (math.isfinite(forward) and math.isfinite(turn)):
+        raise ParameterError(f"pushbot.command: v {forward:g}, w {turn:g}, must be finite")
+    d, r = robot.wheel_distance / CM, robot.wheel_radius / CM
+    return forward / r - turn / (d * r), forward / r + turn / (d * r)
+
+
+def track_speed(robot: Pushbot, command: float) -> float:
     """Speed of a track (m/s) that a command leads to."""
     return robot.top_speed * max(-LIMIT, min(command, LIMIT)) / LIMIT
 

@@ -2,8 +2,10 @@
 
 Plain (section 2.4): an event of the lower half of the sensor goes to every neuron of the obstacle population
 of its side. Graded (section 3.4): neurons own columns, so that it goes to one of them, the first neuron of a
-population to the sensor's edge. An event of the upper half goes to the neuron of the target field that owns
-its column (section 2.4.1). Each goes to `synapses` virtual synapses of a neuron.
+population to the edge. Of the lower half, columns 23 to 104 count: the paper's Figure 13 shows such a region
+"between two vertical lines", the numbers are in the authors' notebook ("Basic Obstacle Avoidance"). An event
+of the upper half goes to the neuron of the target field that owns its column (section 2.4.1). Each goes to
+`synapses` virtual synapses of a neuron.
 """
 
 from __future__ import annotations
@@ -24,20 +26,23 @@ Wiring = Literal["plain", "graded"]
 
 ROWS, COLUMNS = 128, 128
 HALF_ROWS, HALF_COLUMNS = ROWS // 2, COLUMNS // 2
+EDGE = 23  # columns on either side that the obstacle populations do not see
 KICK, KICK_RATE = 0.05, 1000.0  # s and 1/s: events that start exc; ours
 
 
 def obstacle_inputs(network: Network, events: Events, wiring: Wiring, synapses: int) -> Inputs:
     """Inputs of the obstacle populations from the events of the lower half."""
     parts = []
+    inside = (events.y < HALF_ROWS) & (events.x >= EDGE) & (events.x < COLUMNS - EDGE)
     for name, sees in (("OL", events.x < HALF_COLUMNS), ("OR", events.x >= HALF_COLUMNS)):
-        seen = events.where(sees & (events.y < HALF_ROWS))
+        seen = events.where(sees & inside)
         neurons = np.array(network[name].neurons)
         if wiring == "plain":
             parts.append(fan_out(np.repeat(seen.time, neurons.size), np.tile(neurons, len(seen)), synapses))
         else:
             outward = seen.x if name == "OL" else COLUMNS - 1 - seen.x
-            parts.append(fan_out(seen.time, neurons[outward * neurons.size // HALF_COLUMNS], synapses))
+            place = (outward - EDGE) * neurons.size // (HALF_COLUMNS - EDGE)
+            parts.append(fan_out(seen.time, neurons[place], synapses))
     return merged(parts)
 
 

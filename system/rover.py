@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,7 @@ from system.path_planner import Plan, Planner, plan_path, planner_named
 from system.rover_drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 from system.rover_robot import Rover
+from system.silicon_noise import Noisy, silicon_noise
 from system.wave_planner import ChipPlanner
 
 I64 = NDArray[np.int64]
@@ -42,6 +43,7 @@ I64 = NDArray[np.int64]
 DEFAULT_MAP = "map1-road-obstacles"
 CELLS = ("ideal", "chip")
 START, GOAL = (2, 10), (19, 10)  # the paper's first route
+ROUTE_OPTIONS = ("map", "start", "goal", "unit")  # of a study
 PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
@@ -74,6 +76,7 @@ class Scenario:
     temperature_c: float = 27.0
     bias_kind: BiasKind = "gate"
     unit: float = UNIT
+    silicon_noise: Noisy = "off"
     rover: Rover = field(default_factory=Rover)
 
     def __post_init__(self) -> None:
@@ -112,6 +115,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
     trips = []
     for number in range(scenario.trips):
+        if isinstance(planner, ChipPlanner):
+            planner = replace(planner, number=number)
         trips.append(_trip(scenario, cost_map, planner, learnt, number))
         if progress is not None:
             progress((number + 1) / scenario.trips)
@@ -146,7 +151,8 @@ def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
         )
     check_codes(cost_map)
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
-    return ChipPlanner(ChipCells(silicon, scenario.bias_kind), scenario.unit)
+    noise = silicon_noise(scenario.silicon_noise, scenario.seed)
+    return ChipPlanner(ChipCells(silicon, scenario.bias_kind, noise=noise), scenario.unit)
 
 
 def _trip(
@@ -232,6 +238,9 @@ class RoverSystem:
         self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
     ) -> dict[str, Any]:
         """Fields of a study's scenario: a route on chips, whose model is behavioural."""
+        for name in route:
+            if name not in ROUTE_OPTIONS:
+                raise ParameterError(f"--{name.replace('_', '-')}: not an option of rover; leave it out")
         return {"cells": "chip", "bias_kind": bias_kind or "gate", **read_options(route)}
 
     def circuits(self) -> tuple[Circuit, ...]:

@@ -74,6 +74,9 @@ def approach(
     amplitude_law: Annotated[str | None, typer.Option(help="Of the call: linear or d4.")] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="Length of the run, as 2s.")] = None,
     noise: Annotated[str | None, typer.Option(metavar="VOLTAGE", help="Rms at a microphone, as 1mV.")] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
+    ] = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
     die: DieNumber = None,
@@ -99,6 +102,7 @@ def approach(
         amplitude_law=amplitude_law,
         duration=duration,
         noise=noise,
+        silicon_noise=silicon_noise,
         as_json=as_json,
     )
 
@@ -120,6 +124,9 @@ def rover(
     bias_kind: Kind = None,
     unit: Annotated[
         str | None, typer.Option(metavar="TIME", help="Of the chip: delay a unit of cost; 100us.")
+    ] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,
     need: Annotated[str | None, typer.Option(help="As energy, the map itself, or speed.")] = None,
     learn: Annotated[
@@ -146,7 +153,7 @@ def rover(
     options = {
         "map": cost_map, "start": start, "goal": goal, "planner": planner, "cells": cells,
         "bias_kind": kind_name(bias_kind), "unit": unit, "need": need, "learn": learn, "prior": prior,
-        "trips": trips, "posts": posts, "sonar": sonar,
+        "trips": trips, "posts": posts, "sonar": sonar, "silicon_noise": silicon_noise,
     }  # fmt: skip
     call(
         "run_rover:run_rover",
@@ -162,15 +169,31 @@ def rover(
 @app.command()
 def forest(
     *,
+    model: Annotated[
+        str | None,
+        typer.Option(help="Of the bat's mind: analog, latency-network, latency-lif, latency-chip."),
+    ] = None,
+    paths: Annotated[int | None, typer.Option(help="Memories of a latency model; 33.")] = None,
+    taps: Annotated[int | None, typer.Option(help="Of a latency model's delay line; 15.")] = None,
+    codes: Annotated[
+        str | None,
+        typer.Option(help="Of a latency chip's biases: usual, or calibrated on its die at 27 degC."),
+    ] = None,
+    units: Annotated[
+        list[str] | None,
+        typer.Option("--unit", metavar="MEMORY,UNIT", help="A latency chip's unit at transistor level."),
+    ] = None,
     forest_map: Annotated[
         str | None, typer.Option("--map", metavar="FILE", help="Obstacles, x_m,y_m a line; else planted.")
     ] = None,
     obstacles: Annotated[int | None, typer.Option(help="How many are planted from the seed; 1400.")] = None,
     vmax: Annotated[float | None, typer.Option(metavar="M/S", help="Speed straight ahead; 2.")] = None,
-    ping_rate: Annotated[float | None, typer.Option(metavar="HZ", help="Pings a second; 5.")] = None,
+    ping_rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Pings a second; 5, of a latency model 10.")
+    ] = None,
     start: Annotated[str | None, typer.Option(metavar="X,Y", help="In m; drawn unless given.")] = None,
     pings: Annotated[
-        int | None, typer.Option(help="Without a collision it ends undecided after these; 20000.")
+        int | None, typer.Option(help="Ends undecided after these; 20000, of a latency model 1000.")
     ] = None,
     ranges: Annotated[str | None, typer.Option(help="As exact, sonar or chip.")] = None,
     selection: Annotated[str | None, typer.Option(help="As ideal, or chip for a die's.")] = None,
@@ -200,6 +223,7 @@ def forest(
 ) -> None:
     """A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022)."""
     options = {
+        "model": model, "paths": paths, "taps": taps, "codes": codes, "units": units or None,
         "map": forest_map, "obstacles": obstacles, "vmax": vmax, "ping_rate": ping_rate, "start": start,
         "pings": pings, "ranges": ranges, "selection": selection, "weights": weights, "occlusion": occlusion,
         "multipath": multipath, "azimuth_noise": azimuth_noise, "reader": reader, "area": area,
@@ -218,10 +242,61 @@ def forest(
 
 
 @app.command()
+def robot(
+    *,
+    pipes: Annotated[
+        str | None, typer.Option("--forest", metavar="FOREST", help="As corridor, open or dense; corridor.")
+    ] = None,
+    ranges: Annotated[
+        str | None, typer.Option(help="As flight, of the echoes, exact places, or chip to time echoes.")
+    ] = None,
+    occlusion: Annotated[bool | None, typer.Option(help="Pipes hide those behind; they do.")] = None,
+    multipath: Annotated[bool | None, typer.Option(help="Echoes by way of two pipes; there are.")] = None,
+    soft_pings: Annotated[
+        bool | None, typer.Option(help="A softer ping where something is near; there is.")
+    ] = None,
+    vmax: Annotated[float | None, typer.Option(metavar="M/S", help="Speed straight ahead.")] = None,
+    ping_rate: Annotated[float | None, typer.Option(metavar="HZ", help="With the head at rest; 12.")] = None,
+    start: Annotated[str | None, typer.Option(metavar="X,Y", help="In m; drawn unless given.")] = None,
+    pings: Annotated[int | None, typer.Option(help="Ends undecided after these; 1500.")] = None,
+    reader: Annotated[
+        str | None, typer.Option(help="Of a chip's ranges: nominal, or calibrated on its die at 27 degC.")
+    ] = None,
+    bias_kind: Kind = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022)."""
+    options = {
+        "forest": pipes, "ranges": ranges, "occlusion": occlusion, "multipath": multipath,
+        "soft_pings": soft_pings, "vmax": vmax, "ping_rate": ping_rate, "start": start, "pings": pings,
+        "reader": reader, "bias_kind": kind_name(bias_kind),
+    }  # fmt: skip
+    call(
+        "run_robot:run_robot",
+        "robot",
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
+        seed,
+        plot,
+        as_json=as_json,
+        **{name: value for name, value in options.items() if value is not None},
+    )
+
+
+@app.command()
 def bug(
     *,
     agent: Annotated[str | None, typer.Option(help="As bug0, bug1 or bug2.")] = None,
-    brain: Annotated[str | None, typer.Option(help="As reference, a program, or ideal, neurons.")] = None,
+    brain: Annotated[
+        str | None, typer.Option(help="As reference, a program, or neurons: ideal, or chip.")
+    ] = None,
     design: Annotated[str | None, typer.Option(help="Of Bug 2's neurons: published or improved.")] = None,
     neurons: Annotated[int | None, typer.Option(help="How many in all, about; the design's.")] = None,
     bug_map: Annotated[
@@ -234,6 +309,17 @@ def bug(
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="After which the run ends; 200s.")
     ] = None,
+    calibrated: Annotated[
+        str | None, typer.Option(metavar="DEGC", help="Where the chip's decoders were solved; 27.")
+    ] = None,
+    area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
+    bias_kind: Kind = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
@@ -241,11 +327,13 @@ def bug(
     """A robot with a compass and contact follows walls to its goal (Stöckel 2017)."""
     options = {
         "agent": agent, "brain": brain, "design": design, "neurons": neurons, "map": bug_map, "start": start,
-        "goal": goal, "duration": duration,
+        "goal": goal, "duration": duration, "calibrated": calibrated, "area": area,
+        "bias_kind": kind_name(bias_kind),
     }  # fmt: skip
     call(
         "run_bug:run_bug",
         "bug",
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
         seed,
         plot,
         as_json=as_json,
@@ -265,7 +353,8 @@ def pushbot(
         str | None, typer.Option(metavar="TIME", help="In which spikes are counted; 500ms.")
     ] = None,
     readout: Annotated[
-        str | None, typer.Option(help="As sliding, or fixed: a command at the end of each window.")
+        str | None,
+        typer.Option(help="As sliding, fixed: a command at each window's end, or spikes: to the motors."),
     ] = None,
     modified: Annotated[
         bool | None, typer.Option(help="Gyro-driven suppression and graded weights (section 3.4).")
@@ -279,6 +368,18 @@ def pushbot(
         bool | None, typer.Option(help="Events to the target field; where the scene has a target.")
     ] = None,
     exc: Annotated[int | None, typer.Option(help="Neurons that fire constantly; 16.")] = None,
+    frame: Annotated[
+        bool | None,
+        typer.Option("--frame", help="A target frame that keeps its orientation, on a second chip."),
+    ] = None,
+    raise_lateral: Annotated[
+        bool | None,
+        typer.Option("--raise-lateral", help="Stronger lateral weights while the target is lost."),
+    ] = None,
+    calibrated: Annotated[
+        bool | None,
+        typer.Option("--calibrated/--uncalibrated", help="Codes of the die's own calibration; they are."),
+    ] = None,
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="After which the run ends; the scene's.")
     ] = None,
@@ -298,7 +399,9 @@ def pushbot(
     options = {
         "scene": scene, "speed_factor": speed_factor, "turn_factor": turn_factor, "window": window,
         "readout": readout, "modified": modified, "dropped": drop, "colour": colour, "light": light,
-        "target": target, "exc": exc, "duration": duration, "bias_kind": kind_name(bias_kind),
+        "target": target, "exc": exc, "calibrated": calibrated, "frame": frame,
+        "raise_lateral": raise_lateral, "duration": duration,
+        "bias_kind": kind_name(bias_kind),
     }  # fmt: skip
     call(
         "run_pushbot:run_pushbot",

@@ -113,6 +113,13 @@ def montecarlo(
     obstacles: Annotated[int | None, typer.Option(help="Of a forest; 1400.")] = None,
     ranges: Annotated[str | None, typer.Option(help="Of a forest: exact, sonar or chip.")] = None,
     selection: Annotated[str | None, typer.Option(help="Of a forest: ideal or chip.")] = None,
+    agent: Annotated[str | None, typer.Option(help="Of bug: bug0 or bug2.")] = None,
+    design: Annotated[str | None, typer.Option(help="Of bug's neurons: published or improved.")] = None,
+    neurons: Annotated[int | None, typer.Option(help="Of bug: how many in all, about.")] = None,
+    area: Annotated[float | None, typer.Option(help="Of bug's chip: of its devices, relative.")] = None,
+    calibrated: Annotated[
+        str | None, typer.Option(metavar="DEGC", help="Of bug's chip: where decoders were solved.")
+    ] = None,
     bias_file: BiasFile = None,
     input_rate: Annotated[
         str | None, typer.Option(metavar="RATE", help="Of rolls: events a neuron gets; 100Hz.")
@@ -159,6 +166,11 @@ def montecarlo(
             "obstacles": obstacles,
             "ranges": ranges,
             "selection": selection,
+            "agent": agent,
+            "design": design,
+            "neurons": neurons,
+            "area": area,
+            "calibrated": calibrated,
             "bias_file": bias_file,
             "input_rate": input_rate,
         },

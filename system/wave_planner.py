@@ -52,10 +52,11 @@ def plan_discrete(costs: I64, start: Cell, goal: Cell) -> I64 | None:
 
 @dataclass(frozen=True, slots=True)
 class ChipPlanner:
-    """A wavefront chip of `cells`, as large as the map, with its unit delay, s."""
+    """A wavefront chip of `cells`, as large as the map, with its unit delay, s; number: of the plan."""
 
     cells: ChipCells
     unit: float = UNIT
+    number: int = 0
 
     def __call__(self, costs: I64, start: Cell, goal: Cell) -> I64 | None:
         """Path of the chip, int64[n, 2], start first; None where the goal does not fire.
@@ -64,6 +65,6 @@ class ChipPlanner:
         """
         chip = WavefrontChip(*costs.shape, cells=self.cells, unit=self.unit)
         try:
-            return chip.plan(chip.program(costs), start, goal).path()
+            return chip.plan(chip.program(costs), start, goal, number=self.number).path()
         except UnreachableError:
             return None

@@ -1,11 +1,13 @@
 """Coincidence detector: spikes where two of its inputs came within a window of each other.
 
 Each input switches the same current on for the window's length (`circuits.blocks.latency_synapse`); they meet
-at one node, from which `mk` takes one and a half of them away:
+at one node, from which `mk` takes 1.4 of them away:
 
     sum rises where two currents or more are on:  |t_i - t_j| < T_w = C_t V_ref / I_window
 
-less the 15 us that the node takes to rise. One input alone loses by a half, two win by a half, and two
+less the 15 us that the node takes to rise. What `mk` takes is a copy of what 1.4 inputs would give: `me`, of
+the inputs' length and gate and 1.4 of their width, feeds the mirror, so that whatever all devices share
+moves both alike. One input alone and two of them are as far from it, by a factor of the square root of 2. Two
 inverters make the spike of it, which lasts as long as the overlap. An input that comes again within the
 window lengthens its own step, and coincides with nothing.
 
@@ -34,6 +36,7 @@ from circuits.testbench import Testbench
 
 INPUTS = ("A", "B", "integrating")
 REFERENCE = 2.0  # V
+SHARE = 1.4  # of an input's current that is taken away; ours, between 1 and 2 by equal factors
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,6 @@ class Params:
 
 BIASES = (
     Bias("i_exc", "v_exc", "gate", 25e-9, "input0.me"),
-    Bias("i_sum", "v_sum", "gate", 37.5e-9, "mk"),  # one and a half of the line above
     Bias("i_window", "v_window", "gate", 3.37e-9, "input0.mt"),  # ours: 3 ms
     Bias("i_cmp", "v_cmp", "gate", 50e-9, "input0.timer.mc0"),
     Bias("v_ref", "v_ref", "voltage", REFERENCE),
@@ -68,7 +70,10 @@ def build(params: Params = Params()) -> Circuit:
         *(Port(b.port, "bias") for b in BIASES),
     )
     devices = (
-        mos("mk", "n", "sum", "v_sum", "0", 6, 24),
+        mos("ms", "p", "foot", "0", "vdd", 6, 1.5),  # as the inputs' switches, which are on
+        mos("me", "p", "taken", "v_exc", "foot", SHARE * 6, 24),
+        mos("md", "n", "taken", "taken", "0", 6, 24),
+        mos("mk", "n", "sum", "taken", "0", 6, 24),
         Capacitor("cs", "sum", "0", params.sum_capacitance),
         *inverter("mi", "sum", "none", width=3.0, length=1.5),
         *inverter("mj", "none", "spike", width=3.0, length=1.5),

@@ -35,21 +35,27 @@ from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
-EXCITATIONS, INHIBITIONS = 2, 2  # goal and direction of the ping; memories, of up to 7 in the network
+EXCITATIONS, INHIBITIONS = 2, 2  # by itself: goal and direction of the ping; memories, 7 in the network
 REFERENCE = 2.0  # V
 
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
+    """Capacitors in farad, numbers of synapses; ours. Raises `ParameterError` for what cannot be built."""
 
     membrane_capacitance: float = 10e-12
     timer_capacitance: float = 5e-12
+    excitations: int = EXCITATIONS
+    inhibitions: int = INHIBITIONS
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance"):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        for name in ("excitations", "inhibitions"):
+            count = getattr(self, name)
+            if count != int(count) or count < 1:
+                raise ParameterError(f"{name}: {count:g}, must be a whole number of at least 1")
 
 
 BIASES = (
@@ -64,14 +70,14 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports excite[2], inhibit[2], reset, stop (events in), spike (event out), biases and the supply."""
+    """Ports excite[n], inhibit[m], reset, stop (events in), spike (event out), biases and the supply."""
     excitation = step_synapse(params.timer_capacitance)
     inhibition = step_inhibition(params.timer_capacitance)
     threshold = comparator()
     ports = (
         Port("vdd", "supply"),
-        Port("excite", "event", "in", (EXCITATIONS,)),
-        Port("inhibit", "event", "in", (INHIBITIONS,)),
+        Port("excite", "event", "in", (int(params.excitations),)),
+        Port("inhibit", "event", "in", (int(params.inhibitions),)),
         Port("reset", "event"),
         Port("stop", "event"),
         Port("spike", "event", "out"),
@@ -89,11 +95,12 @@ def build(params: Params = Params()) -> Circuit:
             {p.name: p.name for p in excitation.ports}
             | {"event": f"excite[{k}]", "v_exc": "v_charge", "v_step": "v_pulse"},
         )
-        for k in range(EXCITATIONS)
+        for k in range(int(params.excitations))
     ]  # fmt: skip
     own = {p.name: p.name for p in inhibition.ports}
     instances += [
-        Instance(f"inhibit{k}", inhibition, own | {"event": f"inhibit[{k}]"}) for k in range(INHIBITIONS)
+        Instance(f"inhibit{k}", inhibition, own | {"event": f"inhibit[{k}]"})
+        for k in range(int(params.inhibitions))
     ]
     plus = {p.name: p.name for p in threshold.ports} | {"plus": "v_mem", "above": "spike"}
     instances.append(Instance("threshold", threshold, plus))
@@ -107,12 +114,13 @@ STOP = 90e-3  # s
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Reset at 20 us; excitations and inhibitions, each off or so long after it; `stop` likewise."""
     stopped = event_sources("stop", (stimuli["stop"],), 1, PING, v_dd)[0]
+    excitations, inhibitions = (circuit.port(name).shape[0] for name in ("excite", "inhibit"))
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
         Source("reset", "reset", event_pulse(PING, v_dd)),
         Source("stop", "stop", stopped.waveform),
-        *event_sources("excite", (stimuli["goal"], stimuli["direction"]), EXCITATIONS, PING, v_dd),
-        *event_sources("inhibit", (stimuli["first"], stimuli["second"]), INHIBITIONS, PING, v_dd),
+        *event_sources("excite", (stimuli["goal"], stimuli["direction"]), excitations, PING, v_dd),
+        *event_sources("inhibit", (stimuli["first"], stimuli["second"]), inhibitions, PING, v_dd),
     )
     bench = Testbench("race cell", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)

@@ -19,7 +19,14 @@ from system.options import read_bias_set
 # Blocks with a characteriser, `module:function`; a record is named after its block.
 CHARACTERISERS: dict[str, str] = {"rebound-neuron": "chips.characterise:characterise"}
 # Blocks whose record is of the boards' kind, all measured by `chips.board_measurement`.
-BOARDS = ("centroid-board", "vocalization-controller", "hearing", "first-target-isolation")
+BOARDS = (
+    "centroid-board",
+    "vocalization-controller",
+    "hearing",
+    "first-target-isolation",
+    "winner-take-all",
+    "latency-chip",
+)
 # Blocks of the wavefront chip, measured by `chips.wavefront_measurement`.
 WAVEFRONT = ("axon-delay", "wavefront-cell")
 

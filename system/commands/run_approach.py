@@ -15,6 +15,7 @@ from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.registry import load_system
 from system.silicon_choice import SiliconChoice
+from system.silicon_noise import NOISY
 from system.targets import default_scene, describe, read_targets
 
 
@@ -32,6 +33,7 @@ def run_approach(
     amplitude_law: str | None = None,
     duration: str | None = None,
     noise: str | None = None,
+    silicon_noise: str | None = None,
 ) -> None:
     """Run `system` and print its arrays and summary; `plot` draws it."""
     if plot is not None:
@@ -40,7 +42,8 @@ def run_approach(
     chosen = choice("--level", level or LEVELS[0], LEVELS)
     scenario = scenario_of(targets, isolation, amplitude_law, duration, silicon, seed, noise)
     boxes = frozenset(choice("--transistors", box, BOXES) for box in transistors)
-    scenario = replace(scenario, level=chosen, transistors=boxes)  # type: ignore[arg-type]
+    noisy = choice("--silicon-noise", silicon_noise or NOISY[0], NOISY)
+    scenario = replace(scenario, level=chosen, transistors=boxes, silicon_noise=noisy)  # type: ignore[arg-type]
     with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
         trace: Trace = loaded.run(scenario, progress)
     summary = loaded.summarise(trace)
@@ -98,6 +101,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "isolation": scenario.isolation,
         "amplitude_law": scenario.amplitude_law,
         "noise_rms_V": scenario.noise_rms,
+        "silicon_noise": scenario.silicon_noise,
         "seed": scenario.seed,
         "targets": [t.name for t in scenario.targets],
         **{name: getattr(trace, name) for name in arrays},

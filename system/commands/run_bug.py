@@ -11,16 +11,21 @@ from system.bug_brain import STATES
 from system.bug_neural import network_of
 from system.bug_robot import STEP
 from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
+from system.silicon_choice import SiliconChoice
 
 
-def run_bug(system: str, seed: int, plot: str | None, *, as_json: bool, **options: Any) -> None:
+def run_bug(
+    system: str, silicon: SiliconChoice, seed: int, plot: str | None, *, as_json: bool, **options: Any
+) -> None:
     """Run one robot, print its summary; `plot` draws its path. `options` are those of its scenario."""
     if plot is not None:
         check_picture(plot)
     if "duration" in options:
         options["duration"] = parse_quantity(options["duration"], "s", "--duration")
-    scenario = Scenario(seed=seed, **read_options(options))
+    celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
+    scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **read_options(options))
     if scenario.brain == "reference" and seed != 0:
         raise ParameterError(f"--seed: {seed}, a reference has no neurons to draw; leave it out")
     with progress_bar(f"{system} (the first run compiles its kernels)") as progress:
@@ -42,6 +47,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "brain": s.brain,
         "design": None if s.brain == "reference" else s.design,
         "neurons": None if s.brain == "reference" else network_of(s.agent, s.design, s.neurons).neurons,
+        **_of_chip(trace),
         "map": trace.world.map.name,
         "seed": s.seed,
         "start": trace.path[0],
@@ -57,10 +63,27 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
     }
 
 
+def _of_chip(trace: Trace) -> dict[str, Any]:
+    s = trace.scenario
+    if trace.chip is None:
+        return {}
+    return {
+        **describe_die(s.die),
+        "bias_kind": s.bias_kind,
+        "area": s.area,
+        "temperature_C": s.temperature_c,
+        "calibrated_C": s.calibrated_c,
+        "chip": dict(trace.chip),
+    }
+
+
 def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
     s = trace.scenario
     if trace.shortest is None:
         print_line(f"{trace.world.map.name}: no way leads from the start to the goal")
     print_line(f"{s.agent}, {s.brain}: {trace.ended} after {trace.time:.2f} s")
     rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
+    if trace.chip is not None:
+        counts = ", ".join(f"{name.replace('_', ' ')} {k}" for name, k in trace.chip.items())
+        print_line(f"chip on {s.die} at {s.temperature_c:g} degC: {counts}")
     print_table(f"{system} on {trace.world.map.name}", ("quantity", "value:"), rows)

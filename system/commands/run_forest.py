@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from chips.selection_model import selection_errors
 from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.run_forest_latency import run_latency
 from system.forest import SYSTEM, Scenario, Trace, read_options
 from system.forest_animation import check_animation, save_animation
 from system.forest_senses import Sensing
+from system.latency_run import MODELS
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.silicon_choice import SiliconChoice
@@ -29,7 +32,7 @@ def run_forest(
 ) -> None:
     """Run one sample, print its summary; `plot` and `animate` draw its first run.
 
-    `options` are those of its scenario.
+    `options` are those of its scenario, and `model`, of the bat's mind.
     """
     if plot is not None:
         check_picture(plot)
@@ -37,6 +40,12 @@ def run_forest(
         check_animation(animate)
     celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     check_temperature(celsius)
+    options = _checked_model(options)
+    if "model" in options:
+        if animate is not None:
+            raise ParameterError(f"--animate: {animate}, not with --model {options['model']}; use --plot")
+        run_latency(silicon, seed, plot, celsius, as_json=as_json, **options)
+        return
     fields = read_options(options)
     _check_silicon(silicon, fields["sensing"])
     scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **fields)
@@ -51,6 +60,19 @@ def run_forest(
         print_json(_document(system, trace, summary))
     else:
         _print(system, trace, summary)
+
+
+def _checked_model(options: dict[str, Any]) -> dict[str, Any]:
+    """Options, without the model where it is the analog one; refuses what only other models have."""
+    model = options.get("model", MODELS[0])
+    if model not in MODELS:
+        raise ParameterError(f"--model: {model}, must be {', '.join(MODELS[:-1])} or {MODELS[-1]}")
+    if model != MODELS[0]:
+        return options
+    for name, shown in (("paths", "paths"), ("taps", "taps"), ("codes", "codes"), ("units", "unit")):
+        if name in options:
+            raise ParameterError(f"--{shown}: {options[name]}, the analog model has none; choose --model")
+    return {name: value for name, value in options.items() if name != "model"}
 
 
 def _check_silicon(silicon: SiliconChoice, sensing: Sensing) -> None:
@@ -101,6 +123,8 @@ def _of_senses(scenario: Scenario) -> dict[str, Any]:
             "temperature_C": scenario.temperature_c,
             **describe_die(scenario.die),
         }
+    if sensing.selection == "chip":
+        found["selection_errors"] = dict(selection_errors())
     return found
 
 

@@ -46,7 +46,7 @@ def run_pushbot(
 def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
     s, path = trace.scenario, np.array(trace.drive.path)
     time, found = rates(trace.brain.network, trace.record, max(float(path[-1, 0]), LOOK))
-    readout = s.read()
+    readout, codes = s.read(), trace.brain.chip.program.biases.codes()
     return {
         "system": system,
         "scene": trace.scene.name,
@@ -60,6 +60,10 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "temperature_C": s.temperature_c,
         **describe_die(s.die),
         "bias_kind": s.bias_kind,
+        "calibrated": s.calibrated,
+        "codes": dict(sorted(codes.items())),  # coarse and fine
+        "neurons": {p.name: len(p) for p in trace.brain.network.populations},
+        "cautions": list(trace.brain.chip.cautions()),
         "seed": s.seed,
         "touched": trace.drive.touched,
         "path": path,  # s, m, m, rad
@@ -78,3 +82,5 @@ def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
     rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
     title = f"{system}, speed factor {s.speed_factor:g}, turn factor {s.turn_factor:g}, {s.die}"
     print_table(title, ("quantity", "value:"), rows)
+    for caution in trace.brain.chip.cautions():
+        print_line(f"caution: {caution}")

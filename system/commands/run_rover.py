@@ -56,6 +56,7 @@ def _check_silicon(silicon: SiliconChoice, options: Mapping[str, Any]) -> None:
         "temperature": silicon.temperature != "27",
         "unit": "unit" in options,
         "bias-kind": "bias_kind" in options,
+        "silicon-noise": options.get("silicon_noise", "off") != "off",
     }
     for name, given in asked.items():
         if given:
@@ -81,6 +82,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         **describe_die(s.die),
         "bias_kind": s.bias_kind,
         "unit_s": s.unit,
+        "silicon_noise": s.silicon_noise,
         "seed": s.seed,
         "planned_path": last.plan.path,
         "time_s": last.drive.time,

@@ -15,11 +15,21 @@ from circuits.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
 from netlists.raw import write_raw
+from system.analysis_options import AnalysisChoice, check_options
+from system.command_options import call
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.files import replace_atomic, write_text_atomic
 from system.options import Choice, choose, describe_silicon
 from system.plot import check_picture, draw_waveforms, save_picture
 from system.silicon_choice import SiliconChoice
+
+TRANSIENT = AnalysisChoice()
+# loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
+_COMMANDS = {
+    "ac": "small_signal:ac_command",
+    "noise": "noise:noise_command",
+    "tran-noise": "tran_noise:tran_noise_command",
+}
 
 
 def simulate_command(
@@ -37,8 +47,19 @@ def simulate_command(
     csv: str | None,
     raw: str | None,
     as_json: bool,
+    analysis: AnalysisChoice = TRANSIENT,
 ) -> None:
     """Simulate `block`, print its outcome, and write waveforms (`csv`, `raw`) and a picture (`plot`)."""
+    if analysis.analysis != "tran":
+        others: dict[str, object] = {"rtol": rtol, "raw": raw}
+        if analysis.analysis != "ac":
+            others["engine"] = None if engine == "native" else engine
+        check_options(analysis, others)
+        of_block = (block, params, biases, bias_set, bias_kind, silicon, stimuli)
+        command = _COMMANDS[analysis.analysis]
+        call(command, *of_block, analysis, engine, csv=csv, plot=plot, as_json=as_json)
+        return
+    check_options(analysis, {})
     if plot is not None:
         check_picture(plot)
     choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)

@@ -18,9 +18,9 @@ from system.curved_openspace import Bat, arcs_of
 from system.experiment import Experiment, Progress, Report, Row
 from system.forest_map import OBSTACLES, SIDE, Forest, clearance, plant
 from system.forest_picture import draw_forest, draw_path
+from system.latency_brain import network_brain
 from system.latency_flight import Flown, fly
 from system.latency_numbers import Numbers
-from system.latency_topology import published
 from system.plot import COLOURS
 
 SEEDS = (1003, 1004, 1005)
@@ -42,9 +42,9 @@ class Trip:
 def reproduce(progress: Progress, seeds: Sequence[int] = SEEDS, pings: int = PINGS) -> Report:
     """Fly all forests."""
     arcs, numbers = arcs_of(BAT), Numbers()
-    network = published(arcs, numbers)
     trips = []
     for k, seed in enumerate(seeds):
+        brain = network_brain(arcs, numbers)
         random = np.random.default_rng((seed, 0, 0))
         forest = plant(OBSTACLES, random)
         start = _start(forest, random)
@@ -52,7 +52,7 @@ def reproduce(progress: Progress, seeds: Sequence[int] = SEEDS, pings: int = PIN
         def part(done: float, before: int = k) -> None:
             progress((before + done) / len(seeds))
 
-        trips.append(Trip(seed, forest, fly(network, arcs, numbers, forest, start, pings, CROSSINGS, part)))
+        trips.append(Trip(seed, forest, fly(brain, arcs, forest, start, pings, CROSSINGS, part)))
     progress(1.0)
     return Report(rows(trips), lambda figure: _draw(trips, figure), notes(trips))
 

@@ -40,6 +40,10 @@ SHORTENED: Mapping[str, float] = {
     "centroid-board": 0.06,
     "vocalization-controller": 0.06,
     "rolls-neuron": 0.007,
+    "race-layer": 0.008,
+    "latency-unit": 0.012,
+    "tonic-neuron": 0.03,
+    "conductance-neuron": 0.012,
 }
 # An oscillator's regenerative edge needs ngspice's steps short: begin where they are.
 FINE: Mapping[str, dict[str, Any]] = {

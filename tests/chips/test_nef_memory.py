@@ -64,7 +64,7 @@ def test_a_direction_on_the_circle_is_held() -> None:
     x, y = run.read("m?")
     # 2 degrees of drift and of learning
     assert np.arctan2(y, x) == pytest.approx(angle, abs=np.deg2rad(2.0))
-    assert np.hypot(x, y) == pytest.approx(0.9, abs=0.06)
+    assert np.hypot(x, y) == pytest.approx(1.0, abs=0.06)
 
 
 def test_functions() -> None:

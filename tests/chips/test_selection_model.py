@@ -7,7 +7,7 @@ import pytest
 
 from chips.selection_kernel import NOBODY, Selection, decide
 from chips.selection_measurement import random_profile
-from chips.selection_model import MARGIN, decision, selection
+from chips.selection_model import MARGIN, decision, selection, selection_errors
 from circuits.bias import rebias
 from circuits.blocks.winner_take_all import (
     CELLS,
@@ -156,3 +156,15 @@ def test_what_is_none_is_refused() -> None:
     early = replace(AMI_1500, n=replace(AMI_1500.n, early=0.05))
     with pytest.raises(ParameterError, match="use the transistor level"):
         selection(Silicon(early), SMALL)
+
+
+def test_temperatures_at_which_nothing_was_measured_are_refused() -> None:
+    with pytest.raises(ParameterError, match=r"selection.temperature: 90 degC, must be -20 to 85 degC"):
+        selection(Silicon(AMI_1500, 90.0))
+
+
+def test_the_record_tells_the_model_s_errors() -> None:
+    errors = selection_errors()
+    assert errors["pairs"] == 240.0
+    assert errors["winners_differ"] == 0.0
+    assert errors["time_rms_relative"] < 0.12  # 11.3 % over 300 pairs at -20 degC, the worst

@@ -58,8 +58,22 @@ def test_clutter_has_eight_to_twelve_blocks_apart_and_away_from_the_start() -> N
 
 def test_blocks_can_have_another_colour() -> None:
     scene = recoloured(load_scene("target"), "red")
-    assert [b.reflectance for b in scene.bodies] == [COLOURS["black"]]
+    assert scene.bodies[0].reflectance == COLOURS["grey"]
     assert recoloured(load_scene("pair"), "red").bodies[1].reflectance == COLOURS["red"]
+
+
+def test_tracks_stand_beside_a_robot_s_body_and_not_beside_a_moving_one(tmp_path: Path) -> None:
+    scene = load_scene("target")
+    assert [b.name for b in scene.bodies] == ["robot[0]", "robot[0].left", "robot[0].right"]
+    assert [b.led is None for b in scene.bodies] == [False, True, True]
+    assert scene.bodies[1].at[1] - scene.bodies[2].at[1] == pytest.approx(0.08)
+    path = tmp_path / "moving.toml"
+    path.write_text(
+        'start = { at = [0.4, 0.6] }\n[arena]\nsize = [3, 2]\n[[robot]]\nat = [1, 1]\ntracks = "black"\n'
+        "motion = { path = [[1, 1], [2, 1]], speed = 0.1 }\n"
+    )
+    with pytest.raises(DataError, match=r"robot\[0\]\.tracks: 0.06, must not be given"):
+        load_scene(str(path))
 
 
 def test_a_file_is_read(tmp_path: Path) -> None:

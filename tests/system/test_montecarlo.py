@@ -225,3 +225,22 @@ def test_the_robust_biases_keep_the_nominal_neuron_and_work_on_fresh_dies() -> N
     assert after.width > 0.9 * before.width
     dies = (Silicon(die=Die(number=k, process=False)) for k in range(1000, 1012))
     assert sum(tune(tuning_machine(circuit, s)).outcome is NeuronClass.WORKS for s in dies) >= 11
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("rolls", "--bias", "v_dc=1V"), "--bias: an option of blocks and chips, not of rolls"),
+        (("forest", "--param", "c_m=1pF"), "--param: an option of blocks and chips, not of forest"),
+        (("rover", "--stimulus", "call=1ms"), "--stimulus: an option of blocks and chips, not of rover"),
+        (("bug", "--bias-set", "robust"), "--bias-set: an option of blocks and chips, not of bug"),
+        (("approach", "--at", "ranging-chip/neuron[2]"), "--at: an option of blocks and chips, not of"),
+        (("rover", "--obstacles", "3"), "--obstacles: not an option of rover"),
+        (("approach", "--bias-file", "x.csv"), "--bias-file: not an option of approach"),
+    ],
+)
+def test_options_that_a_system_has_not(
+    options: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(("montecarlo", *options, "-n", "1")) == 2
+    assert says in capsys.readouterr().err

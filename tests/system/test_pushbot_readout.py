@@ -45,5 +45,5 @@ def test_a_window_is_a_whole_number_of_looks(window: float) -> None:
 
 
 def test_another_kind_is_refused() -> None:
-    with pytest.raises(ParameterError, match="--readout: running, must be fixed or sliding"):
+    with pytest.raises(ParameterError, match="--readout: running, must be one of fixed, sliding, spikes"):
         Readout(kind="running")  # type: ignore[arg-type]

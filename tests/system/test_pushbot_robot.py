@@ -63,7 +63,7 @@ def test_asked_for_speed_and_rate_come_about(speed: float, rate: float) -> None:
     _, got_speed, got_rate = follow(ROBOT, tracks, 0.1)
     # commands are whole numbers of 1 cm/s; rounding is off by up to one unit, once on each side
     assert got_speed == pytest.approx(speed, abs=0.01)
-    assert got_rate == pytest.approx(rate, abs=0.02 / (1.3 * 0.086))
+    assert got_rate == pytest.approx(rate, abs=0.02 / (ROBOT.slip * 0.086))
 
 
 def test_tracks_follow_with_their_lag() -> None:
@@ -71,7 +71,7 @@ def test_tracks_follow_with_their_lag() -> None:
     left = 1.0 - math.exp(-1.0)
     assert (tracks.left, tracks.right) == pytest.approx((0.5 * left, left))
     assert speed == pytest.approx(0.75 * math.exp(-1.0))  # mean of 1 - exp(-t / lag) over one lag
-    assert turn == pytest.approx(0.5 * math.exp(-1.0) / (1.3 * 0.086))
+    assert turn == pytest.approx(0.5 * math.exp(-1.0) / (ROBOT.slip * 0.086))
 
 
 def test_parts_of_a_start_are_the_start() -> None:

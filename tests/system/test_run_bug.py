@@ -74,7 +74,7 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
         (("--duration", "-1s"), "--duration: -1 s, must be at least 0.01 s"),
         (("--seed", "3"), "--seed: 3, a reference has no neurons"),
         (("--plot", "way.bmp"), "--plot: way.bmp, must end with"),
-        (("--die", "3"), "No such option: --die"),
+        (("--die", "3"), "--die: die A/3, no chip is in the loop; add --brain chip"),
         (("--agent", "bug1", "--brain", "ideal"), "--agent: bug1, has no network; use --brain reference"),
         (("--brain", "ideal", "--neurons", "9"), "--neurons: 9, must be from 300 to 40000"),
         (("--design", "improved"), "--design: a reference has no neurons; add --brain ideal"),
@@ -102,6 +102,7 @@ def test_maps_that_are_none(run: Run, tmp_path: Path, text: str, says: str) -> N
 
 
 def test_a_study_of_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ("montecarlo", "bug", "-n", "2", "--map", "bug-open", "--metric", "reached", "--json")
+    where = ("--map", "bug-open", "--agent", "bug0")
+    arguments = ("montecarlo", "bug", "-n", "2", *where, "--metric", "reached", "--json")
     assert main(arguments) == 0
     assert json.loads(capsys.readouterr().out)["values"]["reached"] == [1.0, 1.0]

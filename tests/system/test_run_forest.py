@@ -10,6 +10,8 @@ import pytest
 
 from system.command_line import main
 
+CHIP = ("--model", "latency-chip")
+SPIKES = ("--model", "latency-network")
 Run = Callable[..., tuple[int, str, str]]
 
 
@@ -62,6 +64,37 @@ def test_the_document_with_chips(run: Run, tmp_path: Path) -> None:
     assert film.read_bytes()[:6] == b"GIF89a"
 
 
+def test_the_document_of_a_flight_by_spikes(run: Run, tmp_path: Path) -> None:
+    picture = tmp_path / "path.png"
+    options = ("--model", "latency-network", "--seed", "1003", "--pings", "3", "--start", "25,25", "--map")
+    path = tmp_path / "wood.csv"
+    path.write_text("x_m,y_m\n10,10\n")
+    status, out, err = run(*options, str(path), "--plot", str(picture), "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out, parse_constant=pytest.fail)
+    assert (found["model"], found["ping_rate_Hz"], found["paths"], found["taps"]) == (
+        "latency-network", 10.0, 33, 15,
+    )  # fmt: skip
+    assert (found["summary"]["pings"], found["ended"]) == (3.0, "undecided")
+    # nothing is in the way to the goal: straight left at 2 m/s for 0.3 s; arcs beside the middle one win with
+    # it, whose speed is up to 5 % less, 0.03 m
+    assert found["path_m"][-1] == pytest.approx([24.4, 25.0], abs=0.03)
+    assert len(found["path_m"]) == len(found["time_s"]) + 1
+    assert picture.stat().st_size > 5_000
+
+
+def test_the_document_of_a_chips_flight(run: Run) -> None:
+    options = ("--model", "latency-chip", "--die", "1003", "--bias-kind", "generator", "--unit", "16,5")
+    status, out, err = run(*options, "--pings", "3", "--temperature", "30", "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out, parse_constant=pytest.fail)
+    assert (found["die"], found["temperature_C"], found["bias_kind"], found["codes"]) == (
+        1003, 30.0, "generator", "usual",
+    )  # fmt: skip
+    assert found["transistor_units"] == [[16, 5]]
+    assert found["summary"]["overflowed"] == 0.0
+
+
 def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "wood.csv"
     path.write_text("x_m,y_m\n10,10\n")
@@ -90,6 +123,28 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
         (("--animate", "/nonexistent/way.gif"), "there is no folder /nonexistent"),
         (("--occlusion",), "--occlusion: not with --ranges exact"),
         (("--ranges", "chip", "--area", "0"), "ranging.area: 0 times"),
+        (("--model", "brain"), "--model: brain, must be analog"),
+        (("--taps", "15"), "--taps: 15, the analog model has none"),
+        ((*SPIKES, "--paths", "15"), "--paths: 15 memories, must be 33"),
+        (
+            (*SPIKES, "--taps", "13"),
+            "--taps: 13, a delay line of 39 ms, must reach the longest",
+        ),
+        ((*SPIKES, "--taps", "0"), "--taps: 0, must be a whole number of at least 1"),
+        ((*SPIKES, "--ping-rate", "40"), "a period of 25 ms is shorter than the longest echo, 29.2 ms"),
+        ((*SPIKES, "--ping-rate", "13"), "the emergency neuron takes 75 ms"),
+        ((*SPIKES, "--ping-rate", "5"), "a period of 200 ms is longer than a memory lasts"),
+        ((*SPIKES, "--ranges", "chip"), "--ranges: not with --model latency-network"),
+        ((*SPIKES, "--die", "3"), "--die: 3, --model latency-network has no silicon"),
+        ((*SPIKES, "--codes", "usual"), "--codes: only with --model latency-chip"),
+        (("--codes", "usual"), "--codes: usual, the analog model has none"),
+        ((*CHIP, "--unit", "33,0"), "latency_chip.memory[33].unit[0]: not on a chip of 33 memories"),
+        ((*CHIP, "--unit", "x"), '--unit: "x", must be MEMORY,UNIT'),
+        ((*CHIP, "--paths", "15"), "--paths: 15 memories, must be 33"),
+        ((*CHIP, "--ping-rate", "40"), "a period of 25 ms is shorter than the longest echo"),
+        ((*CHIP, "--temperature", "90"), "latency_chip.temperature: 90 degC, must be -10 to 65"),
+        ((*CHIP, "--area", "0"), "latency_chip.area: 0 times"),
+        ((*SPIKES, "--animate", "way.gif"), "--animate: way.gif, not with --model"),
     ],
 )
 def test_what_is_wrong_is_one_line(run: Run, arguments: tuple[str, ...], says: str) -> None:

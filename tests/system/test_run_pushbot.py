@@ -21,6 +21,9 @@ def test_json_has_the_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert set(found["rates_Hz"]) == {"OR", "OL", "DR", "DL", "sp", "exc", "target"}
     assert found["obstacle_line_m"] == pytest.approx(1.0)
     assert found["summary"]["collided"] == 0.0
+    assert found["calibrated"] is True
+    assert found["summary"]["held"] == 0.0
+    assert isinstance(found["cautions"], list)
     assert picture.stat().st_size > 10_000
 
 
@@ -31,7 +34,9 @@ def test_json_has_the_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
         (("--scene", "nowhere"), "scene nowhere: unknown"),
         (("--exc", "60"), "population.target: 128 neurons, must be <= 116"),
         (("--window", "70ms"), "--window: 0.07 s"),
-        (("--readout", "mean"), "--readout: mean, must be fixed or sliding"),
+        (("--readout", "mean"), "--readout: mean, must be one of fixed, sliding, spikes"),
+        (("--readout", "spikes", "--window", "50ms"), "--window: 0.05 s, must not be given"),
+        (("--frame",), "--frame: without a target"),
         (("--light", "blinding"), "light: blinding"),
         (("--plot", "way.bmp"), "--plot: way.bmp"),
     ],

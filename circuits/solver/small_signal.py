@@ -1,0 +1,164 @@
+"""Small signals about an operating point: `(G + j 2 pi f C) v = -(G_s + j 2 pi f C_s) s`.
+
+G is the devices' exact conductances at the point and C their capacitances, both with a row for every node
+that no source fixes; s moves one source, whose column of the voltage vector gives G_s and C_s. The matrices
+are those of the transient's Jacobian with the sources' columns kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
+from circuits.errors import ParameterError, SolverError, unknown_name
+from circuits.lowering.kernel import Kernel, Rows
+from circuits.solver.newton import allocate, evaluate
+from circuits.solver.operating_point import OperatingPoint
+
+F64 = NDArray[np.float64]
+C128 = NDArray[np.complex128]
+
+MOST_POINTS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """A circuit linearised at `point`: G (S) and C (F), unknown nodes by columns of the voltage vector."""
+
+    point: OperatingPoint
+    conductance: csc_array = field(repr=False)
+    charge: csc_array = field(repr=False)
+
+    def admittances(self, frequency: F64) -> Iterator[SuperLU]:
+        """Factors of `G + j 2 pi f C` at each frequency (Hz)."""
+        n = self.conductance.shape[0]
+        g, c = self.conductance[:, :n].astype(complex), self.charge[:, :n].astype(complex)
+        for f in frequency.tolist():
+            try:
+                yield splu((g + 2j * np.pi * f * c).tocsc())
+            except RuntimeError as error:
+                title = self.point.machine.testbench.title
+                raise SolverError(f"{title}: singular at {f:g} Hz; look for a node that floats") from error
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """Transfer from `source` to `nodes`. frequency: float64[F], Hz; transfer: complex128[F, nodes].
+
+    V/V from a source of voltage, V/A from one of current.
+    """
+
+    source: str
+    unit: str
+    nodes: tuple[str, ...]
+    frequency: F64
+    transfer: C128 = field(repr=False)
+
+
+def linearise(point: OperatingPoint) -> Linear:
+    """Matrices of the circuit at `point`."""
+    k = point.machine.kernel
+    return Linear(point, _conductance(k, point.voltage), _matrix(k, *_entries(k.charge)))
+
+
+def ac(point: OperatingPoint, source: str, frequency: F64, nodes: Sequence[str] | None = None) -> Response:
+    """Transfer from a source to nodes over frequency.
+
+    Parameters
+    ----------
+    point
+        Operating point, whose machine names sources (a bias port's included) and nodes.
+    source
+        Which source moves; the others stay.
+    frequency
+        float64[F], Hz.
+    nodes
+        Node paths; all but ground unless given.
+
+    Raises
+    ------
+    UnknownNameError
+        No such source or node.
+    SolverError
+        The circuit has no answer at a frequency.
+    """
+    machine = point.machine
+    k = machine.kernel
+    moved = source_column(point, source)
+    names = tuple(machine.names[1:] if nodes is None else nodes)
+    columns = [machine.column_of(n) for n in names]
+    linear = linearise(point)
+    drive_g, drive_c = (m[:, [moved]].toarray()[:, 0] for m in (linear.conductance, linear.charge))
+    full = np.zeros((frequency.size, k.columns), dtype=complex)
+    for row, f, factors in zip(full, frequency, linear.admittances(frequency), strict=True):
+        row[: k.unknowns] = factors.solve(-(drive_g + 2j * np.pi * f * drive_c))
+    quantity = machine.source_quantities[moved - k.unknowns]
+    if quantity == "voltage":
+        full[:, moved] = 1.0
+    return Response(source, "V/V" if quantity == "voltage" else "V/A", names, frequency, full[:, columns])
+
+
+def source_column(point: OperatingPoint, source: str) -> int:
+    """Position of a source in the voltage vector."""
+    machine = point.machine
+    if source not in machine.source_names:
+        raise unknown_name(f"{machine.testbench.title} source", source, machine.source_names)
+    return machine.kernel.unknowns + machine.source_names.index(source)
+
+
+def frequency_grid(low: float, high: float, per_decade: int) -> F64:
+    """Frequencies from `low` to `high` (Hz), equally spaced in the logarithm, both ends included."""
+    if not 0.0 < low <= high < np.inf:
+        raise ParameterError(f"frequency: {low:g} to {high:g} Hz, must rise from above 0; as 1 Hz to 1 MHz")
+    if per_decade < 1:
+        raise ParameterError(f"points: {per_decade} a decade, must be at least 1; 20 are usual")
+    count = 1 + int(np.ceil(per_decade * np.log10(high / low) - 1e-9))
+    if count > MOST_POINTS:
+        raise ParameterError(f"points: {count} frequencies, must be at most {MOST_POINTS}; take fewer")
+    grid = np.geomspace(low, high, count)
+    return np.asarray(grid)
+
+
+def transistors_at(point: OperatingPoint) -> TransistorWork:
+    """Currents, conductances and channel states of all transistors at the point."""
+    a = point.machine.kernel.transistors
+    w = transistor_work(a.sign.size)
+    drain_currents(a, point.voltage, w)
+    return w
+
+
+def _conductance(k: Kernel, v: F64) -> csc_array:
+    """dI/dv at every unknown node by every column, S."""
+    w = allocate(k)
+    evaluate(k, v, w)
+    t, g = k.transistors.terminal.astype(np.int64), w.transistor.conductance
+    drain, gate, source, bulk = t
+    parts = [_entries(k.conductance)]
+    for row, sign in ((drain, 1.0), (source, -1.0)):
+        for column, slope in ((drain, g[0]), (gate, g[1]), (source, g[2]), (bulk, -g.sum(axis=0))):
+            parts.append((row, column, sign * slope))
+    if k.transistors.leaks:
+        for end, slope in zip((drain, source), w.transistor.junction_conductance, strict=True):
+            parts += [(end, end, slope), (end, bulk, -slope), (bulk, end, -slope), (bulk, bulk, slope)]
+    amplifier = k.amplifier_terminal.astype(np.int64)
+    for i in (2, 3, 4):
+        parts += [(amplifier[i], amplifier[j], w.amplifier_slope[i, j]) for j in range(5)]
+    return _matrix(k, *(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _entries(rows: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64], F64]:
+    """Row, column and value of every entry."""
+    index = np.repeat(np.arange(rows.start.size - 1), np.diff(rows.start))
+    return index, rows.column.astype(np.int64), rows.value
+
+
+def _matrix(k: Kernel, rows: NDArray[np.int64], columns: NDArray[np.int64], values: F64) -> csc_array:
+    """Matrix of the rows that are unknown nodes."""
+    keep = rows < k.unknowns
+    return csc_array((values[keep], (rows[keep], columns[keep])), shape=(k.unknowns, k.columns))

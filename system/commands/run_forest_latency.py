@@ -1,0 +1,72 @@
+"""`noctule run forest --model latency-network|latency-chip`: fly once, steered by spikes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from circuits.errors import ParameterError
+from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.forest import ROOM_TEMPERATURE, read_options
+from system.latency_run import MODELS, LatencyTrace, document, draw, run, scenario_of, summarise
+from system.options import read_die
+from system.plot import save_picture
+from system.silicon_choice import SiliconChoice
+
+
+def run_latency(
+    silicon: SiliconChoice, seed: int, plot: str | None, celsius: float, *, as_json: bool, **options: Any
+) -> None:
+    """Fly once, print what came of it; `options` are those of a `LatencyScenario`."""
+    chip = _silicon(silicon, celsius, options["model"])
+    scenario = scenario_of({**options, **_checked(options), **chip, "seed": seed})
+    with progress_bar(f"forest, {scenario.model} (the first run compiles its kernels)") as progress:
+        trace = run(scenario, progress)
+    if plot is not None:
+        save_picture(plot, lambda figure: draw(trace, figure))
+    if as_json:
+        print_json(document(trace))
+    else:
+        _print(trace)
+
+
+def _checked(options: dict[str, Any]) -> dict[str, Any]:
+    """Place and numbers as the analog model reads them, so that they are refused in the same words."""
+    shared: dict[str, Any] = {
+        n: options[n] for n in ("map", "obstacles", "vmax", "ping_rate", "start") if n in options
+    }
+    read = read_options(shared)
+    found = {"start": read["start"]} if "start" in read else {}
+    if "units" in options:
+        found["units"] = tuple(read_unit(text) for text in options["units"])
+    return found
+
+
+def read_unit(text: str) -> tuple[int, int]:
+    """Memory and number of a unit from `MEMORY,UNIT`; raises `ParameterError`."""
+    parts = text.split(",")
+    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
+        raise ParameterError(f'--unit: "{text}", must be MEMORY,UNIT; write as in --unit 16,5')
+    return int(parts[0]), int(parts[1])
+
+
+def _silicon(silicon: SiliconChoice, celsius: float, model: str) -> dict[str, Any]:
+    """Die and temperature of a chip; refuses them where there is no silicon."""
+    if model == MODELS[2]:
+        return {"die": read_die(silicon), "temperature_c": celsius}
+    remedy = f"--model {model} has no silicon; leave it out"
+    if silicon.die is not None:
+        raise ParameterError(f"--die: {silicon.die}, {remedy}")
+    if celsius != ROOM_TEMPERATURE:
+        raise ParameterError(f"--temperature: {celsius:g} degC, {remedy}")
+    return {}
+
+
+def _print(trace: LatencyTrace) -> None:
+    s = trace.scenario
+    where = ["{:.2f},{:.2f}".format(*at) for at in (trace.start, trace.flown.end)]
+    print_line(f"flight from {where[0]} m, {trace.ended} at {where[1]} m")
+    rows = [(name, f"{value:.6g}") for name, value in summarise(trace).items()]
+    title = f"forest, {s.model}, {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz"
+    print_table(title, ("quantity", "value:"), rows)
+    if not trace.flown.collided:
+        print_line(f"undecided after {trace.flown.pings} pings: no collision; --pings N flies on")

@@ -1,0 +1,94 @@
+"""Chip, and integrate-and-fire neurons alone, against the network: winner groups on the same recorded pings.
+
+The network flies through forests with seeds from 1006 on, each until a collision or `FLIGHT` pings, until
+`PINGS` are recorded. The chip's few free numbers (lead of the delay line, T_C, recurrent inhibition) were
+chosen on 900 pings of seeds below 1000, those of the integrate-and-fire network before any ping. The chip is
+the nominal die; both run open loop. The rule: the lower 95 % limit of Cohen's kappa at least 0.8.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.curved_openspace import Arcs, Bat, arcs_of
+from system.experiment import Experiment, Progress, Report, Row
+from system.experiments.wen2022_fig5 import NAMES
+from system.latency_agreement import Recorder, confusion, kappa_interval, replayed, replayed_by
+from system.latency_brain import network_brain
+from system.latency_chip_brain import chip_brain
+from system.latency_flight import fly
+from system.latency_lif import all_lif
+from system.latency_numbers import Numbers
+from system.latency_run import LatencyScenario, place
+from system.plot import PALE
+
+I64 = NDArray[np.int64]
+
+FIRST_SEED = 1006
+PINGS, FLIGHT = 2000, 250  # in all at least, and of a flight; ours
+LEAST = 0.8  # of kappa's lower limit
+
+
+def reproduce(progress: Progress, pings: int = PINGS, flight: int = FLIGHT) -> Report:
+    """Fly the network, then play its pings to the chip."""
+    numbers = Numbers()
+    arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
+    theirs: list[I64] = []
+    ours: list[I64] = []
+    simpler: list[I64] = []
+    for seed in itertools.count(FIRST_SEED):
+        if sum(x.size for x in theirs) >= pings:
+            break
+        recorder = recorded(arcs, numbers, seed, flight)
+        theirs.append(np.array([row.group for row in recorder.rows]))
+        ours.append(replayed(chip_brain(arcs, numbers), recorder.rows))
+        simpler.append(replayed_by(network_brain(arcs, numbers, all_lif), recorder.rows))
+        progress(min(1.0, sum(x.size for x in theirs) / pings))
+    network, chip, lif = (np.concatenate(x) for x in (theirs, ours, simpler))
+    kappa, low, high = kappa_interval(network, chip)
+    other, other_low, other_high = kappa_interval(network, lif)
+    table = confusion(network, chip)
+    rows = (
+        Row("pings", float(PINGS), float(network.size), "at least", None, fitted=False,
+            agrees=network.size >= PINGS),
+        Row("kappa_lower_limit", LEAST, low, "at least 0.8", LEAST, fitted=False, agrees=low >= LEAST),
+        Row("lif_kappa_lower_limit", LEAST, other_low, "at least 0.8: similar results", LEAST, fitted=False,
+            agrees=other_low >= LEAST),
+    )  # fmt: skip
+    notes = (
+        f"kappa {kappa:.4f}, interval {low:.4f} to {high:.4f}, {len(theirs)} flights",
+        f"integrate-and-fire neurons alone: kappa {other:.4f}, interval {other_low:.4f} to {other_high:.4f}",
+        f"the chip's is the same group at {np.trace(table) / table.sum():.2%} of {network.size} pings",
+    )
+    return Report(rows, lambda figure: _draw(table, figure), notes)
+
+
+def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
+    """A flight of the network through a forest, and what it heard and answered."""
+    recorder = Recorder(network_brain(arcs, numbers))
+    forest, start = place(LatencyScenario(seed=seed), arcs)
+    fly(recorder, arcs, forest, start, pings)
+    return recorder
+
+
+def _draw(table: NDArray[np.float64], figure: Figure) -> None:
+    """How often the network (rows) and the chip (columns) named each group."""
+    figure.set_size_inches(6.0, 5.4)
+    ax = figure.subplots()
+    names = [*NAMES, "none", "emergency"]
+    ax.imshow(np.log1p(table), cmap="Blues")
+    for i, j in np.ndindex(table.shape):
+        dark = table[i, j] > np.sqrt(table.max())
+        ax.text(j, i, f"{table[i, j]:.0f}", ha="center", va="center", fontsize=8, color="w" if dark else "k")
+    ax.set_xticks(range(len(names)), names, rotation=40, ha="right", fontsize=8)
+    ax.set_yticks(range(len(names)), names, fontsize=8)
+    ax.set_xlabel("chip's winner group")
+    ax.set_ylabel("network's")
+    ax.spines[:].set_color(PALE)
+
+
+EXPERIMENT = Experiment("latency-agreement", "the latency chip's winners against the network's", reproduce)

@@ -1,0 +1,97 @@
+"""Crossings of the forest by latency chips on dies: area, temperature, calibration, each block's share.
+
+A die a forest, both numbered from 1006 on, 1,400 obstacles, 2 m/s, ten pings a second, each flight stopped at
+8 crossings or 600 s. Biases by the generator unless said; mismatch and process variation. Rules, stated
+before the run: calibration by codes makes the mean of crossings larger; so does 16 times the area without
+calibration; with fixed gates and no calibration it is smaller than with the generator.
+
+Contributions: mismatch of one block at a time, all others nominal, generator, no process variation; what is
+lost against the nominal die on the same forests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.latency_calibration import PARTS
+from system.experiment import Experiment, Progress, Report, Row
+from system.experiments.latency_forests import described
+from system.latency_campaign import Build, Crossed, block_builds, chip_maker, crossed, mean_crossings
+from system.plot import COLOURS
+
+FIRST = 1006
+DIES, BLOCK_DIES = 100, 30  # of each build, and of each block's; ours
+
+NOMINAL = "nominal die"
+BUILDS: Mapping[str, Build] = {
+    NOMINAL: Build(own=False),
+    "generator": Build("generator"),
+    "generator, area 16": Build("generator", area=16.0),
+    "gate": Build("gate"),
+    "generator, calibrated": Build("generator", PARTS),
+    "gate, calibrated": Build("gate", PARTS),
+    "generator, calibrated, 10 degC": Build("generator", PARTS, temperature_c=10.0),
+    "generator, calibrated, 44 degC": Build("generator", PARTS, temperature_c=44.0),
+    "gate, calibrated, 44 degC": Build("gate", PARTS, temperature_c=44.0),
+}
+# name, the build that is better, the one that is worse
+RULES = (
+    ("calibration_gains", "generator, calibrated", "generator"),
+    ("area_gains", "generator, area 16", "generator"),
+    ("generator_over_gate", "generator", "gate"),
+)
+
+Flights = Mapping[str, Sequence[Crossed]]
+
+
+def reproduce(progress: Progress, dies: int = DIES, block_dies: int = BLOCK_DIES) -> Report:
+    """Fly all builds, then single blocks."""
+    builds = {name: (build, dies) for name, build in BUILDS.items()}
+    alone = block_builds(Build("generator", process=False))
+    builds |= {f"only {name}": (build, block_dies) for name, build in alone.items()}
+    work, done = sum(count for _, count in builds.values()), 0
+    flights: dict[str, list[Crossed]] = {}
+    for name, (build, count) in builds.items():
+        make = chip_maker(build)
+        flights[name] = []
+        for k in range(count):
+            flights[name].append(crossed(make, FIRST + k))
+            done += 1
+            progress(done / work)
+    return Report(rows(flights), lambda figure: _draw(flights, figure), notes(flights))
+
+
+def rows(flights: Flights) -> tuple[Row, ...]:
+    """The rules."""
+    made = []
+    for name, better, worse in RULES:
+        gain = mean_crossings(flights[better]) - mean_crossings(flights[worse])
+        made.append(
+            Row(f"{name}_crossings", None, gain, f"{better} above {worse}", 0.0, fitted=False,
+                agrees=gain > 0.0)
+        )  # fmt: skip
+    return tuple(made)
+
+
+def notes(flights: Flights) -> tuple[str, ...]:
+    """A line a build."""
+    return tuple(described(name, each) for name, each in flights.items())
+
+
+def _draw(flights: Flights, figure: Figure) -> None:
+    """Mean crossings of each build; blocks alone in another colour."""
+    figure.set_size_inches(7.6, 6.0)
+    ax = figure.subplots()
+    names = list(flights)
+    values = [mean_crossings(flights[name]) for name in names]
+    colours = [COLOURS[1] if name.startswith("only") else COLOURS[0] for name in names]
+    ax.barh(np.arange(len(names)), values, color=colours)
+    ax.set_yticks(np.arange(len(names)), [f"{n} ({len(flights[n])})" for n in names], fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xlabel("crossings without a collision, mean up to 8 (product limit)")
+
+
+EXPERIMENT = Experiment("latency-dies", "crossings by latency chips on dies", reproduce)

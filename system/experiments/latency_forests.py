@@ -1,0 +1,111 @@
+"""Figure 13 of Wen & Horiuchi 2022 over many forests: network, nominal chip and analog model, paired.
+
+1,400 obstacles, 2 m/s, ten pings a second; seeds from 1006 on; a flight is stopped at 8 crossings or 600 s,
+and is censored then. The paper shows one flight, of four crossings without a collision. Rules: the network's
+and the chip's product-limit estimate of crossing four times has an upper limit above 0, that is, the paper's
+flight is not out of reach; the chip does not differ from the network in a sign test over their pairs at 5 %.
+
+The network takes a minute and more a flight, so that it flies the first `NETWORK` forests only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.latency_campaign import (
+    CROSSINGS,
+    Build,
+    Crossed,
+    chip_maker,
+    crossed,
+    crossed_by_analog,
+    mean_crossings,
+    network_maker,
+    sign_test,
+    survival,
+)
+from system.plot import COLOURS
+
+FIRST_SEED = 1006
+FORESTS, NETWORK = 100, 6  # that analog model and chip fly, and the network; ours
+PAPER = 4  # crossings
+SIGNIFICANT = 0.05
+
+Flights = Mapping[str, Sequence[Crossed]]
+
+
+def reproduce(progress: Progress, forests: int = FORESTS, network: int = NETWORK) -> Report:
+    """Fly all models."""
+    chip, spikes = chip_maker(Build(own=False)), network_maker()
+    flights: dict[str, list[Crossed]] = {"analog": [], "chip": [], "network": []}
+    for k in range(forests):
+        seed = FIRST_SEED + k
+        flights["analog"].append(crossed_by_analog(seed))
+        flights["chip"].append(crossed(chip, seed))
+        if k < network:
+            flights["network"].append(crossed(spikes, seed))
+        progress((k + 1) / forests)
+    return Report(rows(flights), lambda figure: draw_survival(flights, figure), notes(flights))
+
+
+def rows(flights: Flights) -> tuple[Row, ...]:
+    """Whether four crossings are within reach, and whether chip and network differ."""
+    made = []
+    for name in ("network", "chip"):
+        _, share, _, high = survival(flights[name])
+        reach = float(high[PAPER]) if np.isfinite(high[PAPER]) else float(share[PAPER])
+        made.append(
+            Row(f"{name}_four_crossings_upper_limit", 1.0, reach, "above 0: as in the paper's one flight",
+                0.0, fitted=False, agrees=reach > 0.0)
+        )  # fmt: skip
+    count = len(flights["network"])
+    better, worse, p = sign_test(flights["chip"][:count], flights["network"])
+    made.append(
+        Row("chip_against_network_p", None, p, f"above 5 %; {better} better, {worse} worse", SIGNIFICANT,
+            fitted=False, agrees=p > SIGNIFICANT)
+    )  # fmt: skip
+    return tuple(made)
+
+
+def notes(flights: Flights) -> tuple[str, ...]:
+    """Flights of each model, and the pairs."""
+    found = [described(name, each) for name, each in flights.items()]
+    for a, b in (("chip", "analog"), ("network", "analog")):
+        count = min(len(flights[a]), len(flights[b]))
+        better, worse, p = sign_test(flights[a][:count], flights[b][:count])
+        found.append(f"{a} against {b}: {better} pairs better, {worse} worse, p {p:.2g}")
+    return tuple(found)
+
+
+def described(name: str, flights: Sequence[Crossed]) -> str:
+    """A line on flights."""
+    collided = sum(f.collided for f in flights)
+    _, share, low, high = survival(flights)
+    four = f"{share[PAPER]:.2f} ({low[PAPER]:.2f} to {high[PAPER]:.2f})"
+    return (
+        f"{name}: {len(flights)} flights, {collided} collided, {len(flights) - collided} stopped; four"
+        f" crossings {four}; {mean_crossings(flights):.2f} crossings on average, up to {CROSSINGS};"
+        f" {sum(f.pings for f in flights)} pings"
+    )
+
+
+def draw_survival(flights: Flights, figure: Figure) -> None:
+    """Share of flights that crossed so often without a collision, with intervals."""
+    figure.set_size_inches(6.4, 4.4)
+    ax = figure.subplots()
+    for k, (name, each) in enumerate(flights.items()):
+        count, share, low, high = survival(each)
+        colour = COLOURS[k % len(COLOURS)]
+        ax.step(count, share, where="post", color=colour, label=f"{name}, {len(each)} flights")
+        ax.fill_between(count, low, high, step="post", color=colour, alpha=0.15)
+    ax.set_xlabel("crossings of the left border")
+    ax.set_ylabel("share without a collision")
+    ax.set_ylim(0.0, 1.05)
+    ax.legend(fontsize=8)
+
+
+EXPERIMENT = Experiment("latency-forests", "many forests: network, chip and analog model", reproduce)

@@ -1,0 +1,195 @@
+"""Campaigns of flights by spikes: crossings of the forest before a collision, and what they say.
+
+A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border or `PINGS` pings (600
+s at ten a second), and counts as censored then. The share of flights that have crossed c times without a
+collision is the product-limit estimate over crossings (Kaplan & Meier 1958, scipy.stats.ecdf), with its
+log-log interval. Two models fly the same forests from the same starts: a pair whose flights differ names a
+better one, and the pairs are a sign test; ties, both stopped among them, say nothing.
+
+The analog model flies with its own loop, its numbers for ten pings a second, on the same first run's forest.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from chips.latency_calibration import PARTS, calibrated
+from chips.latency_chip import LatencyChip
+from chips.latency_design import Biases, Design
+from chips.latency_model import BLOCKS, lumped, only, usual_biases
+from circuits.circuit import BiasKind
+from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
+from circuits.silicon import Silicon
+from system.curved_openspace import DIRECTIONS, Arcs, Bat, arcs_of
+from system.curved_openspace_kernel import COLLIDED, GOING
+from system.curved_openspace_kernel import fly as fly_analog
+from system.forest_flight import margin_of
+from system.forest_map import cells_of
+from system.forest_senses import EXACT
+from system.forest_state import LAP, new_flight
+from system.forest_state import PINGS as PINGED
+from system.latency_brain import Brain, network_brain
+from system.latency_chip_brain import brain_with, design_of
+from system.latency_flight import fly
+from system.latency_numbers import Numbers
+from system.latency_run import LatencyScenario, place
+
+F64 = NDArray[np.float64]
+
+CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s
+LEVEL = 0.95
+_AT_ONCE = 10  # pings of the analog model between looks at the crossings; a crossing takes 250
+
+
+@dataclass(frozen=True, slots=True)
+class Crossed:
+    """A flight: crossings before it ended, and whether by a collision."""
+
+    seed: int
+    laps: int
+    collided: bool
+    pings: int
+
+    @property
+    def worth(self) -> tuple[int, int]:
+        """By which flights of a pair are compared: crossings, then pings, stopped flights being equal."""
+        return (self.laps, self.pings if self.collided else PINGS + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """How a chip is made: kind of biases, parts that are calibrated at 27 degC, area, temperature, blocks.
+
+    own: a die a flight, of the forest's seed, else the nominal one; process: whether what a die shares
+    varies; block: the only one whose deviations count, all unless given.
+    """
+
+    kind: BiasKind = "gate"
+    calibration: tuple[str, ...] = ()
+    area: float = 1.0
+    temperature_c: float = 27.0
+    own: bool = True
+    process: bool = True
+    block: str | None = None
+
+    def chip(self, design: Design, seed: int) -> LatencyChip:
+        """The chip that flies the forest of a seed."""
+        die = Die(number=seed, process=self.process) if self.own else NOMINAL
+        silicon = Silicon(temperature_c=self.temperature_c, die=die)
+        biases = self._biases(design, Silicon(die=die))
+        numbers = None
+        if self.block is not None:
+            ideal = lumped(design, biases, Silicon(temperature_c=self.temperature_c))
+            numbers = only(lumped(design, biases, silicon, self.area), ideal, self.block)
+        return LatencyChip(design, biases, silicon, area=self.area, numbers=numbers)
+
+    def _biases(self, design: Design, reference: Silicon) -> Biases:
+        if not self.calibration:
+            return usual_biases(design, self.kind)
+        return calibrated(design, reference, self.kind, self.calibration, area=self.area)
+
+
+Maker = Callable[[int], Brain]
+
+
+def chip_maker(build: Build) -> Maker:
+    """Brains of chips of a build, by the seed of their forest."""
+    numbers, arcs = Numbers(), _arcs()
+    design = design_of(arcs, numbers)
+    return lambda seed: brain_with(build.chip(design, seed), arcs, numbers)
+
+
+def network_maker() -> Maker:
+    """Brains of the published network."""
+    return lambda _: network_brain(_arcs(), Numbers())
+
+
+def crossed(make: Maker, seed: int) -> Crossed:
+    """Fly the forest of a seed."""
+    arcs = _arcs()
+    forest, start = place(LatencyScenario(seed=seed), arcs)
+    flown = fly(make(seed), arcs, forest, start, PINGS, CROSSINGS)
+    return Crossed(seed, flown.laps, flown.collided, flown.pings)
+
+
+def crossed_by_analog(seed: int) -> Crossed:
+    """Fly the forest of a seed with the analog model at ten pings a second."""
+    arcs = _arcs()
+    forest, start = place(LatencyScenario(seed=seed), arcs)
+    flight = new_flight(*start, -np.pi, DIRECTIONS, len(forest.place), 0)
+    cells, ended = cells_of(forest, margin_of(arcs)), GOING
+    while ended == GOING and flight.counts[PINGED] < PINGS and flight.counts[LAP] < CROSSINGS:
+        ended = fly_analog(arcs, EXACT, cells, flight, _AT_ONCE)
+    laps = min(int(flight.counts[LAP]), CROSSINGS)
+    return Crossed(seed, laps, ended == COLLIDED, int(flight.counts[PINGED]))
+
+
+def fly_all(one: Callable[[int], Crossed], seeds: Sequence[int], threads: int = 1) -> tuple[Crossed, ...]:
+    """Flights of all seeds, in their order whatever the number of threads."""
+    with ThreadPoolExecutor(threads) as pool:
+        return tuple(pool.map(one, seeds))
+
+
+def survival(flights: Sequence[Crossed]) -> tuple[F64, F64, F64, F64]:
+    """Product-limit estimate of crossing c times: c, the share, and its lower and upper limit, float64[k].
+
+    A flight that collided after c crossings did not cross c + 1 times. Without a collision, and where the
+    estimate is 0, the interval is nan. Raises `ParameterError` without flights.
+    """
+    if not flights:
+        raise ParameterError("latency_campaign: no flight, must be one at least")
+    collided = [f.laps + 1.0 for f in flights if f.collided]
+    stopped = [float(f.laps) for f in flights if not f.collided]
+    steps = np.arange(CROSSINGS + 1, dtype=np.float64)
+    if not collided:
+        return steps, np.ones(steps.size), np.full(steps.size, np.nan), np.full(steps.size, np.nan)
+    right = [max(x, 0.5) for x in stopped]  # a flight without a crossing is at risk for none
+    found = stats.ecdf(stats.CensoredData(uncensored=collided, right=right)).sf
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # that the interval is nan in places, as said above
+        interval = found.confidence_interval(LEVEL, method="log-log")
+    share, low, high = (np.asarray(s.evaluate(steps)) for s in (found, interval.low, interval.high))
+    return steps, share, low, high
+
+
+def mean_crossings(flights: Sequence[Crossed]) -> float:
+    """Area under the product-limit curve: crossings of a flight on average, `CROSSINGS` at most."""
+    return float(survival(flights)[1][1:].sum())
+
+
+def sign_test(a: Sequence[Crossed], b: Sequence[Crossed]) -> tuple[int, int, float]:
+    """Pairs in which a was better, b was, and the two-sided probability of that if neither is.
+
+    Raises `ParameterError` unless both flew the same forests.
+    """
+    if [f.seed for f in a] != [f.seed for f in b]:
+        raise ParameterError("latency_campaign: other forests, must be the same ones in the same order")
+    better = sum(x.worth > y.worth for x, y in zip(a, b, strict=True))
+    worse = sum(x.worth < y.worth for x, y in zip(a, b, strict=True))
+    p = float(stats.binomtest(better, better + worse).pvalue) if better + worse else 1.0
+    return better, worse, p
+
+
+def block_builds(build: Build) -> dict[str, Build]:
+    """The same build with the deviations of each block alone."""
+    made = {}
+    for block in BLOCKS:
+        made[block] = Build(
+            build.kind, build.calibration, build.area, build.temperature_c, build.own, build.process, block
+        )
+    return made
+
+
+def _arcs() -> Arcs:
+    return arcs_of(Bat(ping_rate=1.0 / Numbers().ping_period))
+
+
+USUAL, CALIBRATED = Build(), Build(calibration=PARTS)

@@ -1,0 +1,241 @@
+"""A flight through a forest steered by spikes, as `noctule run forest --model` runs it.
+
+The forest and the start are those of the analog model's first run with the same seed, so that models can be
+compared on the same forests. A run is one flight: until a collision, or so many pings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.latency_calibration import calibrated
+from chips.latency_chip import LatencyChip
+from chips.latency_design import Design
+from chips.latency_model import usual_biases
+from chips.latency_unit_level import TransistorUnit
+from circuits.circuit import BiasKind
+from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
+from circuits.silicon import Silicon
+from system.curved_openspace import Arcs, Bat, arcs_of
+from system.forest_flight import begin
+from system.forest_map import OBSTACLES, Forest, check_count, plant, read_forest
+from system.forest_picture import draw_view_of_run
+from system.latency_brain import Brain, check_timing, network_brain
+from system.latency_chip_brain import ChipBrain, brain_with, design_of
+from system.latency_flight import Flown, fly
+from system.latency_lif import all_lif
+from system.latency_numbers import PATHS, UNITS, Numbers, numbers_at
+from system.options import describe_die
+
+MODELS = ("analog", "latency-network", "latency-chip", "latency-lif")  # of the bat's mind
+CODES = ("usual", "calibrated")  # of a chip's biases
+PING_RATE = 10.0  # Hz; the paper's in Figure 13
+PINGS = 1000  # of a flight: 100 s, or some 40 s of computing the network; ours
+ROOM_TEMPERATURE = 27.0  # degC
+SUMMARY = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
+
+
+@dataclass(frozen=True, slots=True)
+class ChipChoice:
+    """Which latency chip: its silicon, biases, and units at transistor level.
+
+    codes: `usual`, or `calibrated` on its die at 27 degC; area: of its devices, over the circuits'; units: by
+    memory and number.
+    """
+
+    die: Die = NOMINAL
+    temperature_c: float = ROOM_TEMPERATURE
+    bias_kind: BiasKind = "gate"
+    codes: str = CODES[0]
+    area: float = 1.0
+    units: tuple[tuple[int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.codes not in CODES:
+            raise ParameterError(f"--codes: {self.codes}, must be {' or '.join(CODES)}")
+        if self.area != 1.0 and self.units:
+            raise ParameterError("--area: not with --unit, whose devices are the circuit's; leave one out")
+
+
+@dataclass(frozen=True, slots=True)
+class LatencyScenario:
+    """What a bat that thinks in spikes is asked to do; fields as of `system.forest.Scenario`."""
+
+    model: str = MODELS[1]
+    max_speed: float = Bat().max_speed
+    ping_rate: float = PING_RATE
+    paths: int = PATHS
+    taps: int = UNITS
+    map: str | None = None
+    obstacles: int = OBSTACLES
+    start: tuple[float, float] | None = None
+    pings: int = PINGS
+    seed: int = 0
+    chip: ChipChoice = field(default_factory=ChipChoice)
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        if self.pings < 1:
+            raise ParameterError(f"--pings: {self.pings}, must be at least 1")
+        if self.map is None:
+            check_count(self.obstacles)
+
+    @property
+    def bat(self) -> Bat:
+        """The bat that flies."""
+        return Bat(max_speed=self.max_speed, ping_rate=self.ping_rate)
+
+    @property
+    def numbers(self) -> Numbers:
+        """Numbers of its network or chip."""
+        return numbers_at(self.ping_rate, self.taps, self.paths)
+
+
+@dataclass(frozen=True, slots=True)
+class LatencyTrace:
+    """A flight and where it was."""
+
+    scenario: LatencyScenario
+    forest: Forest
+    start: tuple[float, float]
+    flown: Flown = field(repr=False)
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def ended(self) -> str:
+        """`collided`, or `undecided` where its pings were over."""
+        return "collided" if self.flown.collided else "undecided"
+
+
+def scenario_of(options: Mapping[str, Any]) -> LatencyScenario:
+    """A scenario of these options; raises `ParameterError` naming one that its model does not have."""
+    known = {f.name for f in fields(LatencyScenario)} | {"vmax"}
+    of_chip = {f.name for f in fields(ChipChoice)}
+    given = dict(options)
+    chip = {name: given.pop(name) for name in of_chip & set(options)}
+    if chip and options["model"] != MODELS[2]:
+        name = min(chip).replace("_", "-")
+        raise ParameterError(f"--{name}: only with --model {MODELS[2]}, which is silicon; leave it out")
+    for name in given:
+        if name not in known:
+            shown = name.replace("_", "-")
+            raise ParameterError(
+                f"--{shown}: not with --model {options['model']}, whose ranges are exact and weights fixed;"
+                " leave it out, or take --model analog"
+            )
+    if "vmax" in given:
+        given["max_speed"] = given.pop("vmax")
+    return LatencyScenario(chip=ChipChoice(**chip), **given)
+
+
+def run(scenario: LatencyScenario, progress: Callable[[float], None] | None = None) -> LatencyTrace:
+    """Fly once.
+
+    Raises `DataError` for a map that is none, `ParameterError` for a forest too dense, a start inside a zone
+    of collision, and what does not fit the network.
+    """
+    arcs = arcs_of(scenario.bat)
+    brain = brain_of(scenario, arcs)
+    forest, start = place(scenario, arcs)
+    flown = fly(brain, arcs, forest, start, scenario.pings, progress=progress)
+    counts = brain.counts() if isinstance(brain, ChipBrain) else {}
+    return LatencyTrace(scenario, forest, start, flown, counts)
+
+
+def brain_of(scenario: LatencyScenario, arcs: Arcs) -> Brain:
+    """The brain of a scenario's model."""
+    if scenario.model == MODELS[1]:
+        return network_brain(arcs, scenario.numbers)
+    if scenario.model == MODELS[3]:
+        return network_brain(arcs, scenario.numbers, all_lif)
+    check_timing(arcs, scenario.numbers)
+    design = design_of(arcs, scenario.numbers)
+    return brain_with(chip_of(design, scenario.chip), arcs, scenario.numbers)
+
+
+def chip_of(design: Design, choice: ChipChoice) -> LatencyChip:
+    """The chip of a choice; raises `ParameterError` for silicon or codes that there are none of."""
+    silicon = Silicon(temperature_c=choice.temperature_c, die=choice.die)
+    if choice.codes == CODES[1]:
+        at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
+        biases = calibrated(design, at, choice.bias_kind, area=choice.area)
+    else:
+        biases = usual_biases(design, choice.bias_kind)
+    bare = LatencyChip(design, biases, silicon, area=choice.area)
+    for memory, unit in choice.units:
+        bare.check_unit(memory, unit)
+    units = {(p, u): TransistorUnit(biases, silicon, p, u) for p, u in choice.units}
+    return LatencyChip(design, biases, silicon, area=choice.area, units=units)
+
+
+def place(scenario: LatencyScenario, arcs: Arcs) -> tuple[Forest, tuple[float, float]]:
+    """Forest and start, those of the analog model's first run with this seed."""
+    random = np.random.default_rng((scenario.seed, 0, 0))
+    forest = plant(scenario.obstacles, random) if scenario.map is None else read_forest(scenario.map)
+    return forest, begin(arcs, forest, random, scenario.start)
+
+
+def summarise(trace: LatencyTrace) -> dict[str, float]:
+    """Scalars of a flight; where `collided` is 0 it would have gone on."""
+    found = {name: float(getattr(trace.flown, name)) for name in SUMMARY}
+    return found | {name: float(count) for name, count in trace.counts.items()}
+
+
+def document(trace: LatencyTrace) -> dict[str, Any]:
+    """A flight by the names that JSON has for its parts; a row is a stretch of one arc."""
+    s, log = trace.scenario, trace.flown.log
+    return {
+        "system": "forest",
+        "model": s.model,
+        "map": s.map,
+        "obstacles": len(trace.forest.place),
+        "max_speed_m_per_s": s.max_speed,
+        "ping_rate_Hz": s.ping_rate,
+        "paths": s.paths,
+        "taps": s.taps,
+        **(_of_chip(s.chip) if s.model == MODELS[2] else {}),
+        "zone_m": s.bat.zone,
+        "seed": s.seed,
+        "start_m": trace.start,
+        "ended": trace.ended,
+        "obstacles_m": trace.forest.place,
+        "time_s": log[:, 0],
+        "path_m": trace.flown.path,
+        "heading_rad": log[:, 3],
+        "ping_direction": log[:, 4].astype(int),
+        "winner": log[:, 6].astype(int),
+        "scanning": log[:, 7].astype(bool),
+        "summary": summarise(trace),
+    }
+
+
+def _of_chip(choice: ChipChoice) -> dict[str, Any]:
+    return {
+        "temperature_C": choice.temperature_c,
+        **describe_die(choice.die),
+        "bias_kind": choice.bias_kind,
+        "codes": choice.codes,
+        "area": choice.area,
+        "transistor_units": choice.units,
+    }
+
+
+def draw(trace: LatencyTrace, figure: Figure) -> None:
+    """Fill `figure` with the path in its forest."""
+    s = trace.scenario
+    title = (
+        f"{s.model}: {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz:"
+        f" {trace.flown.avoided} avoided, {trace.ended}"
+    )
+    if s.model == MODELS[2]:
+        title += (
+            f"\n{s.chip.die}, {s.chip.temperature_c:g} degC, biases by {s.chip.bias_kind}, {s.chip.codes}"
+        )
+    draw_view_of_run(trace.forest.place, s.bat.zone, trace.flown.path, figure, title)

@@ -1,0 +1,95 @@
+"""The robot's three forests of pipes, Figure 15: a corridor, 21 pipes on 1.8 x 1.8 m, 21 on 1.4 x 1.8 m.
+
+x is the way through, from 0; y is across, 0 in the middle. The pipes of the two forests are drawn, one after
+the other, no two nearer than `SPACING` between their middles (ours: Figure 15 shows one arrangement of each).
+The corridor is two lines of evenly spaced pipes; its sizes are ours.
+
+A robot starts `BEFORE` m before the forest, somewhere across and in some direction, both drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+from system.robot_numbers import PIPE_RADIUS
+
+F64 = NDArray[np.float64]
+
+FORESTS = ("corridor", "open", "dense")
+PIPES = 21  # the paper's
+LONG = {"corridor": 2.4, "open": 1.8, "dense": 1.8}  # m along x; the corridor's ours
+WIDE = {"corridor": 0.9, "open": 1.8, "dense": 1.4}  # m across; the corridor's, between its lines, ours
+CORRIDOR_STEP = 0.3  # m between the pipes of a line; ours
+SPACING = 0.28  # m between any two pipes; ours
+BEFORE = 0.6  # m before the forest where a robot starts: its sonar then has the first pipes in sight; ours
+START_ACROSS = 0.25  # of the width, to either side of the middle; ours
+START_TURN = math.radians(10.0)  # to either side of straight ahead; ours
+
+_TRIES = 20_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pipes:
+    """A forest. place: float64[n, 2], middles of pipes, x and y in m; long, wide: m."""
+
+    name: str
+    place: F64
+    long: float
+    wide: float
+
+
+def forest_of(name: str, random: np.random.Generator) -> Pipes:
+    """A forest by its name, its pipes drawn from `random`; raises `ParameterError` for another name."""
+    if name not in FORESTS:
+        raise ParameterError(f"--forest: {name}, must be {', '.join(FORESTS[:-1])} or {FORESTS[-1]}")
+    long, wide = LONG[name], WIDE[name]
+    place = _corridor(long, wide) if name == "corridor" else _plant(long, wide, random)
+    return Pipes(name, place, long, wide)
+
+
+def clearance(forest: Pipes, x: float, y: float) -> float:
+    """Distance (m) from a place to the nearest surface of a pipe, negative inside one."""
+    return float(np.hypot(forest.place[:, 0] - x, forest.place[:, 1] - y).min()) - PIPE_RADIUS
+
+
+def start_of(
+    forest: Pipes, random: np.random.Generator, radius: float, at: tuple[float, float] | None = None
+) -> tuple[float, float, float]:
+    """Pose (m, m, rad) of a start for a body of `radius` (m), at a place or drawn; the direction is drawn.
+
+    Raises `ParameterError` where the body would touch a pipe.
+    """
+    y = START_ACROSS * forest.wide * random.uniform(-1.0, 1.0)
+    heading = START_TURN * random.uniform(-1.0, 1.0)
+    if at is None:
+        return -BEFORE, y, heading
+    room = clearance(forest, *at)
+    if room < radius:
+        raise ParameterError(
+            f"--start: {at[0]:g},{at[1]:g}, a pipe's surface is {room:.3g} m away, must be at least"
+            f" {radius:g} m, the body's radius; start elsewhere"
+        )
+    return *at, heading
+
+
+def _corridor(long: float, wide: float) -> F64:
+    x = np.arange(0.0, long + 1e-9, CORRIDOR_STEP)
+    side = np.full(x.size, 0.5 * wide)
+    return np.concatenate([np.stack([x, side], axis=1), np.stack([x, -side], axis=1)])
+
+
+def _plant(long: float, wide: float, random: np.random.Generator) -> F64:
+    low, high = np.array([0.0, -0.5 * wide]), np.array([long, 0.5 * wide])
+    place = np.empty((0, 2))
+    for _ in range(_TRIES):
+        drawn = random.uniform(low, high)
+        if not len(place) or np.hypot(*(place - drawn).T).min() >= SPACING:
+            place = np.concatenate([place, drawn[None]])
+        if len(place) == PIPES:
+            return place
+    raise ParameterError(f"robot_forest.spacing: {SPACING:g} m, {PIPES} pipes found no place; choose less")

@@ -1,0 +1,21 @@
+"""Noise of a chip's devices in a run, as the command line asks for it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from chips.rebound_jitter import SiliconNoise
+from circuits.errors import ParameterError
+from circuits.noise import WHITE_ONLY
+
+Noisy = Literal["off", "white", "all"]
+NOISY: tuple[Noisy, ...] = ("off", "white", "all")
+
+
+def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
+    """Noise of a run's seed: `white`, or `all` with flicker too; None for `off`."""
+    if noisy not in NOISY:
+        raise ParameterError(f"--silicon-noise: {noisy}, must be {' or '.join(NOISY)}")
+    if noisy == "off":
+        return None
+    return SiliconNoise(seed, flicker=WHITE_ONLY if noisy == "white" else None)

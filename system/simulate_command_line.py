@@ -1,0 +1,99 @@
+"""The command `noctule simulate`: a transient of a block, its small signals, its noise."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from system import analysis_options as of
+from system.analysis_options import Analysis, AnalysisChoice
+from system.command_options import (
+    At,
+    Biases,
+    BiasSet,
+    BlockName,
+    Corner,
+    DieCorner,
+    DieNumber,
+    Engine,
+    Json,
+    Kind,
+    Lot,
+    Mismatch,
+    Params,
+    Plot,
+    Process,
+    Stimuli,
+    StudyFolder,
+    Temperature,
+    call,
+    kind_name,
+)
+from system.silicon_choice import SiliconChoice
+
+
+def simulate(
+    block: BlockName,
+    *,
+    analysis: of.Kind = Analysis.tran,
+    stimulus: Stimuli = [],  # noqa: B006 - typer reads the default and never changes it
+    param: Params = [],  # noqa: B006
+    bias: Biases = [],  # noqa: B006
+    bias_set: BiasSet = None,
+    bias_kind: Kind = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    study: StudyFolder = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    at: At = None,
+    rtol: Annotated[
+        float | None, typer.Option("--rtol", help="Relative error a step; 1e-4 unless given.")
+    ] = None,
+    engine: Annotated[Engine, typer.Option("--engine", help="What solves it.")] = Engine.native,
+    source: of.SourceName = None,
+    node: of.Nodes = [],  # noqa: B006
+    low: of.Low = None,
+    high: of.High = None,
+    points: of.Points = None,
+    dies: of.Dies = None,
+    temperatures: of.Temperatures = None,
+    flicker: of.Flicker = None,
+    seed: of.Seed = None,
+    trials: of.Trials = None,
+    step: of.Step = None,
+    workers: of.Workers = None,
+    plot: Plot = None,
+    csv: Annotated[
+        str | None, typer.Option("--csv", metavar="FILE", help="Write all waveforms, or the table.")
+    ] = None,
+    netcdf: of.NetCdf = None,
+    raw: Annotated[
+        str | None, typer.Option("--raw", metavar="FILE", help="Write all waveforms as ngspice's rawfile.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Simulate a block under its testbench: a transient, small signals, or noise."""
+    call(
+        "simulate:simulate_command",
+        block,
+        params=param,
+        biases=bias,
+        bias_set=bias_set,
+        bias_kind=kind_name(bias_kind),
+        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
+        stimuli=stimulus,
+        rtol=rtol,
+        engine=engine.value,
+        plot=plot,
+        csv=csv,
+        raw=raw,
+        as_json=as_json,
+        analysis=AnalysisChoice(
+            analysis.value, source, tuple(node), low, high, points, dies, temperatures, netcdf, flicker,
+            seed, trials, step, workers,
+        ),
+    )  # fmt: skip
