@@ -41,8 +41,8 @@ F64 = NDArray[np.float64]
 
 AREAS = (1.0, 4.0, 16.0, 64.0)
 TEMPERATURES = (10.0, 20.0, 27.0, 34.0, 44.0)  # degC
-AREA_LIMITS = Limits(60, 300_000)
-TEMPERATURE_LIMITS = Limits(100, 100_000)
+AREA_LIMITS = Limits(200, 1_000_000)
+TEMPERATURE_LIMITS = Limits(200, 1_000_000)
 NEAR = 0.5  # of the exact bat's mean, for "near" on the nominal die at 27 degC; ours
 BOOTSTRAPS = 2000
 BATS = ("exact", "ranging", "selection", "both")
