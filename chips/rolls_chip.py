@@ -238,8 +238,10 @@ class RollsChip:
         events: tuple[F64, I64, I64],
     ) -> Traffic:  # fmt: skip
         most = spikes_a_step(tables)
-        room = max(ROOM, 2 * most * NEURONS)
-        last, counts = np.zeros(most * NEURONS, np.int64), np.zeros(COUNTS, np.int64)
+        room = max(ROOM, 2 * max(most * NEURONS, senders.size))
+        # those of a step at another temperature may be more than a step has at this one
+        last = np.zeros(max(most * NEURONS, senders.size), np.int64)
+        counts = np.zeros(COUNTS, np.int64)
         last[: senders.size], counts[LAST] = senders, senders.size
         traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
         bits = values[ZETA].view(np.int64)

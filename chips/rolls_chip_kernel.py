@@ -289,11 +289,8 @@ def _sorted_out(s: Scratch) -> tuple[int, int, int]:
     """
     words = fires = freed = rises = 0
     for word in range(s.words.size):
-        s.found[0, words] = word
+        s.found[3, words] = word
         words += 1 if s.words[word] != 0 else 0
-    for j in range(words):
-        # row 0 is read before it is written: of each word at most eight are found
-        s.found[3, j] = s.found[0, j]
     for j in range(words):
         first = 8 * s.found[3, j]
         for k in range(first, first + 8):

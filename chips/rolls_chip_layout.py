@@ -105,7 +105,7 @@ class Scratch(NamedTuple):
     slope: F32
     hard: NDArray[np.uint8]
     words: I64  # the same, by eight
-    found: I64  # int64[4, n + 1]
+    found: I64  # int64[4, n + 1]: neurons of FIRES, FREED and RISES, and words that are not 0
 
 
 class Traffic(NamedTuple):

@@ -18,6 +18,7 @@ from __future__ import annotations
 from circuits.blocks.mos import inverter, mos
 from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
 
@@ -46,6 +47,15 @@ def comparator() -> Circuit:
     return Circuit("comparator", ports, devices)
 
 
+def timer(reset: str, gate: str, capacitance: float) -> tuple[Device, ...]:
+    """What a timer (F) counts with: `reset` empties the node `timer`, a source at `gate` fills it."""
+    return (
+        mos("mr", "n", "timer", reset, "0", 6, 1.5),
+        mos("mt", "p", "timer", gate, "vdd", 6, 24),
+        Capacitor("ct", "timer", "0", capacitance),
+    )
+
+
 def step_synapse(timer_capacitance: float) -> Circuit:
     """Timer (F) and switched source: ports event (in), v_mem (a current into it), biases."""
     part = comparator()
@@ -56,9 +66,7 @@ def step_synapse(timer_capacitance: float) -> Circuit:
         *(Port(name, "bias") for name in ("v_exc", "v_step", "v_cmp", "v_ref")),
     )
     devices = (
-        mos("mr", "n", "timer", "event", "0", 6, 1.5),
-        mos("mt", "p", "timer", "v_step", "vdd", 6, 24),
-        Capacitor("ct", "timer", "0", timer_capacitance),
+        *timer("event", "v_step", timer_capacitance),
         mos("ms", "p", "foot", "off", "vdd", 6, 1.5),
         mos("me", "p", "v_mem", "v_exc", "foot", 6, 24),
     )
@@ -76,9 +84,7 @@ def step_inhibition(timer_capacitance: float) -> Circuit:
         *(Port(name, "bias") for name in ("v_inh", "v_hold", "v_cmp", "v_ref")),
     )
     devices = (
-        mos("mr", "n", "timer", "event", "0", 6, 1.5),
-        mos("mt", "p", "timer", "v_hold", "vdd", 6, 24),
-        Capacitor("ct", "timer", "0", timer_capacitance),
+        *timer("event", "v_hold", timer_capacitance),
         *inverter("mi", "off", "on", width=3.0, length=1.5),
         mos("ms", "n", "foot", "on", "0", 6, 1.5),
         mos("mk", "n", "v_mem", "v_inh", "foot", 6, 24),

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency_synapse import comparator, event_pulse
+from circuits.blocks.latency_synapse import comparator, event_pulse, timer
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
@@ -68,9 +68,7 @@ def delay_tap(timer_capacitance: float) -> Circuit:
         *(Port(name, "bias") for name in ("v_tap", "v_cmp", "v_ref")),
     )
     devices = (
-        mos("mr", "n", "timer", "event", "0", 6, 1.5),
-        mos("mt", "p", "timer", "v_tap", "vdd", 6, 24),
-        Capacitor("ct", "timer", "0", timer_capacitance),
+        *timer("event", "v_tap", timer_capacitance),
         *inverter("mp", "passed", "going", width=3.0, length=1.5),
         *inverter("mg", "going", "gone", width=3.0, length=1.5),
         mos("mdp", "p", "late", "gone", "vdd", 3, 6),

@@ -24,7 +24,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency_synapse import EDGE, WIDTH, comparator, event_sources
+from circuits.blocks.latency_synapse import EDGE, WIDTH, comparator, event_sources, timer
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
@@ -73,9 +73,7 @@ def long_synapse(timer_capacitance: float) -> Circuit:
         *(Port(name, "bias") for name in ("v_hold", "v_cmp", "v_ref")),
     )
     devices = (
-        mos("mr", "n", "timer", "event", "0", 6, 1.5),
-        mos("mt", "p", "timer", "v_hold", "vdd", 6, 24),
-        Capacitor("ct", "timer", "0", timer_capacitance),
+        *timer("event", "v_hold", timer_capacitance),
         *inverter("mi", "end", "going", width=3.0, length=1.5),
         mos("me", "p", "timer", "going", "vdd", 6, 1.5),
         *inverter("mo", "off", "on", width=3.0, length=1.5),

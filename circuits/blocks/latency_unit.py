@@ -19,11 +19,11 @@ from dataclasses import dataclass
 
 from circuits.blocks import latency_coincidence, latency_tonic
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency_synapse import EDGE, WIDTH, comparator
-from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.latency_synapse import EDGE, WIDTH, comparator, timer
+from circuits.blocks.mos import inverter, nand
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Node, Port
-from circuits.devices import Capacitor, Source
+from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
 from circuits.process import AMI_1500
@@ -69,9 +69,7 @@ def inhibited_gate(timer_capacitance: float) -> Circuit:
         *(Port(name, "bias") for name in ("v_block", "v_cmp", "v_ref")),
     )
     devices = (
-        mos("mr", "n", "timer", "block", "0", 6, 1.5),
-        mos("mt", "p", "timer", "v_block", "vdd", 6, 24),
-        Capacitor("ct", "timer", "0", timer_capacitance),
+        *timer("block", "v_block", timer_capacitance),
         *nand("ma", ("free", "event"), "none", width=3.0, length=1.5),
         *inverter("mo", "none", "out", width=3.0, length=1.5),
     )

@@ -1,5 +1,7 @@
 """The ROLLS chip against the behavioural models of its blocks, and its bus, program and temperature."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -189,6 +191,18 @@ def test_what_was_not_measured_is_said():
     levels[5, 7] = -4
     (strong,) = chip_of(levels).cautions()
     assert "level -4 draws" in strong
+
+
+def test_all_spikes_of_the_step_before_are_delivered_however_many():
+    """A step at another temperature may have had more spikes than one at this can have."""
+    levels = SILENT.copy()
+    levels[3, 7] = 1
+    chip = chip_of(levels)
+    rest, drawn = chip.at_rest(), []
+    for count in (1, 3 * NEURONS):
+        chip.run(replace(rest, senders=np.full(count, 7)), chip.step)
+        drawn.append(chip.synaptic_currents()[0][3])
+    assert drawn[1] > 10.0 * drawn[0]
 
 
 def test_a_run_is_of_whole_steps(driven):

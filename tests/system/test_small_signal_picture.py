@@ -1,5 +1,7 @@
 """Pictures of small signals and noise, also of nothing."""
 
+import io
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -43,5 +45,11 @@ def test_a_noise_plot_has_parts_and_shares() -> None:
 
 
 def test_nothing_can_be_drawn() -> None:
-    draw_bode([("27 °C", response(0.0))], ("y",), Figure())
-    draw_noise([("27 °C", noise(0.0))], Figure())
+    bode, density = Figure(), Figure()
+    draw_bode([("27 °C", response(0.0))], ("y",), bode)
+    draw_noise([("27 °C", noise(0.0))], density)
+    for figure in (bode, density):
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="png")
+        assert len(figure.axes) == 2
+        assert buffer.getvalue().startswith(b"\x89PNG")
