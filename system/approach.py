@@ -52,6 +52,7 @@ from system.hearing import Hearing
 from system.loop import AnalogWire, EventWire, Loop, Part, Round
 from system.microphone import Microphone
 from system.silicon_noise import silicon_noise
+from system.study_route import Readers, read_route, seconds
 from system.targets import range_at
 
 F64 = NDArray[np.float64]
@@ -65,6 +66,9 @@ GRID = 10e-3  # s, spacing of the reported arrays
 # divided by ten is measured by benchmarks/approach.py.
 CHIP_RTOL = 3e-4
 BOARD_RTOL = 1e-3
+
+STUDY_DURATION = 4.0  # s, unless asked
+STUDIED: Readers = {"duration": seconds}
 
 
 @dataclass(slots=True)
@@ -344,12 +348,10 @@ class ApproachSystem:
         return Scenario(**options)
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Fields of a study's scenario; the boards' biases have their own kinds. Raises for a route."""
-        for name in route:
-            raise ParameterError(f"--{name.replace('_', '-')}: not an option of approach; leave it out")
-        return {"level": level, "duration": duration}
+        return {"level": level, "duration": STUDY_DURATION, **read_route(self.name, route, STUDIED)}
 
     def circuits(self) -> tuple[Circuit, ...]:
         """What it is made of."""

@@ -32,6 +32,7 @@ from system.bug_picture import draw_run
 from system.bug_reference import no_agent, reference_brain
 from system.bug_robot import ARRIVED, RADIUS, STEP, Robot
 from system.bug_world import World, build_world, check_place
+from system.study_route import Readers, number, read_route, seconds, whole, words
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -42,8 +43,10 @@ SUMMARY = (
 )  # fmt: skip
 DEFAULT_MAP = "bug-spiral"
 DURATION = 200.0  # s, after which a run ends; ours
-STUDY_DURATION = 4.0  # s, that `montecarlo` gives unless asked: too short for any way to a goal
-STUDY_ROUTE = ("map", "start", "goal", "agent", "design", "neurons", "area", "calibrated")
+STUDIED: Readers = {
+    "map": words, "start": words, "goal": words, "agent": words, "design": words, "neurons": whole,
+    "area": number, "calibrated": words, "solved": words, "duration": seconds,
+}  # fmt: skip
 _SIGN_OF_LIFE = 100  # steps
 
 
@@ -53,8 +56,9 @@ class Scenario:
 
     design: of Bug 2's network, `published` or `improved`; neurons: how many in all, about, the design's if
     None; map: one of `bug_map.MAPS`, or a file; start, goal: numbers from 0 in reading order, or `X,Y` in map
-    units; duration: s; seed: of the network's neurons. Of a chip: die, temperature_c, the one at which it was
-    calibrated and its decoders solved, kind of its biases, and area of its devices, relative.
+    units; duration: s; seed: of the network's neurons. Of a chip: die, temperature_c, the one at which its
+    biases were calibrated, the one at which its decoders were solved (None: the same), kind of its biases,
+    and area of its devices, relative.
     """
 
     agent: str = "bug2"
@@ -69,6 +73,7 @@ class Scenario:
     die: Die = NOMINAL
     temperature_c: float = REFERENCE_C
     calibrated_c: float = REFERENCE_C
+    solved_c: float | None = None
     bias_kind: BiasKind = "gate"
     area: float = 1.0
 
@@ -86,8 +91,14 @@ class Scenario:
             raise ParameterError(f"--duration: {self.duration:g} s, must be at least {STEP:g} s, below 1e6 s")
         check_temperature(self.temperature_c)
         check_temperature(self.calibrated_c)
+        check_temperature(self.solved)
         if self.brain != "chip":
             _refuse_silicon(self)
+
+    @property
+    def solved(self) -> float:
+        """Where decoders were solved, degC."""
+        return self.calibrated_c if self.solved_c is None else self.solved_c
 
 
 def _refuse_silicon(scenario: Scenario) -> None:
@@ -95,6 +106,7 @@ def _refuse_silicon(scenario: Scenario) -> None:
     for option, value, default in (
         ("--temperature", scenario.temperature_c, REFERENCE_C),
         ("--calibrated", scenario.calibrated_c, REFERENCE_C),
+        ("--solved", scenario.solved_c, None),
         ("--bias-kind", scenario.bias_kind, "gate"),
         ("--area", scenario.area, 1.0),
         ("--die", scenario.die, NOMINAL),
@@ -166,8 +178,8 @@ def built_network(scenario: Scenario) -> Built:
     if scenario.brain == "ideal":
         return build(network, IdealCurves(), scenario.seed)
     chip = NefChip(scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area)
-    built = build(network, chip.at(scenario.calibrated_c), scenario.seed)
-    if scenario.temperature_c == scenario.calibrated_c:
+    built = build(network, chip.at(scenario.solved), scenario.seed)
+    if scenario.temperature_c == scenario.solved:
         return built
     return moved(built, chip.at(scenario.temperature_c))
 
@@ -217,10 +229,11 @@ def goal_of(trace: Trace) -> Point:
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario from those of the command line, where `calibrated` is a temperature."""
+    """Fields of a scenario from the command line's, where `calibrated` and `solved` are temperatures."""
     fields = dict(options)
-    if "calibrated" in fields:
-        fields["calibrated_c"] = parse_quantity(fields.pop("calibrated"), "degC", "--calibrated")
+    for name in ("calibrated", "solved"):
+        if name in fields:
+            fields[f"{name}_c"] = parse_quantity(fields.pop(name), "degC", f"--{name}")
     return fields
 
 
@@ -238,16 +251,12 @@ class BugSystem:
         return Scenario(**options)
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Fields of a study's scenario, on the chip; the command's own duration stands for the robot's."""
+        """Fields of a study's scenario, on the chip."""
         if level != "behavioural":
             raise ParameterError("--level: transistor, a brain's neurons are models; leave it out")
-        for name in route:
-            if name not in STUDY_ROUTE:
-                raise ParameterError(f"--{name}: not an option of a robot's study; leave it out")
-        length = DURATION if duration == STUDY_DURATION else duration
-        fields: dict[str, Any] = {"brain": "chip", "duration": length, **read_options(route)}
+        fields = {"brain": "chip", **read_options(read_route(self.name, route, STUDIED))}
         if bias_kind is not None:
             fields["bias_kind"] = bias_kind
         return fields

@@ -67,7 +67,7 @@ class Models(StrEnum):
 
 BlockName = Annotated[str, typer.Argument(metavar="BLOCK", help="A block or chip: see noctule list.")]
 Params = Annotated[
-    list[str], typer.Option("--param", metavar="NAME=VALUE", help="Size or capacitor, repeatable.")
+    list[str], typer.Option("--param", metavar="NAME=VALUE", help="Size, capacitor, or a system's option.")
 ]
 Biases = Annotated[
     list[str], typer.Option("--bias", metavar="NAME=VALUE", help="Bias, as i_lim=6.3uA, repeatable.")

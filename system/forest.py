@@ -28,6 +28,7 @@ from system.forest_map import OBSTACLES, SIDE, Forest, check_count, read_forest
 from system.forest_picture import draw_view_of_run
 from system.forest_senses import IDEAL, Sensing, senses_of, with_area
 from system.forest_weights import WEIGHTS, weighted
+from system.study_route import Readers, number, read_route, whole, words
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
@@ -38,7 +39,10 @@ STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of 
 CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
 ROOM_TEMPERATURE = 27.0
 
-STUDIED = ("map", "obstacles", "vmax", "ping_rate", "ranges", "selection", "reader", "area", "weights")
+STUDIED: Readers = {
+    "map": words, "obstacles": whole, "vmax": number, "ping_rate": number, "ranges": words,
+    "selection": words, "reader": words, "area": number, "weights": words, "pings": whole,
+}  # fmt: skip
 
 _PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
 
@@ -214,15 +218,12 @@ class ForestSystem:
         return Scenario(**read_options(options))
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Fields of a study's scenario: a forest a die, with chips its silicon too."""
         if level != "behavioural":
             raise ParameterError("--level: the forest's chips are behavioural models; leave it out")
-        for name in route:
-            if name not in STUDIED:
-                raise ParameterError(f"--{name}: not an option of a forest's study; leave it out")
-        given: dict[str, Any] = dict(route)
+        given = read_route(self.name, route, STUDIED)
         if bias_kind is not None:
             given["bias_kind"] = bias_kind
         silicon = read_options(given)["sensing"].silicon

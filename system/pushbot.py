@@ -30,6 +30,7 @@ from system.pushbot_readout import DIRECT, REFERENCE, Readout
 from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
+from system.study_route import Readers, number, read_route, seconds, switch, whole, words
 
 DEFAULT_SCENE = "single-block"
 FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
@@ -41,6 +42,12 @@ SUMMARY = (
     "events", "lost_events", "lost_inputs", "lost_spikes", "held",
     "raised_s", "frame_spikes",
 )  # fmt: skip
+
+STUDIED: Readers = {
+    "scene": words, "speed_factor": number, "turn_factor": number, "window": seconds, "readout": words,
+    "modified": switch, "dropped": number, "colour": words, "light": words, "target": switch,
+    "duration": seconds, "exc": whole, "calibrated": switch, "frame": switch, "raise_lateral": switch,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,12 +221,16 @@ class PushbotSystem:
         return Scenario(**options)
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Fields of a study's scenario: the default scene; the chip's model is behavioural."""
-        if route:
-            raise ParameterError("--start, --goal: of rovers, must not be given for pushbot; leave them out")
-        return {"bias_kind": bias_kind or "generator"}
+        """Fields of a study's scenario: the default scene unless asked; the chip's model is behavioural."""
+        if level != "behavioural":
+            raise ParameterError("--level: the robot's chip is a behavioural model; leave it out")
+        fields = {"bias_kind": bias_kind or "generator", **read_route(self.name, route, STUDIED)}
+        scenario = Scenario(**fields)
+        scenario.read()
+        scene_of(scenario)  # what is wrong with it is said before the study
+        return fields
 
     def circuits(self) -> tuple[Circuit, ...]:
         """What it is made of: a row of the chip."""

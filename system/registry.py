@@ -66,6 +66,7 @@ EXPERIMENTS: dict[str, str] = {
     "stockel2017-fig7": "system.experiments.stockel2017_fig7:EXPERIMENT",
     "stockel2017-fig8": "system.experiments.stockel2017_fig8:EXPERIMENT",
     "stockel2017-chip": "system.experiments.stockel2017_chip:EXPERIMENT",
+    "stockel2017-campaign": "system.experiments.stockel2017_campaign:EXPERIMENT",
     "nef-chip": "system.experiments.nef_chip:EXPERIMENT",
     "rolls-calibration": "system.experiments.rolls_calibration:EXPERIMENT",
     "rolls-field": "system.experiments.rolls_field:EXPERIMENT",

@@ -31,13 +31,17 @@ from system.robot_localiser import trained
 from system.robot_numbers import DIRECTIONS, Mind, Robot
 from system.robot_picture import draw_robot
 from system.robot_sonar import SPEED, Sonar, noise_of
+from system.study_route import Readers, number, read_route, switch, whole, words
 
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
 ROOM_TEMPERATURE = 27.0
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
-STUDIED = ("forest", "ranges", "pings", "vmax", "ping_rate", "occlusion", "multipath", "soft_pings", "reader")
+STUDIED: Readers = {
+    "forest": words, "ranges": words, "pings": whole, "vmax": number, "ping_rate": number,
+    "occlusion": switch, "multipath": switch, "soft_pings": switch, "reader": words,
+}  # fmt: skip
 
 _PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
 
@@ -215,15 +219,12 @@ class RobotSystem:
         return Scenario(**read_options(options))
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Fields of a study's scenario: a die's ranging chip times the echoes unless told otherwise."""
         if level != "behavioural":
             raise ParameterError("--level: the robot's chip is a behavioural model; leave it out")
-        for name in route:
-            if name not in STUDIED:
-                raise ParameterError(f"--{name}: not an option of a robot's study; leave it out")
-        given: dict[str, Any] = {"ranges": "chip", **route}
+        given = {"ranges": "chip", **read_route(self.name, route, STUDIED)}
         return given if bias_kind is None else {**given, "bias_kind": bias_kind}
 
     def circuits(self) -> tuple[Circuit, ...]:

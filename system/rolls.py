@@ -29,6 +29,7 @@ from circuits.silicon import Silicon
 from circuits.units import parse_quantity
 from system.plot import COLOURS, INK
 from system.rolls_options import bias_table
+from system.study_route import Readers, read_route, seconds, words
 
 F64 = NDArray[np.float64]
 
@@ -37,7 +38,12 @@ SETTLING = 0.1  # s, before rates are counted; ours
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
 SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
-OPTIONS = {"bias_file": "bias_file", "input_rate": "input_rate"}
+STUDY_DURATION = 4.0  # s, unless asked
+STUDIED: Readers = {
+    "duration": seconds,
+    "bias_file": words,
+    "input_rate": lambda text, option: parse_quantity(text, "Hz", option),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,20 +158,15 @@ class RollsSystem:
         return Scenario(**options)
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Fields of a study's scenario; raises `ParameterError` for options of another system."""
         if level != "behavioural":
             raise ParameterError(f"--level: {level}, a whole chip must be behavioural; export a row of it")
-        for name in route:
-            if name not in OPTIONS:
-                raise ParameterError(f"--{name.replace('_', '-')}: not an option of rolls; leave it out")
-        fields: dict[str, Any] = {"duration": duration, "bias_kind": bias_kind or "gate"}
-        if "bias_file" in route:
-            bias_table(route["bias_file"])  # what is wrong with it is said before the study
-            fields["bias_file"] = route["bias_file"]
-        if "input_rate" in route:
-            fields["input_rate"] = parse_quantity(route["input_rate"], "Hz", "--input-rate")
+        given = read_route(self.name, route, STUDIED)
+        fields = {"duration": STUDY_DURATION, "bias_kind": bias_kind or "gate", **given}
+        if "bias_file" in given:
+            bias_table(given["bias_file"])  # what is wrong with it is said before the study
         Scenario(**fields)
         return fields
 

@@ -36,6 +36,7 @@ from system.rover_drive import Drive, drive, polyline, scatter_obstacles, turn_a
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 from system.rover_robot import Rover
 from system.silicon_noise import Noisy, silicon_noise
+from system.study_route import Readers, read_route, words
 from system.wave_planner import ChipPlanner
 
 I64 = NDArray[np.int64]
@@ -43,7 +44,7 @@ I64 = NDArray[np.int64]
 DEFAULT_MAP = "map1-road-obstacles"
 CELLS = ("ideal", "chip")
 START, GOAL = (2, 10), (19, 10)  # the paper's first route
-ROUTE_OPTIONS = ("map", "start", "goal", "unit")  # of a study
+STUDIED: Readers = dict.fromkeys(("map", "start", "goal", "unit"), words)
 PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
@@ -235,13 +236,11 @@ class RoverSystem:
         return Scenario(**options)
 
     def study_options(
-        self, level: str, duration: float, bias_kind: BiasKind | None, route: Mapping[str, str]
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Fields of a study's scenario: a route on chips, whose model is behavioural."""
-        for name in route:
-            if name not in ROUTE_OPTIONS:
-                raise ParameterError(f"--{name.replace('_', '-')}: not an option of rover; leave it out")
-        return {"cells": "chip", "bias_kind": bias_kind or "gate", **read_options(route)}
+        given = read_route(self.name, route, STUDIED)
+        return {"cells": "chip", "bias_kind": bias_kind or "gate", **read_options(given)}
 
     def circuits(self) -> tuple[Circuit, ...]:
         """What it is made of."""

@@ -310,7 +310,10 @@ def bug(
         str | None, typer.Option(metavar="TIME", help="After which the run ends; 200s.")
     ] = None,
     calibrated: Annotated[
-        str | None, typer.Option(metavar="DEGC", help="Where the chip's decoders were solved; 27.")
+        str | None, typer.Option(metavar="DEGC", help="Where the chip's biases were trimmed; 27.")
+    ] = None,
+    solved: Annotated[
+        str | None, typer.Option(metavar="DEGC", help="Where its decoders were solved; as --calibrated.")
     ] = None,
     area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
     bias_kind: Kind = None,
@@ -327,7 +330,7 @@ def bug(
     """A robot with a compass and contact follows walls to its goal (Stöckel 2017)."""
     options = {
         "agent": agent, "brain": brain, "design": design, "neurons": neurons, "map": bug_map, "start": start,
-        "goal": goal, "duration": duration, "calibrated": calibrated, "area": area,
+        "goal": goal, "duration": duration, "calibrated": calibrated, "solved": solved, "area": area,
         "bias_kind": kind_name(bias_kind),
     }  # fmt: skip
     call(
@@ -383,6 +386,9 @@ def pushbot(
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="After which the run ends; the scene's.")
     ] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
+    ] = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -401,7 +407,7 @@ def pushbot(
         "readout": readout, "modified": modified, "dropped": drop, "colour": colour, "light": light,
         "target": target, "exc": exc, "calibrated": calibrated, "frame": frame,
         "raise_lateral": raise_lateral, "duration": duration,
-        "bias_kind": kind_name(bias_kind),
+        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
     }  # fmt: skip
     call(
         "run_pushbot:run_pushbot",

@@ -105,7 +105,9 @@ def montecarlo(
     bias_kind: Kind = None,
     stimulus: Stimuli = [],  # noqa: B006
     level: Annotated[Level, typer.Option(help="Of a system.")] = Level.behavioural,
-    duration: Annotated[str, typer.Option(metavar="TIME", help="Of a system's run.")] = "4s",
+    duration: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Of a system's run; the system's own.")
+    ] = None,
     cost_map: MapName = None,
     start: RouteStart = None,
     goal: RouteGoal = None,
@@ -118,7 +120,7 @@ def montecarlo(
     neurons: Annotated[int | None, typer.Option(help="Of bug: how many in all, about.")] = None,
     area: Annotated[float | None, typer.Option(help="Of bug's chip: of its devices, relative.")] = None,
     calibrated: Annotated[
-        str | None, typer.Option(metavar="DEGC", help="Of bug's chip: where decoders were solved.")
+        str | None, typer.Option(metavar="DEGC", help="Of bug's chip: where it was calibrated.")
     ] = None,
     bias_file: BiasFile = None,
     input_rate: Annotated[
@@ -157,8 +159,8 @@ def montecarlo(
         stimuli=stimulus,
         silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at),
         level=level.value,
-        duration=duration,
         route={
+            "duration": duration,
             "map": cost_map,
             "start": start,
             "goal": goal,

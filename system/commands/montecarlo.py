@@ -34,6 +34,7 @@ from system.study.result import Result, judge_table
 from system.study.specification import Specification, parse_spec
 from system.study.table import Condition, Table, empty, join, to_csv
 from system.study.target import BlockTarget, Subject, Target, open_target
+from system.study_route import with_params
 
 FIRST_DIE = 1000  # unless one is given
 
@@ -77,7 +78,6 @@ def montecarlo_command(
     stimuli: Sequence[str],
     silicon: SiliconChoice,
     level: str,
-    duration: str,
     temperatures: Sequence[str],
     corners: Sequence[str],
     specs: Sequence[str],
@@ -91,14 +91,15 @@ def montecarlo_command(
     if target in system_names():
         loaded = load_system(target)
         _refuse_of_blocks(
-            target, (("--param", params), ("--bias", biases), ("--bias-set", bias_set),
-            ("--stimulus", stimuli), ("--at", silicon.at)),
+            target, (("--bias", biases), ("--bias-set", bias_set), ("--stimulus", stimuli),
+            ("--at", silicon.at)),
         )  # fmt: skip
-        system = loaded.study_options(level, parse_quantity(duration, "s", "--duration"), bias_kind, given)
+        system, params = loaded.study_options(level, bias_kind, with_params(given, params)), ()
+        loaded.scenario(**system)  # what is wrong with it is said before the study
         if list(metrics) == ["best_delay"]:
             metrics = loaded.study_metrics  # what a block is asked for by default has none
     elif given:
-        raise ParameterError(f"--{next(iter(given))}: not an option of a block; it is one of the rover")
+        raise ParameterError(f"--{next(iter(given))}: not an option of a block; it is one of a system")
     subject = Subject(
         target, tuple(metrics), tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon,
         system,

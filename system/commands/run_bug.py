@@ -73,6 +73,7 @@ def _of_chip(trace: Trace) -> dict[str, Any]:
         "area": s.area,
         "temperature_C": s.temperature_c,
         "calibrated_C": s.calibrated_c,
+        "solved_C": s.solved,
         "chip": dict(trace.chip),
     }
 

@@ -47,6 +47,7 @@ def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str])
     [
         ("--temperature", "30"),
         ("--calibrated", "30"),
+        ("--solved", "30"),
         ("--area", "2"),
         ("--die", "3"),
         ("--bias-kind", "generator"),
@@ -70,7 +71,7 @@ def test_a_study_runs_on_the_chip_and_resumes(tmp_path: Path, capsys: pytest.Cap
 
 
 def test_a_study_refuses_what_a_robot_has_not() -> None:
-    with pytest.raises(ParameterError, match=r"--obstacles: not an option of a robot's study"):
-        SYSTEM.study_options("behavioural", 3.0, None, {"obstacles": "3"})
+    with pytest.raises(ParameterError, match=r"--obstacles: not an option of bug"):
+        SYSTEM.study_options("behavioural", None, {"obstacles": "3"})
     with pytest.raises(ParameterError, match=r"--level: transistor"):
-        SYSTEM.study_options("transistor", 3.0, None, {})
+        SYSTEM.study_options("transistor", None, {})

@@ -125,7 +125,7 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     [
         (("--level", "transistor"), "--level: the forest's chips are behavioural models"),
         (("--bias-kind", "gate"), "--bias-kind: not with --ranges exact"),
-        (("--unit", "1us"), "--unit: not an option of a forest's study"),
+        (("--unit", "1us"), "--unit: not an option of forest"),
     ],
 )
 def test_what_a_study_of_the_forest_has_not(

@@ -231,7 +231,7 @@ def test_the_robust_biases_keep_the_nominal_neuron_and_work_on_fresh_dies() -> N
     ("options", "says"),
     [
         (("rolls", "--bias", "v_dc=1V"), "--bias: an option of blocks and chips, not of rolls"),
-        (("forest", "--param", "c_m=1pF"), "--param: an option of blocks and chips, not of forest"),
+        (("forest", "--param", "c_m=1pF"), "--c-m: not an option of forest"),
         (("rover", "--stimulus", "call=1ms"), "--stimulus: an option of blocks and chips, not of rover"),
         (("bug", "--bias-set", "robust"), "--bias-set: an option of blocks and chips, not of bug"),
         (("approach", "--at", "ranging-chip/neuron[2]"), "--at: an option of blocks and chips, not of"),

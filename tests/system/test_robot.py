@@ -62,13 +62,13 @@ def test_speed_and_rate_are_the_robots() -> None:
 
 
 def test_a_study_has_the_chip() -> None:
-    assert SYSTEM.study_options("behavioural", 1.0, "generator", {"forest": "open"}) == {
+    assert SYSTEM.study_options("behavioural", "generator", {"forest": "open"}) == {
         "ranges": "chip", "forest": "open", "bias_kind": "generator",
     }  # fmt: skip
     with pytest.raises(ParameterError, match="--level"):
-        SYSTEM.study_options("transistor", 1.0, None, {})
+        SYSTEM.study_options("transistor", None, {})
     with pytest.raises(ParameterError, match="--map: not an option"):
-        SYSTEM.study_options("behavioural", 1.0, None, {"map": "x"})
+        SYSTEM.study_options("behavioural", None, {"map": "x"})
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,62 @@
+"""Options of systems in studies."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from circuits.errors import ParameterError
+from system.command_line import main
+from system.study_route import number, read_route, seconds, switch, whole, with_params, words
+
+READERS = {"map": words, "soft_pings": switch, "pings": whole, "vmax": number, "duration": seconds}
+
+
+def test_text_is_read_and_values_stay() -> None:
+    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5", "duration": "20ms"}
+    found = {"map": "a", "soft_pings": False, "pings": 12, "vmax": 0.5, "duration": 0.02}
+    assert read_route("robot", text, READERS) == found
+    assert read_route("robot", found, READERS) == found
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("soft_pings", "perhaps", '--soft-pings: "perhaps", must be yes or no'),
+        ("pings", "1.5", '--pings: "1.5", must be a whole number'),
+        ("vmax", "fast", "--vmax: "),
+        ("unit", "1us", "--unit: not an option of robot, its study has map, soft-pings, pings"),
+    ],
+)
+def test_what_cannot_be_read_is_refused(name: str, text: str, says: str) -> None:
+    with pytest.raises(ParameterError, match=says):
+        read_route("robot", {name: text}, READERS)
+
+
+def test_parameters_are_options() -> None:
+    assert with_params({"map": "a"}, ["soft-pings=no"]) == {"map": "a", "soft_pings": "no"}
+    with pytest.raises(ParameterError, match="map, is given twice"):
+        with_params({"map": "a"}, ["map=b"])
+    with pytest.raises(ParameterError, match="must be NAME=VALUE"):
+        with_params({}, ["map"])
+
+
+def test_a_study_of_the_robot_in_another_forest(capsys: pytest.CaptureFixture[str]) -> None:
+    study = ("montecarlo", "robot", "-n", "1", "--metric", "collided", "--param", "pings=3", "--json")
+    assert main([*study, "--param", "forest=open"]) == 0
+    assert json.loads(capsys.readouterr().out)["failed"] == []
+    assert main([*study, "--param", "forest=wood"]) == 2
+    assert "--forest: wood, must be corridor, open or dense" in capsys.readouterr().err
+
+
+def test_a_duration_that_a_system_has_not_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["montecarlo", "rover", "-n", "1", "--duration", "3s"]) == 2
+    assert "--duration: not an option of rover, its study has map, start" in capsys.readouterr().err
+
+
+def test_a_study_of_the_pushbot_on_another_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    study = ("montecarlo", "pushbot", "-n", "1", "--metric", "collided", "--json", "--duration", "50ms")
+    assert main([*study, "--param", "scene=pair", "--param", "calibrated=no"]) == 0
+    assert json.loads(capsys.readouterr().out)["metrics"]
+    assert main([*study, "--param", "scene=none"]) == 2
