@@ -137,7 +137,7 @@ class _Wiring:
         ]
         self.lanes: list[tuple[tuple[int, int], float]] = []  # population and slot in it, time constant
         self.shared: dict[tuple[tuple[int, int], float], int] = {}
-        self.uniform: dict[int, int] = {}  # population: slot of a current into all its neurons
+        self.uniform: dict[tuple[int, bool], int] = {}  # population, scaled: slot of a current into all of it
         self.decoders: list[dict[int, F64]] = [{} for _ in self.all]
         self.driven: list[tuple[int, int, float]] = []
         self.read: dict[str, slice] = {}
@@ -221,7 +221,7 @@ class _Wiring:
     def _ends(self, c: Connection, size: int) -> tuple[F64, list[list[int]]]:
         """Matrix from a vector of `size` to results, float64[results, size], and each result's lanes."""
         if isinstance(c.post, Neurons):
-            return self._into_neurons(c, c.post.name, size)
+            return self._into_neurons(c, c.post, size)
         matrix = _matrix(c, size)
         if c.post in self.by_name:
             held = [self.number[id(p)] for p in self.by_name[c.post]]
@@ -239,13 +239,14 @@ class _Wiring:
             )
         return matrix, ends
 
-    def _into_neurons(self, c: Connection, name: str, size: int) -> tuple[F64, list[list[int]]]:
+    def _into_neurons(self, c: Connection, post: Neurons, size: int) -> tuple[F64, list[list[int]]]:
         """As `_ends`, for currents: one result into all neurons, or a column of the transform a number."""
-        self.network.ensemble(name)
-        held = [self.number[id(p)] for p in self.by_name[name]]
+        self.network.ensemble(post.name)
+        held = [self.number[id(p)] for p in self.by_name[post.name]]
         given = np.atleast_2d(np.asarray(c.transform, dtype=float))
         if given.shape == (1, size):
-            return _matrix(c, size), [[self._lane((k, self._uniform(k)), c.synapse) for k in held]]
+            slots = [(k, self._uniform(k, scaled=post.scaled)) for k in held]
+            return _matrix(c, size), [[self._lane(slot, c.synapse) for slot in slots]]
         counts = [self.all[k].ensemble.neurons for k in held]
         if given.shape != (sum(counts), size) or not np.isfinite(given).all():
             raise ParameterError(
@@ -255,7 +256,7 @@ class _Wiring:
         ends: list[list[int]] = [[] for _ in range(size)]
         for k, part in zip(held, parts, strict=True):
             for j in range(size):
-                self.rows[k].append(self._currents(part[:, j]))
+                self.rows[k].append(self._currents(part[:, j] * (self.all[k].gain if post.scaled else 1.0)))
                 ends[j].append(self._lane((k, len(self.rows[k]) - 1), c.synapse))
         return np.eye(size), ends
 
@@ -265,11 +266,12 @@ class _Wiring:
             return row_of_currents(values, self.curves.unit)
         return Row(values, math.inf, 1)
 
-    def _uniform(self, k: int) -> int:
-        if k not in self.uniform:
-            self.rows[k].append(self._currents(np.ones(self.all[k].ensemble.neurons)))
-            self.uniform[k] = len(self.rows[k]) - 1
-        return self.uniform[k]
+    def _uniform(self, k: int, *, scaled: bool) -> int:
+        p = self.all[k]
+        if (k, scaled) not in self.uniform:
+            self.rows[k].append(self._currents(p.gain if scaled else np.ones(p.ensemble.neurons)))
+            self.uniform[k, scaled] = len(self.rows[k]) - 1
+        return self.uniform[k, scaled]
 
     def _lane(self, slot: tuple[int, int], synapse: float) -> int:
         key = (slot, synapse)

@@ -7,6 +7,7 @@ from typing import Any
 
 import nengo
 import numpy as np
+import scipy.linalg
 from nengo.builder.ensemble import gen_eval_points, get_gain_bias
 from nengo.builder.network import seed_network
 from nengo.dists import Distribution, get_samples
@@ -84,27 +85,36 @@ class Plan:
             raise ParameterError(f"{label}.post: {post}, must be a node, an ensemble or its neurons")
         end: str | Neurons = self.names[_ensemble_of(post)]
         if isinstance(post, nengo.ensemble.Neurons):
-            end = Neurons(self.names[post.ensemble])
+            end = Neurons(self.names[post.ensemble], scaled=True)
         if isinstance(pre, nengo.Node):
-            size = post.size_in
-            transform: F64 | float = np.eye(size) if isinstance(end, Neurons) else 1.0
-            matrix = matrix_of(c, label)
-            rows = matrix
+            rows, transform = matrix_of(c, label), np.eye(1)[0, 0]
             if isinstance(end, Neurons):
-                # one number where all neurons get the same
-                alike = bool(matrix.size and (matrix == matrix[0]).all())
-                rows, transform = (matrix[:1], np.ones((1, 1))) if alike else (matrix, transform)
+                rows, transform = self._currents(c, rows)
             self.nodes.append(Node(name, len(rows)))
             self.fed.append((name, (c, rows)))
-            self.connections.append(
-                Connection(name, end, transform=transform, synapse=tau_of(c.synapse, label))
-            )
+            self.connections.append(Connection(name, end, None, transform, tau_of(c.synapse, label)))
             return
         given = self._decoded(c, label)
         matrix = given["transform"]
         if isinstance(end, Neurons) and matrix.size and (matrix == matrix[0]).all():
             given["transform"] = matrix[:1]
         self.connections.append(Connection(self.names[_ensemble_of(pre)], end, **given))
+
+    def _currents(self, c: Any, matrix: F64) -> tuple[F64, F64]:
+        """What a node's value is multiplied with, float64[r, m], and currents of neurons, float64[1 or n, r].
+
+        A column of stages is taken for each number that can differ: of a pass-through those that what ends
+        at it spans, and one where all neurons get the same.
+        """
+        basis = None if c.function is not None else _basis(self.source, c.pre_obj, ())[c.pre_slice]
+        if basis is not None and basis.shape[1] < matrix.shape[1]:
+            rows, currents = np.linalg.pinv(basis), matrix @ basis
+        else:
+            rows, currents = matrix, np.eye(len(matrix))
+        total = currents @ rows
+        if total.size and np.allclose(total, total[0], rtol=1e-12, atol=0.0):
+            return total[:1], np.ones((1, 1))
+        return rows, currents
 
     def _decoded(self, c: Any, label: str) -> dict[str, Any]:
         """Fields of a connection from an ensemble or its neurons."""
@@ -159,6 +169,24 @@ def _ideal(ensembles: list[Any]) -> IdealCurves:
     if len(found) > 1:
         raise ParameterError(f"network: neurons of {len(found)} kinds of LIF, must all be alike")
     return IdealCurves(*found.pop()) if found else IdealCurves()
+
+
+def _basis(network: Any, node: Any, seen: tuple[Any, ...]) -> F64:
+    """Columns that span what a node can give, float64[size_out, r]: of a pass-through what ends at it."""
+    whole = np.eye(node.size_out)
+    if node.output is not None or node in seen:
+        return whole
+    found = []
+    for c in network.all_connections:
+        if c.post_obj is node:
+            given = matrix_of(c, str(c))
+            if isinstance(c.pre_obj, nengo.Node) and c.function is None:
+                given = given @ _basis(network, c.pre_obj, (*seen, node))[c.pre_slice]
+            found.append(given)
+    if not found:
+        return np.zeros((node.size_out, 0))
+    every = np.hstack(found)
+    return whole if np.linalg.matrix_rank(every) == len(every) else scipy.linalg.orth(every)
 
 
 def _ensemble_of(end: Any) -> Any:

@@ -124,10 +124,12 @@ class Node:
 class Neurons:
     """The neurons of an ensemble or array themselves, as the end of a connection: currents, not a vector.
 
-    A current of 1 is an ideal neuron's threshold. A transform of one row acts on all neurons alike.
+    A current of 1 is an ideal neuron's threshold. A transform of one row acts on all neurons alike. scaled: a
+    neuron gets the current times its gain, as nengo has it: -2 then silences any within its radius.
     """
 
     name: str
+    scaled: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
