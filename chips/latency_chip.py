@@ -30,6 +30,7 @@ from chips.latency_chip_kernel import (
     Memory,
     Race,
     integrate,
+    move,
     race,
     recall,
     reset,
@@ -120,6 +121,21 @@ class LatencyChip:
         """The same chip at another temperature, degC."""
         silicon = replace(self.silicon, temperature_c=temperature_c)
         return LatencyChip(self.design, self.biases, silicon, area=self.area, bus=self.bus, units=self.units)
+
+    def moved(self, memory: Memory, temperature_c: float, now: float) -> LatencyChip:
+        """The same chip at another temperature (degC) from `now` (s) on, what it keeps going on.
+
+        A charge that is partly taken up is taken up at the new rate from then on. Raises `ParameterError`
+        where units are at transistor level, whose machines have one temperature.
+        """
+        if self.units:
+            raise ParameterError(
+                f"{NAME}.temperature: {temperature_c:g} degC, units at transistor level keep the temperature"
+                " that they began with; leave them out"
+            )
+        chip = self.at(temperature_c)
+        move(memory, self.lumped, chip.lumped, now)
+        return chip
 
     def check_unit(self, memory: int, unit: int) -> None:
         """Raise `ParameterError` for a unit that the chip does not have."""

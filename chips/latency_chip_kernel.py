@@ -220,6 +220,21 @@ def reset(m: Memory, tonic: F64, at: float) -> None:
 
 
 @_compiled
+def move(m: Memory, before: Lumped, after: Lumped, now: float) -> None:
+    """Go on at other currents from `now` (s): what is left of each INH's hold or period is scaled with it."""
+    for p in range(before.tonic.shape[0]):
+        for u in range(before.tonic.shape[1]):
+            tonic = before.tonic[p, u]
+            left = m.release[p, u] - now
+            if left > 0.0:
+                m.release[p, u] = now + left * after.hold[p, u] / before.hold[p, u]
+                continue
+            m.last[p, u] = last_spike(m, p, u, tonic, now)
+            passed = math.fmod(-left, tonic)
+            m.release[p, u] = now - passed * after.tonic[p, u] / tonic
+
+
+@_compiled
 def race(c: Lumped, m: Memory, out: F64, given: Charge, r: Race) -> float:
     """Fill both layers' latencies; returns when the emergency neuron spiked, s, or inf.
 

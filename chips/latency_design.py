@@ -61,11 +61,11 @@ class Design:
     goal_sigma: float = 8.0
     direction: float = 0.1
     pulse: float = 2e-3
-    suppression: float = 0.3
+    suppression: float = 0.21
     suppression_sigma: float = 1.0
     inhibition: float = 100e-3
     recurrent: float = 1.35e-3
-    emergency: float = 75e-3
+    emergency: float = 68e-3
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming what cannot be built."""

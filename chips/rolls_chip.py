@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.aer import Bus, Events, send
-from chips.rolls_address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
+from chips.rebound_jitter import SiliconNoise
+from chips.rolls_address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
 from chips.rolls_chip_kernel import run_chip
 from chips.rolls_chip_layout import (
     COUNTS,
@@ -29,7 +30,6 @@ from chips.rolls_chip_layout import (
     OCTAVE_BITS,
     READ,
     SHUT,
-    SIGNS,
     SINCE,
     STATE_ROWS,
     TAKEN,
@@ -37,13 +37,31 @@ from chips.rolls_chip_layout import (
     WRITTEN,
     ZETA,
     ChipTables,
-    Scratch,
     Traffic,
     Z,
+    new_scratch,
 )
 from chips.rolls_circuit import Params
+from chips.rolls_input_check import check_inputs
 from chips.rolls_kernel import rest_of
 from chips.rolls_lumped import settled
+from chips.rolls_noise import with_noise
+from chips.rolls_noise_layout import NoiseTables
+from chips.rolls_plastic import (
+    PlasticState,
+    arrays_of,
+    at_rails,
+    bits_of,
+    convert,
+    plastic_cautions,
+    rest_of_plastic,
+    scratch_of,
+    settle,
+    state_of,
+)
+from chips.rolls_plastic_circuit import Learning
+from chips.rolls_plastic_layout import Plastic, PlasticEvents
+from chips.rolls_plastic_tables import BuiltPlastic, build_plastic
 from chips.rolls_program import Program
 from chips.rolls_tables import Built, build_tables, spikes_a_step
 from circuits.circuit import BiasKind
@@ -86,6 +104,7 @@ class ChipState:
     senders: I64
     temperature_c: float
     waiting: Inputs = NO_INPUTS
+    plastic: PlasticState | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,22 +126,26 @@ class RollsChip:
 
     kind: of all biases; bus: of events out and in; step: s, of which a neuron's period should be several.
     Temperature may be given a run, as a number or a function of time (s), degC; it is followed in steps of
-    0.25 K. The bus is idle as a run begins.
+    0.25 K. The bus is idle as a run begins. noise: of its devices, None for none (`chips.rolls_noise`).
     """
 
     def __init__(
         self, program: Program, silicon: Silicon | None = None, kind: BiasKind = "gate",
         params: Params | None = None, step: float = STEP, bus: Bus | None = None,
+        noise: SiliconNoise | None = None, learning: Learning | None = None,
     ) -> None:  # fmt: skip
-        """Raises `ParameterError` for a step that is not above 0."""
+        """Raises `ParameterError` for a step that is not above 0, and `learning` without a plastic array."""
         if not step > 0.0:
             raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.2 or 0.4 ms")
-        self.program, self.kind, self.step = program, kind, step
+        self.program, self.kind, self.step, self.noise = program, kind, step, noise
         self.silicon = Silicon(ROLLS_180) if silicon is None else silicon
         self.params = Params(virtual=program.virtual) if params is None else params
         self.bus = Bus() if bus is None else bus
+        if learning is not None and program.plastic is None:
+            raise ParameterError("chip.learning: given, must have a plastic array; give the program one")
+        self.learning = Learning() if learning is None else learning
         self._built: dict[float, Built] = {}
-        self._scratch = _scratch()
+        self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
 
     def built(self, temperature_c: float | None = None) -> Built:
         """Tables at a temperature, degC; the last few are kept."""
@@ -131,12 +154,29 @@ class RollsChip:
             on = replace(self.silicon, temperature_c=at)
             while len(self._built) >= KEPT:
                 self._built.pop(next(iter(self._built)))
-            self._built[at] = build_tables(self.params, self.program, self.kind, on, self.step)
+            built = build_tables(self.params, self.program, self.kind, on, self.step)
+            built = with_noise(built, self.params, self.program, on, self.noise)
+            if self.program.plastic is not None:
+                found = build_plastic(
+                    self.params, self.learning, self.program, self.kind, on, self.step, built.tables.membranes
+                )
+                built = replace(built, plastic=found)
+            self._built[at] = built
         return self._built[at]
+
+    def with_tables(self, built: Built) -> RollsChip:
+        """The chip with other tables at its silicon's temperature, as of a group of its devices alone."""
+        other = RollsChip(
+            self.program, self.silicon, self.kind, self.params, self.step, self.bus, self.noise,
+            None if self.program.plastic is None else self.learning,
+        )  # fmt: skip
+        other._built[self.silicon.temperature_c] = built
+        return other
 
     def cautions(self) -> tuple[str, ...]:
         """Where this chip is outside of what its step was measured for, a sentence each."""
-        return cautions_of(self.built(), self.step)
+        found, plastic = cautions_of(self.built(), self.step), self.built().plastic
+        return found if plastic is None else found + plastic_cautions(self.program.biases, plastic)
 
     def at_rest(self) -> ChipState:
         """State without input; a neuron that has no rest begins at 0 V."""
@@ -151,7 +191,28 @@ class RollsChip:
         values[SHUT] = NEVER
         restless = resting[:, 0] >= built.neurons.top
         values[ZETA] = zeta_of(built, np.where(restless, 0.0, resting[:, 0]))
-        return ChipState(0.0, values, np.empty(0, np.int64), self.silicon.temperature_c)
+        state = ChipState(0.0, values, np.empty(0, np.int64), self.silicon.temperature_c)
+        if self.program.plastic is None or built.plastic is None:
+            return state
+        return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
+
+    def weights(self, state: ChipState) -> NDArray[np.bool_]:
+        """Whether each plastic weight is high, bool[post, pre]; raises `ParameterError` without an array."""
+        return bits_of(*self._plastic(state))
+
+    def with_weights(self, state: ChipState, weights: NDArray[np.bool_]) -> ChipState:
+        """The state with all plastic weights at their rails, bool[post, pre], as the latches write them.
+
+        Raises `ParameterError` without a plastic array, and where one is not 0 or 1.
+        """
+        built, plastic = self._plastic(state)
+        return replace(state, plastic=replace(plastic, weights=at_rails(built, weights)))
+
+    def _plastic(self, state: ChipState) -> tuple[BuiltPlastic, PlasticState]:
+        built = self.built(state.temperature_c).plastic
+        if built is None or state.plastic is None:
+            raise ParameterError("chip.weights: none, must have a plastic array; give the program one")
+        return built, state.plastic
 
     def restless(self) -> NDArray[np.bool_]:
         """Neurons that fire without input, bool[256]."""
@@ -171,7 +232,7 @@ class RollsChip:
         Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip does
         not have or from before the state.
         """
-        _check(inputs, state.time, self.program)
+        check_inputs(inputs.times, inputs.neurons, inputs.columns, state.time, self.program)
         arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
         steps = round(duration / self.step)
         if not abs(duration - steps * self.step) < WHOLE * self.step:
@@ -198,20 +259,22 @@ class RollsChip:
         found: list[tuple[F64, I64]] = []
         values, senders, now = state.values.copy(), state.senders, state.time
         at, done, cursor, held = state.temperature_c, 0, 0, 0
-        columns, to = _kernel_columns(words >> 8), words & 255
+        mine = words >> 8 >= NEURONS
+        events = times[mine], _kernel_columns(words[mine] >> 8), words[mine] & 255
+        plastic = self._array(state, times[~mine], words[~mine])
         while done < steps:
             wanted = self._temperature(temperature, now)
             if wanted != at:
-                values = _converted(values, self.built(at), self.built(wanted))
-                at = wanted
+                old, new = self.built(at), self.built(wanted)
+                values, at = _converted(values, old, new), wanted
+                if plastic is not None and old.plastic is not None and new.plastic is not None:
+                    plastic = convert(old.plastic, new.plastic, plastic)
             length = steps - done
             if callable(temperature):
                 length = min(length, max(round(LOOK / self.step), 1))
             built = self.built(at)
-            left = slice(cursor, None)
-            out = self._call(
-                built.tables, values, senders, length, now, (times[left], columns[left], to[left])
-            )
+            left = events[0][cursor:], events[1][cursor:], events[2][cursor:]
+            out = self._call(built.tables, values, senders, length, now, left, built.noise, plastic)
             written = out.counts[WRITTEN]
             found.append((out.sent[:written], out.senders[:written]))
             senders = out.last[: out.counts[LAST]]
@@ -219,12 +282,26 @@ class RollsChip:
             done += int(out.counts[DONE])
             held += int(out.counts[HELD])
             now = state.time + done * self.step
-        waiting = Inputs(times[cursor:], words[cursor:] & 255, words[cursor:] >> 8)
-        after = ChipState(now, values, senders, at, waiting)
+        late = np.flatnonzero(mine)[cursor:]
+        kept = None
+        if plastic is not None:
+            late = np.sort(np.concatenate((late, np.flatnonzero(~mine)[plastic.arrays.read[0] :])))
+            settle(plastic)
+            kept, held = state_of(plastic.arrays), held + int(plastic.arrays.held[0])
+        waiting = Inputs(times[late], words[late] & 255, words[late] >> 8)
+        after = ChipState(now, values, senders, at, waiting, kept)
         if not found:
             return np.empty(0), np.empty(0, np.int64), after, held
         times = np.concatenate([t for t, _ in found])
         return times, np.concatenate([a for _, a in found]), after, held
+
+    def _array(self, state: ChipState, times: F64, words: I64) -> Plastic | None:
+        """The plastic array for the kernel, and its events."""
+        built = self.built(state.temperature_c).plastic
+        if built is None or state.plastic is None:
+            return None
+        events = PlasticEvents(times, words >> 8, words & 255)
+        return Plastic(built.tables, arrays_of(state.plastic), events, self._plastic_scratch)
 
     def _temperature(self, temperature: Temperature | None, now: float) -> float:
         if temperature is None:
@@ -235,7 +312,7 @@ class RollsChip:
 
     def _call(
         self, tables: ChipTables, values: F64, senders: I64, steps: int, now: float,
-        events: tuple[F64, I64, I64],
+        events: tuple[F64, I64, I64], noise: NoiseTables | None, plastic: Plastic | None,
     ) -> Traffic:  # fmt: skip
         most = spikes_a_step(tables)
         room = max(ROOM, 2 * max(most * NEURONS, senders.size))
@@ -245,7 +322,7 @@ class RollsChip:
         last[: senders.size], counts[LAST] = senders, senders.size
         traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
         bits = values[ZETA].view(np.int64)
-        run_chip(tables, values, bits, steps, now, traffic, self._scratch)
+        run_chip(tables, values, bits, steps, now, traffic, self._scratch, plastic, noise)
         return traffic
 
 
@@ -272,30 +349,6 @@ def _kernel_columns(columns: I64) -> I64:
     """Columns as the kernel counts them: virtual ones first, 0 to 7, then 8 + presynaptic neuron."""
     virtual = columns - VIRTUAL_EXCITATORY
     return np.where(virtual >= 0, virtual, columns - NONPLASTIC + 8)
-
-
-def _check(inputs: Inputs, now: float, program: Program) -> None:
-    if inputs.times.size == 0:
-        return
-    if inputs.times.min() < now:
-        raise ParameterError(f"chip.inputs: an event at {inputs.times.min():g} s, must be >= {now:g} s")
-    if inputs.neurons.min() < 0 or inputs.neurons.max() >= NEURONS:
-        wrong = inputs.neurons[(inputs.neurons < 0) | (inputs.neurons >= NEURONS)][0]
-        raise ParameterError(
-            f"chip.inputs: neuron {wrong}, must be 0 to {NEURONS - 1}; the chip has {NEURONS}"
-        )
-    known = np.zeros(VIRTUAL_INHIBITORY + 4, np.bool_)
-    known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
-    for inhibitory in {each.inhibitory for each in program.inputs}:
-        known[list(program.virtual.columns(inhibitory=inhibitory))] = True
-    columns = inputs.columns
-    bad = (columns < 0) | (columns >= known.size)
-    bad |= ~known[np.where(bad, 0, columns)]
-    if bad.any():
-        raise ParameterError(
-            f"chip.inputs: column {columns[bad][0]}, must be {NONPLASTIC} to {VIRTUAL_EXCITATORY - 1} or a"
-            " virtual synapse of a sign that an input of the program has; declare a VirtualInput"
-        )
 
 
 def zeta_of(built: Built, v: F64) -> F64:
@@ -326,13 +379,3 @@ def _converted(values: F64, old: Built, new: Built) -> F64:
         depth = f.fold * (before.log_of(values[Z + k]) - f.start)
         out[Z + k] = after.brought_at(g.start + depth / g.fold)
     return out
-
-
-def _scratch() -> Scratch:
-    n = NEURONS
-    value, power, lag, excite, inhibit, own, rate, slope = np.zeros((8, n), np.float32)
-    hard = np.zeros(n, np.uint8)
-    return Scratch(
-        np.zeros((SIGNS, n), np.float32), np.zeros(n), value, power, lag, excite, inhibit, own, rate, slope,
-        hard, hard.view(np.int64), np.zeros((4, n + 1), np.int64),
-    )  # fmt: skip

@@ -29,123 +29,71 @@ import math
 
 import numpy as np
 
-from chips import rolls_chip_layout
+from chips import (
+    noise_draw,
+    rolls_chip_layout,
+    rolls_filter_step,
+    rolls_noise_kernel,
+    rolls_noise_layout,
+    rolls_plastic_kernel,
+    rolls_plastic_layout,
+)
 from chips.rolls_chip_layout import (
     BASE,
     BENT,
-    C11,
-    C20,
     C24,
-    C32,
-    C35,
-    COARSE,
     DELAY,
     DONE,
     DRAWN,
     F32,
     F64,
-    FINE,
-    FINE_POINTS,
     FIRES,
     FREED,
     HALF,
     HELD,
-    HIGH,
     I64,
     INVERSE,
     KICK,
     LAST,
-    LOW,
     NEVER,
     ONE,
     OWN,
     OWN_SLOPE,
-    POWER,
-    POWER_SLOPE,
     READ,
     REFRACTORY,
     RISES,
     SHIFT,
     SHUT,
-    SINCE,
     SIXTH,
-    SLOPE,
-    SPLIT,
     STATIC,
     STEEP,
     STRONGEST,
-    TAKEN,
     TOP,
     TWO,
     V_AHP,
-    VALUE,
     VIRTUAL,
     WAIT,
     WRITTEN,
     ZERO,
     ZETA,
     ChipTables,
-    FilterBank,
     Membranes,
     Scratch,
     Traffic,
-    Z,
 )
+from chips.rolls_filter_step import step_filters
+from chips.rolls_noise_kernel import disturb_filters, disturb_membranes
+from chips.rolls_noise_layout import NoiseTables
+from chips.rolls_plastic_kernel import deliver_plastic, step_plastic
+from chips.rolls_plastic_layout import Plastic
 from circuits.compiled import compiled
 
-_compiled = compiled(callees=(rolls_chip_layout,), fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(callees=(rolls_chip_layout,), fastmath={"contract", "nsz", "arcp"}, forceinline=True)
-
-
-@_inlined
-def _filter(state: F64, sign: int, omega: F32, bank: FilterBank, step: float, out: F32, s: Scratch) -> int:
-    """A step of the filters of one kind; adds their currents to `out`, and empties their charges.
-
-    Returns how many were beyond the table's end, and were held there.
-    """
-    place, value, power, q = s.place, s.value, s.power, s.charge[sign]
-    z, taken, since = state[Z + sign], state[TAKEN + sign], state[SINCE + sign]
-    half, lag = 0.5 * step, s.lag
-    # short loops over few arrays, or the compiler does not pack them
-    for k in range(z.size):
-        value[k] = max(bank.line[k] / np.float32(since[k] + half) - bank.idle[k], ZERO)
-    for k in range(z.size):
-        quiet = ZERO if q[k] > ZERO else ONE
-        lag[k] = quiet * HALF * value[k] + (ONE - quiet) * bank.lag[k]
-        value[k] = quiet * value[k] + (ONE - quiet) * bank.first[k]
-        power[k] = quiet
-    for k in range(z.size):
-        since[k] = power[k] * since[k] + step
-    for k in range(z.size):
-        before, quiet = np.float32(taken[k]), power[k]
-        power[k] = value[k] + (ONE - quiet) * (q[k] - before)
-        taken[k] = value[k] + quiet * before
-    held = 0
-    for k in range(z.size):
-        q[k] = ZERO
-        x = min(z[k] + power[k], HIGH)
-        held += 1 if z[k] + power[k] > HIGH else 0
-        z[k] = x
-        y = max(x - lag[k], LOW)
-        place[k] = (y - LOW) * FINE if y < SPLIT else (y - SPLIT) * (1.0 / COARSE) + FINE_POINTS
-    for k in range(z.size):
-        i = np.uint32(place[k])
-        t = np.float32(place[k] - i)
-        row = omega[i]
-        value[k] = row[VALUE] + t * row[SLOPE]
-        power[k] = row[POWER] + t * row[POWER_SLOPE]
-    for k in range(z.size):
-        e = math.sqrt(power[k] * bank.scale[k])
-        # ln(1 + e) by a fraction of fourth order, 1e-3 off at e = 3
-        log = e * (ONE + e * (ONE + C11 * e)) / (ONE + e * (C32 + e * (C35 + C20 * e)))
-        out[k] += bank.specific[k] * log * log
-    for k in range(z.size):
-        ratio = min(bank.empty[k] / power[k], ONE)
-        power[k] = ONE - ratio * math.sqrt(ratio)
-    for k in range(z.size):
-        leaked = (bank.fall[k] + value[k] * bank.lost[k]) * power[k]
-        z[k] = max(z[k] - leaked + bank.idle[k], bank.rest[k])
-    return held
+_CALLEES = (
+    noise_draw, rolls_chip_layout, rolls_filter_step, rolls_noise_kernel, rolls_noise_layout,
+    rolls_plastic_kernel, rolls_plastic_layout,
+)  # fmt: skip
+_compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
+_inlined = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
 @_inlined
@@ -249,13 +197,13 @@ def _currents(c: ChipTables, state: F64, counts: I64, s: Scratch) -> None:
         s.excite[k] = ZERO
         s.inhibit[k] = ZERO
     if c.live[0]:
-        counts[HELD] += _filter(state, 0, c.omega[0], c.banks[0], c.step, s.excite, s)
+        counts[HELD] += step_filters(state, 0, c.omega[0], c.banks[0], c.step, s.excite, s)
     if c.live[1]:
-        counts[HELD] += _filter(state, 1, c.omega[1], c.banks[1], c.step, s.inhibit, s)
+        counts[HELD] += step_filters(state, 1, c.omega[1], c.banks[1], c.step, s.inhibit, s)
     if c.live[2]:
-        counts[HELD] += _filter(state, 2, c.omega[2], c.banks[2], c.step, s.excite, s)
+        counts[HELD] += step_filters(state, 2, c.omega[2], c.banks[2], c.step, s.excite, s)
     if c.live[3]:
-        counts[HELD] += _filter(state, 3, c.omega[3], c.banks[3], c.step, s.inhibit, s)
+        counts[HELD] += step_filters(state, 3, c.omega[3], c.banks[3], c.step, s.inhibit, s)
     if c.membranes.adapting:
         _adapt(c.membranes, state, c.step, s.inhibit)
 
@@ -352,19 +300,31 @@ def _spike(m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traf
 
 
 @_compiled
-def run_chip(c: ChipTables, state: F64, bits: I64, steps: int, now: float, t: Traffic, s: Scratch) -> None:
+def run_chip(  # noqa: PLR0913, PLR0917 - numba tells None from tables by argument
+    c: ChipTables, state: F64, bits: I64, steps: int, now: float, t: Traffic, s: Scratch,
+    plastic: Plastic | None = None, noise: NoiseTables | None = None,
+) -> None:  # fmt: skip
     """Run `steps` steps from `now` s, or fewer where `sent` could overflow: t.counts[DONE] tells.
 
-    state: float64[STATE_ROWS, n], of which `bits` is the row of zeta as int64.
+    state: float64[STATE_ROWS, n], of which `bits` is the row of zeta as int64. plastic: the
+    plastic array; noise: of the devices; without one numba compiles nothing of it.
     """
     m = c.membranes
     for k in range(steps):
         if t.counts[WRITTEN] + t.last.size > t.sent.size:
             break
         begin = now + k * c.step
+        if plastic is not None:
+            deliver_plastic(plastic, state, t, begin + c.step)
         _deliver(c, t, begin + c.step, s)
+        if noise is not None:
+            disturb_filters(noise, c, state, round(begin / c.step), s)
         _currents(c, state, t.counts, s)
+        if plastic is not None:
+            step_plastic(plastic, state, bits, c.step, s.excite)
         _rates(m, state[ZETA], bits, s)
+        if noise is not None:
+            disturb_membranes(noise, m, bits, round(begin / c.step), c.step, s)
         if _move(m, state, c.step, s):
             _spike(m, state, bits, c.step, begin, t, s)
         for j in range(bits.size):

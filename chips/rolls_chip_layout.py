@@ -128,3 +128,13 @@ class Traffic(NamedTuple):
 # Steps done, spikes written, events read, neurons in `last`, filters times steps beyond their table's end
 DONE, WRITTEN, READ, LAST, HELD = range(5)
 COUNTS = 5
+
+
+def new_scratch(n: int) -> Scratch:
+    """Working space of `n` neurons, a multiple of eight."""
+    value, power, lag, excite, inhibit, own, rate, slope = np.zeros((8, n), np.float32)
+    hard = np.zeros(n, np.uint8)
+    return Scratch(
+        np.zeros((SIGNS, n), np.float32), np.zeros(n), value, power, lag, excite, inhibit, own, rate, slope,
+        hard, hard.view(np.int64), np.zeros((4, n + 1), np.int64),
+    )  # fmt: skip

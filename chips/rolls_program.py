@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chips.rolls_address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_plastic_program import PlasticArray
 from circuits.blocks.rolls_bias import current_of
 from circuits.errors import ParameterError
 
@@ -58,7 +59,7 @@ class Program:
 
     levels: int8[post, pre], 256 x 256, -4 to 4; a smaller square one holds for the first neurons; biases: by
     code; tau1: neurons whose leak is IF_TAU1, all others have IF_TAU2; inputs: external ones; virtual: how
-    many virtual synapses a neuron has.
+    many virtual synapses a neuron has; plastic: the plastic array, None where it is not used.
 
     Raises `ParameterError` for a ninth weight, a level or an input whose bias is off, a neuron that the chip
     does not have, and more virtual inputs than a neuron has virtual synapses.
@@ -69,6 +70,7 @@ class Program:
     tau1: tuple[int, ...] = ()
     inputs: tuple[VirtualInput, ...] = ()
     virtual: VirtualSynapses = LAB_VIRTUAL
+    plastic: PlasticArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "levels", _checked_levels(self.levels))

@@ -18,7 +18,9 @@ from chips.rolls_devices import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls_kernel import Neurons
 from chips.rolls_lumped import Filter, Load, Shape, bank_of, filter_of, line_voltage, lines_of, shape_of
 from chips.rolls_neuron_model import NODES, neurons_of
+from chips.rolls_noise_layout import NoiseTables
 from chips.rolls_parts import devices_at, gate_voltages, part_gates, row_place
+from chips.rolls_plastic_tables import BuiltPlastic
 from chips.rolls_program import Program, level_current
 from chips.rolls_synapse_model import SynapseModel
 from chips.rolls_synapse_model import model_of as synapse_model_of
@@ -61,6 +63,8 @@ class Built:
     lengths: F64
     levels: Mapping[int, float]
     gates: Mapping[str, float]
+    noise: NoiseTables | None = None
+    plastic: BuiltPlastic | None = None
 
 
 @lru_cache(maxsize=8)

@@ -2,7 +2,8 @@
 
 A program is written a latch at a time, five words a synapse, sender by sender as the control software does
 it, with a pause of 10 us after each synapse (`aerctl.cpp`); what a word takes on the link is not public.
-Plastic synapses have no model: their latches can be cleared, not set.
+The plastic array's latches and weights follow, where a program has one (`chips.rolls_plastic_words`); its
+broadcast latches can be cleared, not set.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from chips.rolls_address import (
     stimulate_words,
 )
 from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_plastic_words import plastic_of_words, plastic_words
 from chips.rolls_program import Program, VirtualInput
 from circuits.errors import ParameterError
 
@@ -76,7 +78,8 @@ def input_words(program: Program, name: str, neurons: ArrayLike) -> I64:
 def program_words(program: Program, since: Program | None = None) -> I64:
     """Words that write a program, in order: int64; only what differs from `since` where that is given.
 
-    Leak latches first, then five words a synapse: recurrent, sign, w0, w1, broadcast (always 0).
+    Leak latches first, then five words a synapse: recurrent, sign, w0, w1, broadcast (always 0); then those
+    of the plastic array, if it has one.
     """
     pre, post = np.meshgrid(np.arange(NEURONS), np.arange(NEURONS), indexing="ij")
     changed = np.ones((NEURONS, NEURONS), dtype=np.bool_)
@@ -91,7 +94,8 @@ def program_words(program: Program, since: Program | None = None) -> I64:
     cells = latch_words(
         NONPLASTIC_LATCHES, post[changed][:, None], pre[changed][:, None], latches, values.astype(np.int64)
     )
-    return np.concatenate((leak, cells.ravel()))
+    plastic = plastic_words(program.plastic, None if since is None else since.plastic)
+    return np.concatenate((leak, cells.ravel(), plastic))
 
 
 def program_of_words(
@@ -102,8 +106,8 @@ def program_of_words(
 ) -> Program:
     """Program that latch words, in their order, leave on a chip whose latches were all off.
 
-    Raises `ParameterError` for a word that writes no latch, one that sets a latch of a plastic synapse or a
-    broadcast latch (neither is modelled), and where the program itself is refused.
+    It has a plastic array if a word sets a latch or a weight there. Raises `ParameterError` for a word that
+    writes no latch, one that sets a broadcast latch (not modelled), and where the program itself is refused.
     """
     found = np.asarray(words, dtype=np.int64).ravel()
     cells, leak = in_region(NONPLASTIC_LATCHES, found), (found >= LEAK_TAU1) & (found <= LEAK_RELEASE)
@@ -113,7 +117,6 @@ def program_of_words(
         raise ParameterError(
             f"program.words[{k}]: {found[k]} writes no latch; leave out words that stimulate"
         )
-    _check_off(found, plastic)
     latches = np.zeros((len(NONPLASTIC_LATCHES.latches), NEURONS, NEURONS), dtype=np.int8)
     writes = read_latch_words(NONPLASTIC_LATCHES, found[cells])
     latches[writes.latch, writes.post, writes.pre] = writes.bit  # of several writes the last one holds
@@ -125,7 +128,9 @@ def program_of_words(
         )
     levels = recurrent * (2 * sign - 1) * (1 + w0 + 2 * w1)
     table = default_biases() if biases is None else biases
-    return Program(levels.astype(np.int8), table, _slow_neurons(found[leak]), tuple(inputs), virtual)
+    array = plastic_of_words(found[plastic])
+    slow = _slow_neurons(found[leak])
+    return Program(levels.astype(np.int8), table, slow, tuple(inputs), virtual, array)
 
 
 def programming_time(words: ArrayLike, pause: float = CELL_PAUSE) -> float:
@@ -139,19 +144,6 @@ def programming_time(words: ArrayLike, pause: float = CELL_PAUSE) -> float:
         kind[in_region(region, found)] = k
     synapse = ((found & 0xFFFF) + (kind << 16))[kind > 0]  # the lower 16 bits tell one cell from another
     return pause * (synapse.size and 1 + int((np.diff(synapse) != 0).sum()))
-
-
-def _check_off(words: I64, plastic: Flags) -> None:
-    for region in (PLASTIC_LATCHES, PLASTIC_WEIGHTS):
-        inside = plastic & in_region(region, words)
-        bit = np.zeros(words.size, dtype=np.int64)
-        bit[inside] = read_latch_words(region, words[inside]).bit
-        if bit.any():
-            k = int(bit.argmax())
-            raise ParameterError(
-                f"program.words[{k}]: {words[k]} sets a {region.name}, must clear it; plastic synapses are"
-                " not modelled: take a non-plastic one"
-            )
 
 
 def _slow_neurons(words: I64) -> tuple[int, ...]:

@@ -1,10 +1,14 @@
 """Campaigns of flights by spikes: crossings of the forest before a collision, and what they say.
 
-A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border or `PINGS` pings (600
-s at ten a second), and counts as censored then. The share of flights that have crossed c times without a
-collision is the product-limit estimate over crossings (Kaplan & Meier 1958, scipy.stats.ecdf), with its
-log-log interval. Two models fly the same forests from the same starts: a pair whose flights differ names a
-better one, and the pairs are a sign test; ties, both stopped among them, say nothing.
+A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border, at `PINGS` pings
+(600 s at ten a second), or after a minute in a loop (`system.latency_loop`), and counts as censored then. The
+share of flights that have crossed c times without a collision is the product-limit estimate over crossings
+(Kaplan & Meier 1958, scipy.stats.ecdf), with its log-log interval. Two models fly the same forests from the
+same starts: a pair whose flights differ names a better one, and the pairs are a sign test; ties, both stopped
+among them, say nothing.
+
+Flights in a loop would have no end: they are counted apart, because their censoring is not independent of how
+well they do, and the product limit takes them for better than they are.
 
 The analog model flies with its own loop, its numbers for ten pings a second, on the same first run's forest.
 """
@@ -34,11 +38,12 @@ from system.curved_openspace_kernel import fly as fly_analog
 from system.forest_flight import margin_of
 from system.forest_map import cells_of
 from system.forest_senses import EXACT
-from system.forest_state import LAP, new_flight
+from system.forest_state import LAP, TIME, X, Y, new_flight
 from system.forest_state import PINGS as PINGED
 from system.latency_brain import Brain, network_brain
 from system.latency_chip_brain import brain_with, design_of
-from system.latency_flight import fly
+from system.latency_flight import Flown, fly
+from system.latency_loop import WINDOW, stays
 from system.latency_numbers import Numbers
 from system.latency_run import LatencyScenario, place
 
@@ -51,12 +56,13 @@ _AT_ONCE = 10  # pings of the analog model between looks at the crossings; a cro
 
 @dataclass(frozen=True, slots=True)
 class Crossed:
-    """A flight: crossings before it ended, and whether by a collision."""
+    """A flight: crossings before it ended, whether by a collision, and whether in a loop, which none ends."""
 
     seed: int
     laps: int
     collided: bool
     pings: int
+    caught: bool = False
 
     @property
     def worth(self) -> tuple[int, int]:
@@ -116,8 +122,12 @@ def crossed(make: Maker, seed: int) -> Crossed:
     """Fly the forest of a seed."""
     arcs = _arcs()
     forest, start = place(LatencyScenario(seed=seed), arcs)
-    flown = fly(make(seed), arcs, forest, start, PINGS, CROSSINGS)
-    return Crossed(seed, flown.laps, flown.collided, flown.pings)
+    return judged(seed, fly(make(seed), arcs, forest, start, PINGS, CROSSINGS, patience=WINDOW))
+
+
+def judged(seed: int, flown: Flown) -> Crossed:
+    """What a flight through the forest of a seed came to."""
+    return Crossed(seed, flown.laps, flown.collided, flown.pings, flown.caught)
 
 
 def crossed_by_analog(seed: int) -> Crossed:
@@ -126,10 +136,14 @@ def crossed_by_analog(seed: int) -> Crossed:
     forest, start = place(LatencyScenario(seed=seed), arcs)
     flight = new_flight(*start, -np.pi, DIRECTIONS, len(forest.place), 0)
     cells, ended = cells_of(forest, margin_of(arcs)), GOING
+    been = []
     while ended == GOING and flight.counts[PINGED] < PINGS and flight.counts[LAP] < CROSSINGS:
         ended = fly_analog(arcs, EXACT, cells, flight, _AT_ONCE)
+        been.append(flight.pose[[TIME, X, Y]])
     laps = min(int(flight.counts[LAP]), CROSSINGS)
-    return Crossed(seed, laps, ended == COLLIDED, int(flight.counts[PINGED]))
+    rows, collided = np.array(been), ended == COLLIDED
+    loop = not collided and stays(rows[:, 0], rows[:, 1:])
+    return Crossed(seed, laps, collided, int(flight.counts[PINGED]), loop)
 
 
 def fly_all(one: Callable[[int], Crossed], seeds: Sequence[int], threads: int = 1) -> tuple[Crossed, ...]:

@@ -4,7 +4,8 @@ The maps are boards beside the chip: an echo's spike goes to every memory whose 
 the delay of equation (7); places that two echoes share spike once, as a map's neuron does. The goal's and the
 direction's charges are sent when the network's come. Of the chip's winners the first turns the head to its
 group; those of a group that was pinged in within the last 109 ms turn the body, at the first one's spike.
-A reset follows where the body turned, or the emergency neuron spiked, as with the network.
+A reset follows where the body turned, or the emergency neuron spiked, as with the network. Temperature may
+change from ping to ping, and is that of the ping's begin until the next one, in steps of 0.1 K.
 
 Ours: T_C is longer than the network's by `EARLIER`, because the chip's units answer that much sooner.
 """
@@ -23,6 +24,7 @@ from chips.latency_chip_kernel import Memory
 from chips.latency_design import Biases, Design
 from chips.latency_model import usual_biases
 from circuits.circuit import BiasKind
+from circuits.devices.source import Polyline
 from circuits.silicon import Silicon
 from system.curved_openspace import DIRECTIONS, Arcs
 from system.latency_brain import check_timing
@@ -34,6 +36,7 @@ F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 RECENT = 109e-3  # s, that a ping counts; the network's
+TEMPERATURE_STEP = 0.1  # K; ours
 EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in the network; measured
 
 
@@ -50,7 +53,10 @@ class ChipReply:
 
 @dataclass(slots=True)
 class ChipBrain:
-    """Maps, chip and motors; time and what was lost are counted on."""
+    """Maps, chip and motors; time and what was lost are counted on.
+
+    temperature: degC over time (s from the begin), the chip's own throughout unless given.
+    """
 
     chip: LatencyChip
     numbers: Numbers
@@ -61,6 +67,7 @@ class ChipBrain:
     now: float
     pinged: F64
     lost: int = 0
+    temperature: Polyline | None = None
 
     @property
     def period(self) -> float:
@@ -75,6 +82,7 @@ class ChipBrain:
 
     def answer(self, head: int, goal: int, seen: F64) -> ChipReply:
         """Send a ping's events and read the motors; `end` has to follow."""
+        self._follow_temperature()
         self.pinged[head] = self.now
         times, addresses = self._events(head, goal, seen)
         said = self.chip.ping(self.memory, self.now, times, addresses)
@@ -91,6 +99,14 @@ class ChipBrain:
         if spoken:
             self.chip.reset(self.memory, self.now + self.numbers.reset_at)
         self.now += self.numbers.ping_period
+
+    def _follow_temperature(self) -> None:
+        if self.temperature is None:
+            return
+        wanted = float(np.interp(self.now - self.numbers.ping_period, *self.temperature))
+        wanted = TEMPERATURE_STEP * round(wanted / TEMPERATURE_STEP)
+        if wanted != self.chip.silicon.temperature_c:
+            self.chip = self.chip.moved(self.memory, wanted, self.now)
 
     def counts(self) -> dict[str, int]:
         """Events lost on the bus or for want of a synapse, and detectors that the model could not decide."""
@@ -150,13 +166,15 @@ def chip_brain(
     return brain_with(chip, arcs, numbers)
 
 
-def brain_with(chip: LatencyChip, arcs: Arcs, numbers: Numbers) -> ChipBrain:
+def brain_with(
+    chip: LatencyChip, arcs: Arcs, numbers: Numbers, temperature: Polyline | None = None
+) -> ChipBrain:
     """A chip with its maps and motors, after a reset and a period without a ping."""
     at = places()
     found = blocking(arcs, at, numbers.constant_delay + EARLIER)
     return ChipBrain(
         chip, numbers, arcs, chip.new_memory(), at, _targets(found, len(at)), numbers.ping_period,
-        np.full(DIRECTIONS, -math.inf),
+        np.full(DIRECTIONS, -math.inf), temperature=temperature,
     )  # fmt: skip
 
 

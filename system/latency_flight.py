@@ -46,15 +46,30 @@ from system.forest_state import (
 )
 from system.latency_bat import goal_neuron, look
 from system.latency_brain import Brain, Reply
+from system.latency_loop import stays
 
 F64 = NDArray[np.float64]
+
+_LOOK = 100  # pings between looks for a loop
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a bat stands at a ping: place (m), heading (rad), its course (1/m, m/s), the head's direction."""
+
+    place: tuple[float, float]
+    heading: float
+    curvature: float
+    speed: float
+    head: int
 
 
 @dataclass(frozen=True, slots=True)
 class Flown:
     """A flight: its log (float64[rows, 8], see `system.curved_openspace_kernel`), end (m), what was counted.
 
-    collided: whether it ended by a collision; a flight may have no more than some pings.
+    collided: whether it ended by a collision; a flight may have no more than some pings; turned: how the bat
+    stood at the first ping after its last emergency, whose reset erased what the brain remembered.
     """
 
     log: F64 = field(repr=False)
@@ -67,11 +82,17 @@ class Flown:
     scans: int
     time_s: float
     distance_m: float
+    turned: Standing | None = None
 
     @property
     def path(self) -> F64:
         """Places where a stretch began, and the end, float64[rows + 1, 2], m."""
         return np.concatenate([self.log[:, 1:3], [self.end]])
+
+    @property
+    def caught(self) -> bool:
+        """Whether it was stopped in a loop, `system.latency_loop`."""
+        return not self.collided and stays(np.append(self.log[:, 0], self.time_s), self.path)
 
 
 @dataclass(slots=True)
@@ -90,20 +111,47 @@ def fly(
     pings: int,
     laps: int | None = None,
     progress: Callable[[float], None] | None = None,
+    *,
+    patience: float = math.inf,
 ) -> Flown:
-    """Fly left from a start (m) until a collision, so many pings, or so many crossings of the left border."""
-    flight = new_flight(*start, -math.pi, DIRECTIONS, len(forest.place), 2 * pings)
+    """Fly left from a start (m) until a collision, so many pings, or so many crossings of the left border.
+
+    patience: s in a loop (`system.latency_loop`) after which a flight is stopped too.
+    """
+    straight = float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE])
+    begin = Standing(start, -math.pi, *straight, DIRECTIONS // 2)
+    return fly_from(brain, arcs, forest, begin, pings, laps, progress, patience=patience)
+
+
+def fly_from(
+    brain: Brain,
+    arcs: Arcs,
+    forest: Forest,
+    standing: Standing,
+    pings: int,
+    laps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    *,
+    patience: float = math.inf,
+) -> Flown:
+    """As `fly`, from how the bat stands, with nothing remembered; stopped after `patience` s in a loop."""
+    flight = new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 2 * pings)
+    flight.counts[HEAD] = standing.head
     cells = cells_of(forest, margin_of(arcs))
-    course = _Course(float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE]))
-    collided = False
+    course = _Course(standing.curvature, standing.speed)
+    collided, turned = False, None
     while not collided and flight.counts[PINGS] < pings and (laps is None or flight.counts[LAP] < laps):
         heading = float(flight.pose[HEADING])
         seen = _look(arcs, forest, flight)
         head = int(flight.counts[HEAD])
         answer = brain.ping(head, goal_neuron(arcs, heading), seen)
         collided = _follow(arcs, cells, flight, brain.period, course, answer)
+        if answer.emergency is not None:
+            turned = _standing(flight, course)
         if progress is not None:
             progress(float(flight.counts[PINGS]) / pings)
+        if flight.counts[PINGS] % _LOOK == 0 and _loops(flight, patience):
+            break
     counts = flight.counts
     return Flown(
         log=flight.log[: counts[LOGGED]].copy(),
@@ -116,7 +164,19 @@ def fly(
         scans=int(counts[SCANS]),
         time_s=float(flight.pose[TIME]),
         distance_m=float(flight.pose[DISTANCE]),
+        turned=turned,
     )
+
+
+def _loops(flight: Flight, patience: float) -> bool:
+    log = flight.log[: flight.counts[LOGGED]]
+    return math.isfinite(patience) and stays(log[:, 0], log[:, 1:3], patience)
+
+
+def _standing(flight: Flight, course: _Course) -> Standing:
+    place = float(flight.pose[X]), float(flight.pose[Y])
+    heading, head = float(flight.pose[HEADING]), int(flight.counts[HEAD])
+    return Standing(place, heading, course.curvature, course.speed, head)
 
 
 def _look(arcs: Arcs, forest: Forest, flight: Flight) -> F64:
@@ -161,7 +221,7 @@ def _fly_on(arcs: Arcs, cells: Cells, flight: Flight, course: _Course, duration:
     """Fly the course for `duration` s; whether it ended by a collision."""
     flight.counts[ARC] = 0  # the only one of these arcs
     one = arcs._replace(curvature=np.array([course.curvature]), speed=np.array([course.speed]), step=duration)
-    return bool(advance(one, cells, flight)) or flight.counts[HIT] >= 0
+    return bool(advance(one, cells, flight) or flight.counts[HIT] >= 0)
 
 
 def _turn_round(arcs: Arcs, flight: Flight, course: _Course) -> None:

@@ -46,7 +46,7 @@ class ChipChoice:
     """Which latency chip: its silicon, biases, and units at transistor level.
 
     codes: `usual`, or `calibrated` on its die at 27 degC; area: of its devices, over the circuits'; units: by
-    memory and number.
+    memory and number; course: pairs of time (s) and degC that the temperature follows after its beginning.
     """
 
     die: Die = NOMINAL
@@ -55,8 +55,13 @@ class ChipChoice:
     codes: str = CODES[0]
     area: float = 1.0
     units: tuple[tuple[int, int], ...] = ()
+    course: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        if self.course and self.units:
+            raise ParameterError(
+                "--temperature: a course, not with --unit, which has one; leave one out"
+            )
         if self.codes not in CODES:
             raise ParameterError(f"--codes: {self.codes}, must be {' or '.join(CODES)}")
         if self.area != 1.0 and self.units:
@@ -157,7 +162,9 @@ def brain_of(scenario: LatencyScenario, arcs: Arcs) -> Brain:
         return network_brain(arcs, scenario.numbers, all_lif)
     check_timing(arcs, scenario.numbers)
     design = design_of(arcs, scenario.numbers)
-    return brain_with(chip_of(design, scenario.chip), arcs, scenario.numbers)
+    course = np.array(scenario.chip.course).T if scenario.chip.course else None
+    temperature = None if course is None else (course[0], course[1])
+    return brain_with(chip_of(design, scenario.chip), arcs, scenario.numbers, temperature)
 
 
 def chip_of(design: Design, choice: ChipChoice) -> LatencyChip:
@@ -218,13 +225,19 @@ def document(trace: LatencyTrace) -> dict[str, Any]:
 
 def _of_chip(choice: ChipChoice) -> dict[str, Any]:
     return {
-        "temperature_C": choice.temperature_c,
+        "temperature_C": choice.course or choice.temperature_c,
         **describe_die(choice.die),
         "bias_kind": choice.bias_kind,
         "codes": choice.codes,
         "area": choice.area,
         "transistor_units": choice.units,
     }
+
+
+def _warmth(choice: ChipChoice) -> str:
+    if not choice.course:
+        return f"{choice.temperature_c:g}"
+    return f"{min(c for _, c in choice.course):g} to {max(c for _, c in choice.course):g}"
 
 
 def draw(trace: LatencyTrace, figure: Figure) -> None:
@@ -235,7 +248,5 @@ def draw(trace: LatencyTrace, figure: Figure) -> None:
         f" {trace.flown.avoided} avoided, {trace.ended}"
     )
     if s.model == MODELS[2]:
-        title += (
-            f"\n{s.chip.die}, {s.chip.temperature_c:g} degC, biases by {s.chip.bias_kind}, {s.chip.codes}"
-        )
+        title += f"\n{s.chip.die}, {_warmth(s.chip)} degC, biases by {s.chip.bias_kind}, {s.chip.codes}"
     draw_view_of_run(trace.forest.place, s.bat.zone, trace.flown.path, figure, title)

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from chips import rolls_circuit
 from chips.pushbot_power import activity_power
+from chips.rebound_jitter import SiliconNoise
 from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
@@ -30,6 +31,7 @@ from system.pushbot_readout import DIRECT, REFERENCE, Readout
 from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
+from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import Readers, number, read_route, seconds, switch, whole, words
 
 DEFAULT_SCENE = "single-block"
@@ -47,6 +49,7 @@ STUDIED: Readers = {
     "scene": words, "speed_factor": number, "turn_factor": number, "window": seconds, "readout": words,
     "modified": switch, "dropped": number, "colour": words, "light": words, "target": switch,
     "duration": seconds, "exc": whole, "calibrated": switch, "frame": switch, "raise_lateral": switch,
+    "silicon_noise": words,
 }  # fmt: skip
 
 
@@ -58,7 +61,8 @@ class Scenario:
     window, readout: of equations (1) and (2), s, window and kind None for those of the architecture; target:
     whether the field gets events, None where the scene has a target; temperature_c: of the run (degC);
     calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
-    raise_lateral: see `Architecture`; duration: s, None for the scene's.
+    raise_lateral: see `Architecture`; duration: s, None for the scene's; silicon_noise: of its devices,
+    and its seed, None for `seed`, which is also that of the scene and the sensor.
     """
 
     scene: str = DEFAULT_SCENE
@@ -80,12 +84,19 @@ class Scenario:
     calibrated: bool = True
     frame: bool = False
     raise_lateral: bool = False
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
 
     def __post_init__(self) -> None:
         if self.duration is not None and not self.duration > 0.0:
             raise ParameterError(f"--duration: {self.duration:g} s, must be > 0")
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        self.device_noise()
+
+    def device_noise(self) -> SiliconNoise | None:
+        """Noise of the chips' devices."""
+        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
 
     def read(self) -> Readout:
         """How spikes become commands."""
@@ -125,7 +136,7 @@ def make_brain(scenario: Scenario) -> Brain:
     """The chip that a scenario asks for."""
     return brain_of(
         scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind,
-        calibrated=scenario.calibrated,
+        calibrated=scenario.calibrated, noise=scenario.device_noise(),
     )  # fmt: skip
 
 

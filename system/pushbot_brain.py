@@ -14,6 +14,7 @@ from chips.pushbot_biases import LEVELS, MODIFIED, STEP, modified_biases, pushbo
 from chips.pushbot_calibration import calibrate_pushbot, dropped, without
 from chips.pushbot_modified import field_network, modified_network
 from chips.pushbot_network import PushbotLayout
+from chips.rebound_jitter import SiliconNoise
 from chips.rolls_bias_file import BiasTable
 from chips.rolls_chip import Inputs, RollsChip
 from chips.rolls_network import Network, network_program
@@ -62,12 +63,12 @@ class Architecture:
 
 def brain_of(
     architecture: Architecture, die: Die = NOMINAL, temperature_c: float = 27.0, kind: BiasKind = "generator",
-    *, calibrated: bool = True,
+    *, calibrated: bool = True, noise: SiliconNoise | None = None,
 ) -> Brain:  # fmt: skip
     """A chip with an architecture, with the codes and neurons of its die's calibration at 27 degC.
 
     calibrated: otherwise with one table for all dies; the nominal die has that table in either case.
-    Raises `ParameterError` for a network that the chip has no room for.
+    noise: of the devices of every chip. Raises `ParameterError` for a network that the chip has no room for.
     """
     layout = PushbotLayout(exc=architecture.exc)
     biases, gone = pushbot_biases(), frozenset[int]()
@@ -81,13 +82,14 @@ def brain_of(
     if architecture.frame:
         network = with_relays(network)
     silicon = Silicon(ROLLS_180, temperature_c, die)
-    chip = RollsChip(network_program(network, biases), silicon, kind, step=STEP)
+    chip = RollsChip(network_program(network, biases), silicon, kind, step=STEP, noise=noise)
     if not architecture.modified:
         strong, frame = None, None
         if architecture.raised:
-            strong = RollsChip(network_program(strengthened(network), biases), silicon, kind, step=STEP)
+            raised = network_program(strengthened(network), biases)
+            strong = RollsChip(raised, silicon, kind, step=STEP, noise=noise)
         if architecture.frame:
-            second = ring_chip(replace(silicon, die=replace(die, lot=f"{die.lot}{SECOND}")), kind)
+            second = ring_chip(replace(silicon, die=replace(die, lot=f"{die.lot}{SECOND}")), kind, noise)
 
             def frame() -> Frame:
                 return Frame(second, relay_of(network), second.at_rest())

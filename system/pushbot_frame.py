@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from chips.population import Population, neural_field
 from chips.pushbot_biases import STEP, pushbot_biases
+from chips.rebound_jitter import SiliconNoise
 from chips.rolls_address import NONPLASTIC
 from chips.rolls_chip import ChipState, Inputs, RollsChip, Spikes
 from chips.rolls_network import Network, PopulationInput, network_program
@@ -46,9 +47,10 @@ def ring_network() -> Network:
     return Network((ring,), (lateral,), (PopulationInput("field", ring),), (ring,))
 
 
-def ring_chip(silicon: Silicon, kind: BiasKind) -> RollsChip:
+def ring_chip(silicon: Silicon, kind: BiasKind, noise: SiliconNoise | None = None) -> RollsChip:
     """The second chip."""
-    return RollsChip(network_program(ring_network(), pushbot_biases()), silicon, kind, step=STEP)
+    program = network_program(ring_network(), pushbot_biases())
+    return RollsChip(program, silicon, kind, step=STEP, noise=noise)
 
 
 @dataclass(frozen=True, slots=True)

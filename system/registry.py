@@ -59,6 +59,7 @@ EXPERIMENTS: dict[str, str] = {
     "latency-recall": "system.experiments.latency_recall:EXPERIMENT",
     "latency-forests": "system.experiments.latency_forests:EXPERIMENT",
     "latency-dies": "system.experiments.latency_dies:EXPERIMENT",
+    "latency-loops": "system.experiments.latency_loops:EXPERIMENT",
     "forest-silicon": "system.experiments.forest_silicon:EXPERIMENT",
     "forest-weights": "system.experiments.forest_weights:EXPERIMENT",
     "stockel2017-fig5": "system.experiments.stockel2017_fig5:EXPERIMENT",

@@ -29,6 +29,7 @@ from circuits.silicon import Silicon
 from circuits.units import parse_quantity
 from system.plot import COLOURS, INK
 from system.rolls_options import bias_table
+from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import Readers, read_route, seconds, words
 
 F64 = NDArray[np.float64]
@@ -42,13 +43,14 @@ STUDY_DURATION = 4.0  # s, unless asked
 STUDIED: Readers = {
     "duration": seconds,
     "bias_file": words,
+    "silicon_noise": words,
     "input_rate": lambda text, option: parse_quantity(text, "Hz", option),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of the events."""
+    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of events and noise."""
 
     bias_file: str | None = None
     input_rate: float = INPUT_RATE
@@ -57,6 +59,7 @@ class Scenario:
     die: Die = NOMINAL
     temperature_c: float = 27.0
     seed: int = 0
+    silicon_noise: Noisy = "off"
 
     def __post_init__(self) -> None:
         if not self.duration > SETTLING:
@@ -67,6 +70,7 @@ class Scenario:
             raise ParameterError(f"--input-rate: {self.input_rate:g} Hz, must be >= 0; 0 is no input")
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        silicon_noise(self.silicon_noise, self.seed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +89,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     neurons = tuple(range(NEURONS))
     table = bias_table(s.bias_file).with_code("IF_DC_P", 7, 0)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
-    on_die = RollsChip(program, Silicon(ROLLS_180, s.temperature_c, s.die), s.bias_kind)
+    noise = silicon_noise(s.silicon_noise, s.seed)
+    on_die = RollsChip(program, Silicon(ROLLS_180, s.temperature_c, s.die), s.bias_kind, noise=noise)
     spikes, _ = on_die.run(on_die.at_rest(), s.duration, events(s))
     if progress is not None:
         progress(1.0)

@@ -38,14 +38,14 @@ def run_forest(
         check_picture(plot)
     if animate is not None:
         check_animation(animate)
-    celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
-    check_temperature(celsius)
     options = _checked_model(options)
     if "model" in options:
         if animate is not None:
             raise ParameterError(f"--animate: {animate}, not with --model {options['model']}; use --plot")
-        run_latency(silicon, seed, plot, celsius, as_json=as_json, **options)
+        run_latency(silicon, seed, plot, as_json=as_json, **options)
         return
+    celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
+    check_temperature(celsius)
     fields = read_options(options)
     _check_silicon(silicon, fields["sensing"])
     scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **fields)

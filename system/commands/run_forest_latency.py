@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
 from system.commands.output import print_json, print_line, print_table, progress_bar
 from system.forest import ROOM_TEMPERATURE, read_options
@@ -11,13 +12,14 @@ from system.latency_run import MODELS, LatencyTrace, document, draw, run, scenar
 from system.options import read_die
 from system.plot import save_picture
 from system.silicon_choice import SiliconChoice
+from system.temperature_course import read_course
 
 
 def run_latency(
-    silicon: SiliconChoice, seed: int, plot: str | None, celsius: float, *, as_json: bool, **options: Any
+    silicon: SiliconChoice, seed: int, plot: str | None, *, as_json: bool, **options: Any
 ) -> None:
     """Fly once, print what came of it; `options` are those of a `LatencyScenario`."""
-    chip = _silicon(silicon, celsius, options["model"])
+    chip = _silicon(silicon, read_course(silicon.temperature), options["model"])
     scenario = scenario_of({**options, **_checked(options), **chip, "seed": seed})
     with progress_bar(f"forest, {scenario.model} (the first run compiles its kernels)") as progress:
         trace = run(scenario, progress)
@@ -49,15 +51,19 @@ def read_unit(text: str) -> tuple[int, int]:
     return int(parts[0]), int(parts[1])
 
 
-def _silicon(silicon: SiliconChoice, celsius: float, model: str) -> dict[str, Any]:
+def _silicon(silicon: SiliconChoice, warmth: float | Polyline, model: str) -> dict[str, Any]:
     """Die and temperature of a chip; refuses them where there is no silicon."""
     if model == MODELS[2]:
-        return {"die": read_die(silicon), "temperature_c": celsius}
+        die = read_die(silicon)
+        if isinstance(warmth, tuple):
+            course = tuple(zip(*(map(float, each) for each in warmth), strict=True))
+            return {"die": die, "temperature_c": course[0][1], "course": course}
+        return {"die": die, "temperature_c": warmth}
     remedy = f"--model {model} has no silicon; leave it out"
     if silicon.die is not None:
         raise ParameterError(f"--die: {silicon.die}, {remedy}")
-    if celsius != ROOM_TEMPERATURE:
-        raise ParameterError(f"--temperature: {celsius:g} degC, {remedy}")
+    if warmth != ROOM_TEMPERATURE:
+        raise ParameterError(f"--temperature: {silicon.temperature} degC, {remedy}")
     return {}
 
 

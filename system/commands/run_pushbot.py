@@ -65,6 +65,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "neurons": {p.name: len(p) for p in trace.brain.network.populations},
         "cautions": list(trace.brain.chip.cautions()),
         "seed": s.seed,
+        "silicon_noise": s.silicon_noise,
         "touched": trace.drive.touched,
         "path": path,  # s, m, m, rad
         "commands": np.array(trace.record.commands).reshape(-1, 3),  # s, v, w

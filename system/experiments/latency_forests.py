@@ -83,13 +83,16 @@ def notes(flights: Flights) -> tuple[str, ...]:
 
 def described(name: str, flights: Sequence[Crossed]) -> str:
     """A line on flights."""
-    collided = sum(f.collided for f in flights)
+    collided, loops = sum(f.collided for f in flights), sum(f.caught for f in flights)
+    through = sum(not f.collided and f.laps >= CROSSINGS for f in flights)
+    late = len(flights) - collided - through
     _, share, low, high = survival(flights)
     four = f"{share[PAPER]:.2f} ({low[PAPER]:.2f} to {high[PAPER]:.2f})"
     return (
-        f"{name}: {len(flights)} flights, {collided} collided, {len(flights) - collided} stopped; four"
-        f" crossings {four}; {mean_crossings(flights):.2f} crossings on average, up to {CROSSINGS};"
-        f" {sum(f.pings for f in flights)} pings"
+        f"{name}: {len(flights)} flights, {collided} collided, {through} stopped at {CROSSINGS} crossings,"
+        f" {late} after 600 s, {loops} of them in a loop; four crossings {four},"
+        f" {sum(f.laps >= PAPER for f in flights)} were seen to; {mean_crossings(flights):.2f} crossings on"
+        f" average, up to {CROSSINGS}; {sum(f.pings for f in flights)} pings"
     )
 
 

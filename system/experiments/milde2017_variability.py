@@ -2,15 +2,16 @@
 
 The paper shows three trials of one chip with the same parameters that part: "the robot might avoid the two
 obstacles on the right, or on the left side"; it names mismatch, the sensor's noise and its dependence on the
-movement. Here: one die with other noise, for some dies, and other dies with the same noise. Rules (ours):
-over all dies each side is taken in at least 5 % of the runs past the pair, and on some die with other noise
-both sides are.
+movement. Here: one die with other noise, of the sensor alone, of the chip's devices alone, and of both, for
+some dies; and other dies with the same noise of the sensor. Rules (ours): over all dies each side is taken in
+at least 5 % of the runs past the pair, and on some die with other noise both sides are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -20,12 +21,19 @@ from system.plot import COLOURS, PALE
 from system.pushbot import Scenario
 from system.pushbot_campaign import FIRST, Share, Summary, drive_each
 
-REPEATS = 10  # runs of a die, each with noise of its own
+REPEATS = 10  # runs of a die and a noise, each with a seed of its own
 REPEATED = 4  # dies that are repeated
 OTHERS = 30  # dies with the same noise
 LEAST = 0.05  # of either side
 
 Groups = Mapping[str, Sequence[Summary]]
+
+# noise that differs from run to run: fields of the scenario by a seed
+NOISES: Mapping[str, Callable[[int], dict[str, Any]]] = {
+    "sensor": lambda seed: {"seed": seed},
+    "silicon": lambda seed: {"seed": FIRST, "silicon_noise": "all", "noise_seed": seed},
+    "both": lambda seed: {"seed": seed, "silicon_noise": "all"},
+}
 
 
 def reproduce(
@@ -33,10 +41,11 @@ def reproduce(
 ) -> Report:
     """Drive all runs."""
     base = Scenario(scene="pair")
-    plan = {
-        f"die {FIRST + d}": [replace(base, die=Die(number=FIRST + d), seed=FIRST + k) for k in range(repeats)]
-        for d in range(repeated)
-    }
+    plan: dict[str, list[Scenario]] = {}
+    for d in range(repeated):
+        on_die = replace(base, die=Die(number=FIRST + d))
+        for name, fields in NOISES.items():
+            plan[f"die {FIRST + d}, {name}"] = [replace(on_die, **fields(FIRST + k)) for k in range(repeats)]
     plan["other dies"] = [replace(base, die=Die(number=FIRST + d), seed=FIRST) for d in range(others)]
     found = drive_each([s for group in plan.values() for s in group], progress=progress)
     groups: dict[str, list[Summary]] = {}
@@ -56,7 +65,8 @@ def left_of(found: Sequence[Summary]) -> Share:
 def rows(groups: Groups) -> tuple[Row, ...]:
     """Both sides over dies, and on a die."""
     others = left_of(groups["other dies"])
-    mixed = [name for name, found in groups.items() if name != "other dies" and _both(left_of(found))]
+    apart = [name for name, found in groups.items() if name != "other dies" and _both(left_of(found))]
+    mixed = {name.partition(",")[0] for name in apart}
     return (
         Row(
             "other_dies_passed_left", "left or right", str(others), f"{LEAST:g} to {1.0 - LEAST:g}", LEAST,
@@ -82,7 +92,7 @@ def notes(groups: Groups) -> tuple[str, ...]:
 
 
 def _draw(groups: Groups, figure: Figure) -> None:
-    figure.set_size_inches(6.4, 3.2)
+    figure.set_size_inches(6.4, 1.2 + 0.3 * len(groups))
     ax = figure.subplots()
     for row, found in enumerate(groups.values()):
         left = left_of(found)

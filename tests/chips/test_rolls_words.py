@@ -127,12 +127,9 @@ def test_events_reach_the_virtual_synapses_of_their_input() -> None:
 def test_words_without_a_model_are_refused_by_position() -> None:
     cleared = latch_words(PLASTIC_LATCHES, 1, 2, [0, 1], 0)
     assert not program_of_words(cleared).levels.any()
-    with pytest.raises(
-        ParameterError, match=r"program.words\[2\]: \d+ sets a plastic synapse, must clear it"
-    ):
-        program_of_words([*cleared, int(latch_words(PLASTIC_LATCHES, 1, 2, 0, 1))])
-    with pytest.raises(ParameterError, match=r"program.words\[0\]: \d+ sets a plastic weight"):
-        program_of_words([int(latch_words(PLASTIC_WEIGHTS, 1, 2, 0, 1))])
+    assert program_of_words(cleared).plastic is None
+    with pytest.raises(ParameterError, match=r"program.words: plastic broadcast of 2 to 1 is set"):
+        program_of_words([*cleared, int(latch_words(PLASTIC_LATCHES, 1, 2, 1, 1))])
     with pytest.raises(ParameterError, match=r"program.words: broadcast of 2 to 1 is set"):
         program_of_words([int(latch_words(NONPLASTIC_LATCHES, 1, 2, 4, 1))])
     with pytest.raises(ParameterError, match=r"program.words\[0\]: 131072 writes no latch"):

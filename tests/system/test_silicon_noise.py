@@ -1,12 +1,20 @@
-"""Noise of the ranging chip in a run of the approach: off unless asked for, chosen by the seed."""
+"""Noise of a system's chips: off unless asked for, chosen by the seed."""
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from chips.rolls_chip_layout import ZETA
+from circuits.errors import ParameterError
+from system import pushbot
+from system.arena_file import load_scene
 from system.command_line import main
+from system.pushbot_drive import begin_run
+from system.pushbot_loop import open_loop
+from system.rolls import SYSTEM, Scenario, run
 
 RUN = ["run", "approach", "--level", "behavioural", "--duration", "1s", "--json"]
 
@@ -46,6 +54,28 @@ def test_a_rover_plans_anew_every_trip(capsys: pytest.CaptureFixture[str]) -> No
     assert all(path == found["off"][0] for path in found["off"])
     # jitter of microseconds decides only where two ways are as close: the cost of the way stays
     assert all(path[0] == found["off"][0][0] for path in found["all"])
+
+
+def test_a_pushbots_chip_has_noise_of_its_own() -> None:
+    def spikes(**fields: Any) -> list[float]:
+        brain = pushbot.make_brain(pushbot.Scenario(scene="pair", **fields))
+        loop = open_loop(brain, begin_run(load_scene("pair", seed=3), seed=3), pushbot.Scenario().read())
+        return [*loop.state.values[ZETA]]
+
+    plain, noisy = spikes(), spikes(silicon_noise="all", noise_seed=1)
+    assert spikes(silicon_noise="off", noise_seed=1) == plain
+    assert spikes(silicon_noise="all", seed=1) == noisy
+    assert plain != noisy != spikes(silicon_noise="all", noise_seed=2)
+
+
+def test_rolls_rates_differ_with_the_seed_of_its_noise() -> None:
+    quiet = Scenario(duration=0.2)
+    found = [run(replace(quiet, silicon_noise=noise)).spikes.times for noise in ("off", "white", "all")]
+    assert found[0].size != found[1].size or (found[0] != found[1]).any()
+    assert found[1].size != found[2].size or (found[1] != found[2]).any()
+    assert SYSTEM.study_options("behavioural", None, {"silicon_noise": "all"})["silicon_noise"] == "all"
+    with pytest.raises(ParameterError, match="--silicon-noise: loud, must be off or white or all"):
+        replace(quiet, silicon_noise="loud")
 
 
 def test_ideal_cells_have_no_noise(capsys: pytest.CaptureFixture[str]) -> None:

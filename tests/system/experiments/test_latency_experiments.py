@@ -12,6 +12,7 @@ from system.experiments import (
     latency_dies,
     latency_equations,
     latency_forests,
+    latency_loops,
     latency_recall,
     wen2022_fig12_chip,
 )
@@ -83,3 +84,10 @@ def test_dies_state_their_rules(flights: Callable[[int], list[Crossed]]) -> None
     assert agrees == [False, False, True]
     assert len(latency_dies.notes(found)) == len(latency_dies.BUILDS)
     assert len(BLOCKS) == 7
+
+
+def test_loops_are_repeated_from_where_they_began(tmp_path: Path) -> None:
+    report = latency_loops.reproduce(silent, 1, 253)
+    assert any(note.startswith("chip: repeats 1 of 1") for note in report.notes)
+    assert not report.rows[0].agrees  # one loop shows nothing
+    assert drawn(report, tmp_path / "loops.png") > 10_000

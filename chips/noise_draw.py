@@ -1,0 +1,138 @@
+"""Draws of a chip's noise, a step at a time, and slow processes: compiled, without allocation.
+
+A draw is a function of (key, number of the step, stream, place) alone, whatever was drawn before. It is the
+sum of a Philox word's four bytes, with the normal's first three moments, which is what the weak order of a
+step asks for (Kloeden, Platen, "Numerical Solution of Stochastic Differential Equations", 1992, chapter 14);
+the sum of ten steps has a kurtosis 0.03 below the normal's.
+
+Flicker of density `K / f^AF` is the sum of octaves, values that are held for T_j = 2^j T_0, T_0 being eight
+steps, and have the variance
+
+    s_j^2 = ln 2 K T_j^(AF - 1) / (2 M),   M = int_0^inf x^(AF - 1) sinc^2(x) dx = 1/2 at AF = 1,
+
+as each has the density `2 s^2 T sinc^2(f T)`; T_j ends at half a period of LOWEST_FREQUENCY.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+from circuits.die import philox
+from circuits.noise import NoiseModel
+from circuits.solver.noise_transient import LOWEST_FREQUENCY, noise_keys
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+U32 = NDArray[np.uint32]
+
+LOOK_BITS = 3  # a look at the flicker every eight steps, far above where it passes below white noise; ours
+SLOW = 1 << 20  # streams from here on are the octaves'
+_MOST_OCTAVES = 64
+_PER_BLOCK = 4  # draws of a Philox block
+_MEAN, _SCALE = np.float32(510.0), np.float32(1.0 / math.sqrt((256.0**2 - 1.0) / 3.0))
+
+_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
+
+
+class Draws(NamedTuple):
+    """Working space of Philox, [2 or 4, blocks], and the draws, float32[4 blocks]."""
+
+    keys: U32
+    counters: U32
+    words: U32
+    normal: F32
+
+
+class Slow(NamedTuple):
+    """Slow processes of n places.
+
+    deviation: float32[processes, octaves]; held: float32[processes, octaves, n], the octaves; value:
+    float32[processes, n], their sum; look: int64[1], the look that they are of, -1 for none.
+    """
+
+    deviation: F32
+    held: F32
+    value: F32
+    look: I64
+
+
+def new_draws(seed: int, trial: int, path: str, count: int) -> Draws:
+    """Draws at `count` places of what `path` names."""
+    blocks = -(-count // _PER_BLOCK)
+    counters = np.zeros((4, blocks), np.uint32)
+    counters[1] = np.arange(blocks)
+    keys = np.repeat(noise_keys(seed, trial, [path]), blocks, axis=1)
+    return Draws(keys, counters, np.zeros_like(counters), np.zeros(_PER_BLOCK * blocks, np.float32))
+
+
+def new_slow(density: F64, model: NoiseModel, step: float, count: int) -> Slow:
+    """Slow processes of steps of `step` s at places that `Draws` has; none of a model without flicker.
+
+    density: float64[processes], at 1 Hz, 1/Hz; count: places.
+    """
+    octaves = np.zeros((density.size, 0))
+    if model.flicker_n > 0.0 or model.flicker_p > 0.0:
+        first = step * (1 << LOOK_BITS)
+        times = first * np.exp2(np.arange(1 + max(1, math.ceil(math.log2(0.5 / (LOWEST_FREQUENCY * first))))))
+        weight = octave_weight(model.exponent) * times ** (model.exponent - 1.0)
+        octaves = np.sqrt(density[:, None] * weight)
+    places = _PER_BLOCK * -(-count // _PER_BLOCK)
+    return Slow(
+        octaves.astype(np.float32),
+        np.zeros((*octaves.shape, places), np.float32),
+        np.zeros((density.size, places), np.float32),
+        np.full(1, -1, np.int64),
+    )
+
+
+def octave_weight(exponent: float) -> float:
+    """`ln 2 / (2 M)`: variance of an octave of T_j = 1 s for a density of `1 / f^exponent`."""
+    s = exponent - 2.0
+    m = -((2.0 * math.pi) ** -s) / (4.0 * math.pi * math.gamma(1.0 - s) * math.sin(0.5 * math.pi * s))
+    return float(math.log(2.0) / (2.0 * m))
+
+
+@_compiled
+def draw(d: Draws, number: int, stream: int) -> None:
+    """Draws of a stream in step or look `number` into d.normal: mean 0, variance 1."""
+    d.counters[0, :] = np.uint32(number & 0xFFFFFFFF)
+    d.counters[2, :] = np.uint32(number >> 32)
+    d.counters[3, :] = np.uint32(stream)
+    philox(d.keys, d.counters, d.words)
+    blocks = d.words.shape[1]
+    for w in range(_PER_BLOCK):
+        for b in range(blocks):
+            x = d.words[w, b]
+            total = (x & 255) + ((x >> 8) & 255) + ((x >> 16) & 255) + (x >> 24)
+            d.normal[w * blocks + b] = (np.float32(total) - _MEAN) * _SCALE
+
+
+@_compiled
+def bring(s: Slow, d: Draws, number: int) -> None:
+    """Bring slow processes to step `number`; octave j > 0 changes half-way between the changes of j + 1."""
+    look = number >> LOOK_BITS
+    octaves = s.deviation.shape[1]
+    if octaves == 0 or s.look[0] == look:
+        return
+    follows = s.look[0] >= 0 and s.look[0] + 1 == look
+    changed = 1
+    while changed < octaves and not (look >> (changed - 1)) & 1:
+        changed += 1
+    for p in range(s.deviation.shape[0]):
+        for j in range(octaves):
+            if follows and j > 0 and j != changed:
+                continue
+            draw(d, (look + ((1 << j) >> 1)) >> j, SLOW + p * _MOST_OCTAVES + j)
+            for k in range(d.normal.size):
+                s.held[p, j, k] = s.deviation[p, j] * d.normal[k]
+        s.value[p, :] = np.float32(0.0)
+        for j in range(octaves):
+            for k in range(d.normal.size):
+                s.value[p, k] += s.held[p, j, k]
+    s.look[0] = look

@@ -1,0 +1,45 @@
+"""A plastic weight with its learning circuit: the chip's steps against the transistors, driven alike."""
+
+import numpy as np
+import pytest
+
+from chips.rolls_chip import STEP
+from chips.rolls_plastic_reference import Stimulus, moves, pair, simulated, stepped
+from circuits.die import Die
+from circuits.lowering.check import check_circuit
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
+
+# events and spikes in the middle of steps, the membrane above its threshold, below, and above again
+EVENTS = tuple(STEP * (0.5 + np.array([40, 90, 130, 145, 160, 180, 330, 350, 375, 400, 520, 540, 560])))
+SPIKES = tuple(STEP * (0.5 + np.array([20, 45, 70, 95, 120, 145, 300, 330, 360, 480, 510, 540])))
+DRIVE = Stimulus(EVENTS, SPIKES, ((0.0, 0.45), (0.12, 0.15), (0.18, 0.45)), 0.24)
+
+
+def test_the_circuit_is_sound() -> None:
+    check_circuit(pair())
+
+
+@pytest.mark.parametrize(
+    ("die", "temperature", "kind"),
+    [(None, 27.0, "gate"), (1000, 27.0, "generator"), (1001, 0.0, "generator")],
+)
+def test_weight_moves_as_the_transistors_do(die, temperature, kind):
+    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+    ours, times = stepped(DRIVE, silicon, kind)
+    theirs = simulated(DRIVE, silicon, kind, times)
+    assert moves(ours, times, EVENTS, STEP) == moves(theirs, times, EVENTS, STEP)
+    assert {1, 0} <= set(moves(ours, times, EVENTS, STEP))
+    # a jump is 160 mV; 8 mV seen: drift while a line is active, when a shut stack leaks twice as much
+    assert np.sqrt(np.mean((ours - theirs) ** 2)) < 0.015
+    assert np.abs(ours - theirs).max() < 0.05
+
+
+def test_another_drift_would_be_seen():
+    # without spikes there is no calcium, and no event moves the weight
+    silicon = Silicon(ROLLS_180)
+    silent = Stimulus(EVENTS, (), DRIVE.membrane, DRIVE.duration)
+    ours, _ = stepped(silent, silicon, "gate")
+    assert np.abs(ours).max() == 0.0
+    taught, _ = stepped(DRIVE, silicon, "gate")
+    assert taught.max() > 0.3
