@@ -14,6 +14,8 @@ from chips import (
     isolation_measurement,
     latency_errors,
     latency_measurement,
+    lso_errors,
+    lso_measurement,
     selection_measurement,
     vocalization_measurement,
 )
@@ -39,6 +41,7 @@ MEASUREMENTS: Mapping[str, Measurement] = {
     ),
     "winner_take_all": Measurement(selection_measurement.measure, selection_measurement.held_out_errors),
     "latency_chip": Measurement(latency_measurement.measure, latency_errors.held_out_errors),
+    "lso_neuron": Measurement(lso_measurement.measure, lso_errors.held_out_errors),
 }
 
 

@@ -37,6 +37,8 @@ from chips.latency_chip_kernel import (
 )  # fmt: skip
 from chips.latency_design import NAME, Biases, Design
 from chips.latency_model import Lumped, lumped, usual_biases
+from chips.latency_noise import noise_of, numbers_of_ping
+from chips.rebound_jitter import SiliconNoise
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 
@@ -93,7 +95,7 @@ class LatencyChip:
 
     biases: the usual ones unless given; area: of its devices, over the circuits'; bus: that events come and
     leave by; units: that are at transistor level, by memory and number; numbers: of the
-    chip, in the place of its silicon's.
+    chip, in the place of its silicon's; noise: of its devices, None for none (`chips.latency_noise`).
     """
 
     def __init__(
@@ -106,12 +108,17 @@ class LatencyChip:
         bus: Bus | None = None,
         units: Mapping[tuple[int, int], Unit] | None = None,
         numbers: Lumped | None = None,
+        noise: SiliconNoise | None = None,
     ) -> None:
-        """Raises `ParameterError` for silicon outside the record's box, and a unit that the chip lacks."""
+        """Raises `ParameterError` for silicon outside the record's box, units that it lacks or with noise."""
         self.design, self.biases = design, biases or usual_biases(design)
         self.silicon, self.area, self.bus = silicon or Silicon(), area, bus or Bus()
         self.lumped = numbers or lumped(design, self.biases, self.silicon, area)
         self.units = dict(units or {})
+        if self.units and noise is not None:
+            raise ParameterError(f"{NAME}.noise: units at transistor level make none; leave them out")
+        self.noise = noise
+        self._jitter = None if noise is None else noise_of(self.lumped, self.silicon, noise, area)
         for memory, unit in self.units:
             self.check_unit(memory, unit)
         n, groups = design.paths, len(design.second)
@@ -120,7 +127,15 @@ class LatencyChip:
     def at(self, temperature_c: float) -> LatencyChip:
         """The same chip at another temperature, degC."""
         silicon = replace(self.silicon, temperature_c=temperature_c)
-        return LatencyChip(self.design, self.biases, silicon, area=self.area, bus=self.bus, units=self.units)
+        return LatencyChip(
+            self.design,
+            self.biases,
+            silicon,
+            area=self.area,
+            bus=self.bus,
+            units=self.units,
+            noise=self.noise,
+        )
 
     def moved(self, memory: Memory, temperature_c: float, now: float) -> LatencyChip:
         """The same chip at another temperature (degC) from `now` (s) on, what it keeps going on.
@@ -175,20 +190,21 @@ class LatencyChip:
         n, units = self.design.paths, self.design.taps
         mine = heard.addresses < n
         spike, memory_out = np.empty(n), np.empty(n)
-        integrate(self.lumped, memory, heard.times[mine] - late, heard.addresses[mine], spike)
+        numbers = self._numbers(start)
+        integrate(numbers, memory, heard.times[mine] - late, heard.addresses[mine], spike)
         begin = start + late
         given, detected = np.full((n, units), np.nan), np.empty((n, units))
-        taps = np.cumsum(self.lumped.tap)[1:]
+        taps = np.cumsum(numbers.tap)[1:]
         for (p, u), unit in self.units.items():
             given[p, u] = unit.ping(begin, float(taps[u]), float(spike[p]))
-        recall(self.lumped, memory, begin, spike, given, detected, memory_out)
+        recall(numbers, memory, begin, spike, given, detected, memory_out)
         layers = Race(np.empty(n), np.empty(n), np.empty(n))
         goal, goal_at = _charge(heard.addresses, heard.times - late, self.addresses.goal, n)
         direction, direction_at = _charge(
             heard.addresses, heard.times - late, self.addresses.direction, len(self.design.second)
         )
         charge = Charge(goal, goal_at, direction, direction_at)
-        emergency = race(self.lumped, memory, memory_out, charge, layers)
+        emergency = race(numbers, memory, memory_out, charge, layers)
         times, paths = self._winners(layers.second, emergency)
         left = send(self.bus, times + late, paths)
         alarm = left.addresses == self.addresses.emergency
@@ -204,6 +220,10 @@ class LatencyChip:
             lost_in=heard.dropped,
             lost_out=left.dropped,
         )
+
+    def _numbers(self, start: float) -> Lumped:
+        """Numbers of the chip in the ping that begins at `start`, s."""
+        return self.lumped if self._jitter is None else numbers_of_ping(self.lumped, self._jitter, start)
 
     def _winners(self, second: F64, emergency: float) -> tuple[F64, I64]:
         """Times and addresses of what leaves the chip."""

@@ -230,7 +230,7 @@ def move(m: Memory, before: Lumped, after: Lumped, now: float) -> None:
                 m.release[p, u] = now + left * after.hold[p, u] / before.hold[p, u]
                 continue
             m.last[p, u] = last_spike(m, p, u, tonic, now)
-            passed = math.fmod(-left, tonic)
+            passed = -left - math.floor(-left / tonic) * tonic
             m.release[p, u] = now - passed * after.tonic[p, u] / tonic
 
 

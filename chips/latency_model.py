@@ -101,7 +101,7 @@ def only(die: Lumped, ideal: Lumped, block: str) -> Lumped:
 
 def nominal_charges(process: Process = AMI_1500) -> Charges:
     """Charges of the nominal die at 27 degC."""
-    q = _charges(Silicon(process))
+    q = charges_on(Silicon(process))
     return Charges(
         q["timer"], q["tap"], q["tonic"], q["integrating"], q["race"], q["second"], q["recurrent"],
         q["pulse_width"],
@@ -126,7 +126,8 @@ def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) 
     return _Maker(design, biases, silicon, area).make()
 
 
-def _charges(silicon: Silicon) -> dict[str, float]:
+def charges_on(silicon: Silicon) -> dict[str, float]:
+    """Charges of the record on the silicon without mismatch, C, by `QUANTITIES`."""
     tables = matching_tables(NAME, circuits, silicon.process).values
     found = all_on_silicon(tables, QUANTITIES, silicon)
     return {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
@@ -138,7 +139,7 @@ class _Maker:
     def __init__(self, design: Design, biases: Biases, silicon: Silicon, area: float) -> None:
         self.design, self.silicon, self.area = design, silicon, area
         self.gate = gate_voltages(biases, silicon)
-        self.charge = _charges(silicon)
+        self.charge = charges_on(silicon)
         tables = matching_tables(NAME, circuits, silicon.process).values
         weights = temperature_weights(silicon.temperature_c)
         self.gradient = (weights @ tables["comparator"]).reshape(len(COMPARATOR), 2)

@@ -19,6 +19,8 @@ from chips.nef_chip_kernel import ChipNet
 from chips.nef_curves import TAU_RC, TAU_REF, Curves
 from chips.nef_kernel import DT, Net
 from chips.nef_network import Connection, Ensemble, EnsembleArray, Network, Neurons, Probe, label
+from chips.nef_noise import noise_of
+from chips.nef_noise_kernel import NefNoise
 from chips.nef_place import Placed, Row, at, place, row_of_currents, with_decoders
 from chips.nef_population import Population, evaluate, populate
 from circuits.errors import ParameterError, TopologyError
@@ -34,7 +36,8 @@ class Built:
 
     net: arrays of the kernel; populations: of each ensemble or array, by name; drive: float64[lanes, values
     of all nodes], what nodes put on lanes; given: a node's columns there; read: lanes of a node's input or of
-    a probe, by name; placed, chip: its codes, and what they are where it is run, None of ideal neurons.
+    a probe, by name; placed, chip: its codes, and what they are where it is run, None of ideal neurons;
+    noise: of the chip's devices there.
     """
 
     network: Network
@@ -45,6 +48,7 @@ class Built:
     read: Mapping[str, slice]
     placed: Placed | None = None
     chip: ChipNet | None = None
+    noise: NefNoise | None = None
 
     def neurons(self, name: str) -> slice:
         """Numbers of an ensemble's or array's neurons."""
@@ -92,7 +96,7 @@ def build(
         return built
     tau = np.array([tau for _, tau in wiring.lanes])
     placed = place(built.net, wiring.all, wiring.rows, tau, curves)
-    return replace(built, placed=placed, chip=at(placed, wiring.all, curves))
+    return _on(built, placed, wiring.all, curves)
 
 
 def moved(built: Built, chip: Conditions) -> Built:
@@ -100,7 +104,7 @@ def moved(built: Built, chip: Conditions) -> Built:
     if built.placed is None:
         raise ParameterError("network: on ideal neurons, which have no temperature; build it on a chip")
     held = [p for part in built.populations.values() for p in part]
-    return replace(built, chip=at(built.placed, held, chip))
+    return _on(built, built.placed, held, chip)
 
 
 def exchanged(built: Built, other: Built) -> Built:
@@ -109,7 +113,13 @@ def exchanged(built: Built, other: Built) -> Built:
         raise ParameterError("network: on ideal neurons, whose decoders no die has; build it on a chip")
     held = [p for part in built.populations.values() for p in part]
     placed = with_decoders(built.placed, other.net)
-    return replace(built, placed=placed, chip=at(placed, held, placed.calibrated))
+    return _on(built, placed, held, placed.calibrated)
+
+
+def _on(built: Built, placed: Placed, held: list[Population], where: Conditions) -> Built:
+    """A network with its codes on a chip as it is `where`."""
+    chip = at(placed, held, where)
+    return replace(built, placed=placed, chip=chip, noise=noise_of(chip, where))
 
 
 def _members(part: Ensemble | EnsembleArray) -> list[Ensemble]:

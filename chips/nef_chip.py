@@ -41,6 +41,7 @@ from chips.nef_silicon import (
     neurons_on,
     unit_of,
 )
+from chips.rebound_jitter import SiliconNoise
 from circuits.blocks.nef_encoder import BITS
 from circuits.blocks.nef_neuron import LEAK, REFRACTORY_CURRENT
 from circuits.circuit import BiasKind
@@ -69,7 +70,8 @@ _SAMPLED = 1024  # neurons whose median is trimmed
 class NefChip:
     """A chip: die, kind of its biases, values (A, V) of some by name, temperature (degC) of its calibration.
 
-    area: of all devices, relative: mismatch goes as its root; nothing else changes. neurons: that it has.
+    area: of all devices, relative: mismatch and flicker go as its root; nothing else changes. neurons: that
+    it has. noise: of its devices where a network is run, None for none.
     """
 
     die: Die = NOMINAL
@@ -78,6 +80,7 @@ class NefChip:
     calibration_c: float = REFERENCE_C
     neurons: int = NEURONS
     area: float = 1.0
+    noise: SiliconNoise | None = None
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]

@@ -21,8 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import nef_kernel
+from chips import nef_kernel, nef_noise_kernel, noise_draw
 from chips.nef_kernel import DT, Net, State
+from chips.nef_noise_kernel import NefNoise, begin_noise, disturb_filters, disturb_neurons
 from circuits.compiled import compiled
 
 F64 = NDArray[np.float64]
@@ -30,7 +31,7 @@ I64 = NDArray[np.int64]
 
 SPIKES, DROPPED, WAITING, CLIPPED, LOST = range(5)  # of the counters: events, and most that ever waited
 COUNTERS = ("spikes", "dropped", "most_waiting", "clipped", "lost")
-_compiled = compiled(callees=[nef_kernel])
+_compiled = compiled(callees=[nef_kernel, nef_noise_kernel, noise_draw])
 
 
 class ChipNet(NamedTuple):
@@ -86,13 +87,18 @@ def new_chip_state(chip: ChipNet, ring: int) -> ChipState:
 
 
 @_compiled
-def advance_chip(c: ChipNet, s: ChipState, steps: int) -> None:
-    """Take time steps."""
+def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = None) -> None:
+    """Take time steps; without noise numba compiles nothing of it."""
     for _ in range(steps):
+        if noise is not None:
+            begin_noise(noise)
+            disturb_filters(noise, s.s)
         convert(c, s)
         left = deliver(c, s)
         for p in range(c.net.begin.size - 1):
             draw(c, s, p)
+            if noise is not None:
+                disturb_neurons(noise, c.net, s.base, c.lines, c.leak, c.speed, c.refractory, p)
             left = fire(c, s, p, left)
 
 

@@ -111,6 +111,18 @@ def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
     )
 
 
+def neuron_charges(silicon: Silicon, count: int, biases: Biases) -> tuple[float, F64]:
+    """Capacitance of a membrane, F, and what a refractory period takes from C_ref, float64[n], C."""
+    d = devices_on(_with_biases(_neurons(count), biases, "neuron"), replace(silicon, place=PLACE))
+    matrix = _neuron_capacitances()
+    return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - inverter_threshold_of(d, "mk6")))
+
+
+def filter_capacitance() -> float:
+    """Capacitance of a filter's v_syn, F."""
+    return float(_filter_capacitances()[0, 0])
+
+
 def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Column:
     """The first stages of a column."""
     part = _with_biases(_column(count), biases, "stage")

@@ -13,6 +13,7 @@ from chips.nef_build import Built
 from chips.nef_chip import FIFO
 from chips.nef_chip_kernel import COUNTERS, ChipState, advance_chip, new_chip_state
 from chips.nef_kernel import DT, advance, new_state
+from chips.nef_noise import copied
 from circuits.errors import ParameterError
 
 F64 = NDArray[np.float64]
@@ -21,7 +22,7 @@ F64 = NDArray[np.float64]
 class Simulation:
     """A network in time; `interval`: s between calls of nodes, a whole number of steps of `DT`."""
 
-    __slots__ = ("_chip", "_drive", "_steps", "_values", "built", "interval", "state", "time")
+    __slots__ = ("_chip", "_drive", "_noise", "_steps", "_values", "built", "interval", "state", "time")
 
     def __init__(self, built: Built, interval: float = DT) -> None:
         steps = round(interval / DT)
@@ -29,6 +30,7 @@ class Simulation:
             raise ParameterError(f"interval: {interval:g} s, must be a whole number of steps of {DT:g} s")
         self.built, self.interval, self._steps = built, interval, steps
         self._chip: ChipState | None = None if built.chip is None else new_chip_state(built.chip, FIFO)
+        self._noise = None if built.noise is None else copied(built.noise)
         self.state = new_state(built.net) if self._chip is None else self._chip.base
         self.time = 0.0
         self._values = np.zeros(built.drive.shape[1])
@@ -52,7 +54,7 @@ class Simulation:
             if self.built.chip is None or self._chip is None:
                 advance(self.built.net, self.state, self._steps)
             else:
-                advance_chip(self.built.chip, self._chip, self._steps)
+                advance_chip(self.built.chip, self._chip, self._steps, self._noise)
             self.time += self.interval
 
     @property

@@ -27,7 +27,7 @@ from circuits.blocks.rolls_bias import current_of
 STEP = 0.2e-3  # s, of the chip: exc fires at 300 Hz and excites itself, 11 % less with steps of 0.4 ms; ours
 
 LEVELS = PushbotLevels(
-    obstacle_to_drive=3, obstacle_to_speed=-2, drive_to_drive=-4, drive_to_obstacle=-1, exc_to_exc=4,
+    obstacle_to_drive=3, obstacle_to_speed=-2, drive_to_drive=-4, drive_to_obstacle=-2, exc_to_exc=4,
     exc_to_speed=2, target_to_drive=3, field_near=(2, 3, 3), field_far=-1,
 )  # fmt: skip
 
@@ -60,10 +60,11 @@ CODES: Mapping[str, tuple[str, int]] = {
 }
 
 # of the modified network, whose obstacle neurons hear one sixteenth of the events: strong connections from
-# the sensor's centre (levels 2 and 4: 0.61 and 0.69 uA)
+# the sensor's centre (levels 2 and 4: 0.61 and 0.69 uA), and a leak with which a neuron sums events: at 10
+# events a second it fires 1.2 times an event, at 30 pA three times, and then the sensor's noise steers
 MODIFIED: Mapping[str, tuple[str, int]] = {
     "NPA_WEIGHT_EXC0_P": ("3.2u", 48),
-    "IF_TAU1_N": ("105p", 85),  # 35 pA
+    "IF_TAU1_N": ("820p", 31),  # 0.10 nA
 }
 
 

@@ -5,7 +5,8 @@ Two more populations, GL and GR, "receive input from the inertia measurement uni
 populations become "graded connections that become stronger for obstacles detected in the center": a neuron of
 an obstacle population owns two or three columns of the sensor, the first at the edge, and from there to the
 centre each four neurons have the next stronger of the four exciting weights. What owns columns hears few
-events; it has the slower leak, IF_TAU1, and so a lower threshold, as the target field has.
+events; it has the slower leak, IF_TAU1, and so a lower threshold, as the target field has. It must still sum
+events that come close to one another in time: where each makes spikes, noise near the centre steers.
 
 16 neurons a gyro population and the levels are ours. With exc of 16 neurons the chip is full.
 """
@@ -24,7 +25,8 @@ from chips.rolls_program import level_current
 
 GYRO = 16  # neurons of a gyro population; ours
 GYRO_TO_OBSTACLE = -1
-SLOWING = -3  # level from obstacle populations to sp, of which few neurons fire at a time
+DRIVE_TO_OBSTACLE = -1  # level: the gyro's populations do part of what drives do in the plain network
+SLOWING = -4  # level from obstacle populations to sp, of which few neurons fire at a time
 EXC_TO_SPEED = 3  # level, as strong as the plain network's
 
 
@@ -41,7 +43,10 @@ def modified_network(
 
     Raises `ParameterError` where the chip has too few neurons.
     """
-    base = pushbot_network(layout, replace(levels, obstacle_to_speed=SLOWING, exc_to_speed=EXC_TO_SPEED))
+    own = replace(
+        levels, drive_to_obstacle=DRIVE_TO_OBSTACLE, obstacle_to_speed=SLOWING, exc_to_speed=EXC_TO_SPEED
+    )
+    base = pushbot_network(layout, own)
     sizes = {"before": 5 * layout.population + layout.exc + TARGET_NEURONS, "GL": gyro, "GR": gyro}
     placed = place(sizes)
     turning = placed["GL"], placed["GR"]

@@ -14,6 +14,7 @@ CHIPS: dict[str, str] = {
     "ranging-chip": "chips.ranging_chip:CHIP",
     "ranging-chip-biased": "chips.ranging_chip:BIASED_CHIP",
     "wavefront-chip": "circuits.blocks.wavefront_grid:CHIP",
+    "latency-chip": "chips.latency_circuit:CHIP",
 }
 
 

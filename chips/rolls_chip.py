@@ -7,6 +7,10 @@
 Every neuron, filter, synapse, extender and bias has the deviations of its own transistors
 (`chips.rolls_circuit`); what a step does with them is in `chips.rolls_chip_kernel`. An event reaches its
 filter at the beginning of a step, a spike of a neuron those of the next step.
+
+A program with a plastic array (`chips.rolls_plastic_program`) has 256 x 256 synapses more that learn:
+columns 0 to 255, weights that are read and set between runs, and the learning circuits' own part of the
+kernel (`chips.rolls_plastic_kernel`). Without one nothing of that is built, compiled or run.
 """
 
 from __future__ import annotations
@@ -56,8 +60,8 @@ from chips.rolls_plastic import (
     plastic_cautions,
     rest_of_plastic,
     scratch_of,
-    settle,
     state_of,
+    voltages,
 )
 from chips.rolls_plastic_circuit import Learning
 from chips.rolls_plastic_layout import Plastic, PlasticEvents
@@ -200,13 +204,17 @@ class RollsChip:
         """Whether each plastic weight is high, bool[post, pre]; raises `ParameterError` without an array."""
         return bits_of(*self._plastic(state))
 
+    def weight_voltages(self, state: ChipState) -> NDArray[np.float32]:
+        """Voltages of plastic weights, float32[post, pre], V; raises `ParameterError` without an array."""
+        return voltages(*self._plastic(state))
+
     def with_weights(self, state: ChipState, weights: NDArray[np.bool_]) -> ChipState:
         """The state with all plastic weights at their rails, bool[post, pre], as the latches write them.
 
         Raises `ParameterError` without a plastic array, and where one is not 0 or 1.
         """
         built, plastic = self._plastic(state)
-        return replace(state, plastic=replace(plastic, weights=at_rails(built, weights)))
+        return replace(state, plastic=at_rails(built, plastic, weights))
 
     def _plastic(self, state: ChipState) -> tuple[BuiltPlastic, PlasticState]:
         built = self.built(state.temperature_c).plastic
@@ -232,6 +240,10 @@ class RollsChip:
         Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip does
         not have or from before the state.
         """
+        if (state.plastic is None) != (self.program.plastic is None):
+            raise ParameterError(
+                "chip.run.state: of a chip with another array, must be of this one; use at_rest"
+            )
         check_inputs(inputs.times, inputs.neurons, inputs.columns, state.time, self.program)
         arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
         steps = round(duration / self.step)
@@ -286,7 +298,6 @@ class RollsChip:
         kept = None
         if plastic is not None:
             late = np.sort(np.concatenate((late, np.flatnonzero(~mine)[plastic.arrays.read[0] :])))
-            settle(plastic)
             kept, held = state_of(plastic.arrays), held + int(plastic.arrays.held[0])
         waiting = Inputs(times[late], words[late] & 255, words[late] >> 8)
         after = ChipState(now, values, senders, at, waiting, kept)

@@ -5,8 +5,8 @@ A row holds
 * `synapse[256]`, one a presynaptic neuron, on two lines, `exc` and `inh`, with a filter each;
 * `virtual_exc[4]`, `virtual_inh[4]`: virtual synapses, which have the constant current alone, with a pulse
   extender each and two filters of their own;
-* `plastic`: the filter of the plastic synapses, which have no circuit here; it is silent and feeds the NMDA
-  gate;
+* `plastic`: the filter of the plastic synapses, which feeds the NMDA gate; they stand in
+  `chips.rolls_plastic_circuit`, and without them it is silent;
 * `neuron`: the excitatory filters' currents flow into `i_in`, the inhibitory ones' are drawn from `v_mem`.
 
 `extender[256]`: one a column; it serves the synapses of a presynaptic neuron. That a column shares its

@@ -16,7 +16,7 @@ import numpy as np
 
 from chips.rolls_address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls_circuit import NAME, SUPPLY, Params, chip, row
-from chips.rolls_program import Program
+from chips.rolls_program import Program, check_unlearned
 from circuits.blocks import dpi_synapse
 from circuits.circuit import Bias, BiasKind, Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import Source, Transistor
@@ -46,8 +46,10 @@ class Cut:
 def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Params | None = None) -> Cut:
     """Row of a program's chip; raises `ParameterError` for a neuron that the chip does not have.
 
-    A row without a latched synapse and without an input is its neuron with silent filters.
+    A row without a latched synapse and without an input is its neuron with silent filters; a plastic array is
+    refused.
     """
+    check_unlearned(program, "a row as a circuit")
     if not 0 <= neuron < NEURONS:
         raise ParameterError(f"row[{neuron}]: must be 0 to {NEURONS - 1}; the chip has {NEURONS} neurons")
     used = _virtual(program, neuron)

@@ -61,11 +61,11 @@ class Task:
     jitter: float = 0.2
     flipped: float = 0.05
     teacher: float = 400.0
-    background: float = 15.0
+    background: float = 35.0
     veto: float = 400.0
     presentation: float = 0.4
     pause: float = 0.1
-    training: int = 30
+    training: int = 40
     tests: int = 40
 
     def __post_init__(self) -> None:
@@ -238,14 +238,12 @@ def lesson(
     before = ask(still, task, state, seed, task.tests)
     state, _ = teach(chip, task, state, seed, task.training)
     _, state = chip.run(state, SETTLING)
-    if state.plastic is None:
-        raise TypeError(chip)
     silent = chip.run(state, silence)[1] if silence > 0.0 else state
     return Lesson(
         before,
         ask(still, task, state, seed, task.tests),
         ask(chip, task, state, seed, task.tests) if going_on else None,
-        state.plastic.weights[square],
+        chip.weight_voltages(state)[square],
         start,
         chip.weights(state)[square],
         chip.weights(silent)[square],

@@ -5,13 +5,13 @@ A weight is a voltage; a bit of it, as the chip's own latch reads, is whether th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chips.rolls_bias_file import BiasTable
-from chips.rolls_chip_layout import SINCE, TAKEN, Scratch, Z
+from chips.rolls_chip_layout import SINCE, TAKEN, ZERO, Scratch, Z
 from chips.rolls_lumped import settled
 from chips.rolls_plastic_biases import MOVES
 from chips.rolls_plastic_kernel import settle_weights
@@ -26,14 +26,22 @@ from chips.rolls_plastic_tables import BuiltPlastic
 
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
+I32 = NDArray[np.int32]
+
+LONGEST = 1 << 30  # steps that a weight's age is counted up to, five days
 
 
 @dataclass(frozen=True, slots=True)
 class PlasticState:
-    """Filters and nodes, float64[PLASTIC_ROWS, n]; weights: float32[post, pre], V."""
+    """Filters and nodes, float64[PLASTIC_ROWS, n]; weights: float32[post, pre], V, and steps since then.
+
+    A weight is as it was at its last event, `pending` steps ago (int32[post, pre]); `voltages` tells what it
+    is now. So a run in pieces is the run.
+    """
 
     filters: F64
     weights: F32
+    pending: I32
 
 
 def rest_of_plastic(built: BuiltPlastic, weights: Flags, step: float) -> PlasticState:
@@ -42,12 +50,22 @@ def rest_of_plastic(built: BuiltPlastic, weights: Flags, step: float) -> Plastic
     for k, bank in enumerate(built.tables.banks):
         filters[Z + k] = bank.rest
         filters[TAKEN + k], filters[SINCE + k] = settled(built.filters[k], built.loads[k], step)
-    return PlasticState(filters, at_rails(built, weights))
+    supply = built.tables.supply
+    return PlasticState(filters, np.where(weights, supply, ZERO), np.zeros(weights.shape, np.int32))
 
 
-def at_rails(built: BuiltPlastic, weights: ArrayLike) -> F32:
-    """Voltages of weights at their rails; raises `ParameterError` where one is not 0 or 1."""
-    return np.where(binary("weights", weights), built.tables.supply, np.float32(0.0))
+def at_rails(built: BuiltPlastic, state: PlasticState, weights: ArrayLike) -> PlasticState:
+    """The state with all weights at rails; raises `ParameterError` where one is not 0 or 1."""
+    volts = np.where(binary("weights", weights), built.tables.supply, ZERO)
+    return replace(state, weights=volts, pending=np.zeros_like(state.pending))
+
+
+def voltages(built: BuiltPlastic, state: PlasticState) -> F32:
+    """Voltages of the weights, float32[post, pre], V."""
+    found = np.ascontiguousarray(state.weights.T)
+    steps = np.ascontiguousarray(state.pending.T, dtype=np.float32)
+    settle_weights(built.tables, found, steps, np.zeros(found.shape[1], np.float32))
+    return np.ascontiguousarray(found.T)
 
 
 def bits_of(built: BuiltPlastic, state: PlasticState) -> Flags:
@@ -59,18 +77,19 @@ def arrays_of(state: PlasticState) -> PlasticArrays:
     """A copy of the state for a run."""
     weights = np.ascontiguousarray(state.weights.T)
     none = np.zeros((3, 1), np.int64)
-    return PlasticArrays(state.filters.copy(), weights, np.zeros(weights.shape, np.int32), *none)
+    return PlasticArrays(state.filters.copy(), weights, np.ascontiguousarray(-state.pending.T), *none)
 
 
 def state_of(arrays: PlasticArrays) -> PlasticState:
-    """State after a run whose weights are settled."""
-    return PlasticState(arrays.filters, np.ascontiguousarray(arrays.weights.T))
+    """State after a run."""
+    pending = np.minimum(arrays.clock[0] - arrays.seen.T, LONGEST).astype(np.int32)
+    return PlasticState(arrays.filters, np.ascontiguousarray(arrays.weights.T), pending)
 
 
 def settle(plastic: Plastic) -> None:
     """Bring all weights up to the step that was done last."""
     a = plastic.arrays
-    settle_weights(plastic.tables, a.weights, (a.clock[0] - a.seen).astype(np.float32))
+    settle_weights(plastic.tables, a.weights, (a.clock[0] - a.seen).astype(np.float32), plastic.scratch.lift)
     a.seen[:] = 0
     a.clock[0] = 0
 
@@ -87,7 +106,7 @@ def convert(old: BuiltPlastic, new: BuiltPlastic, plastic: Plastic) -> Plastic:
 
 def scratch_of(filters: Scratch) -> PlasticScratch:
     """Working space; `filters` must not be the chip's."""
-    return PlasticScratch(filters, *np.zeros((4, filters.excite.size), np.float32))
+    return PlasticScratch(filters, *np.zeros((5, filters.excite.size), np.float32))
 
 
 def plastic_cautions(biases: BiasTable, built: BuiltPlastic) -> tuple[str, ...]:

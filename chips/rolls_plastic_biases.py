@@ -27,24 +27,24 @@ PULSE = "PA_PWLK_P"  # of the columns' extenders and of the neurons' own
 MEMBRANE = "SL_MEMTHR_N"
 MOVES = ("PA_DELTAUP_P", "PA_DELTADN_N")
 
-# All ours. Weights move by 0.16 V at an event and drift at 4 V/s; calcium of 0.1 s with thresholds that a
-# neuron passes at about 4, 40 and 170 Hz; a high weight draws 16 nA, and its filter has 11 ms; the
-# membrane's threshold is at 4 nA, about 0.31 V
+# All ours. An event moves a weight by 0.18 V up or 0.12 V down, it drifts at 3.4 and 4 V/s; calcium of 0.1 s
+# with thresholds that a neuron passes at about 12, 48 and 170 Hz, the membrane's at 4 nA or 0.31 V; a high
+# weight draws 12 nA, and its filter has 11 ms
 LEARNING_CODES: Mapping[str, Code] = {
     "PA_PWLK_P": (3, 53),
-    "PA_DELTAUP_P": (4, 30),
-    "PA_DELTADN_N": (4, 30),
+    "PA_DELTAUP_P": (4, 34),
+    "PA_DELTADN_N": (4, 22),
     "PA_WDRIFTUP_P": (7, 7),
     "PA_WDRIFTDN_N": (7, 8),
     "PA_WDRIFT_P": (6, 99),
-    "PA_WHIDN_N": (3, 82),
+    "PA_WHIDN_N": (3, 60),
     "PDPI_TAU_P": (7, 60),
     "PDPI_THR_P": (7, 60),
     "SL_CAW_N": (3, 100),
     "SL_CATAU_P": (7, 10),
     "SL_CATHR_P": (7, 20),
-    "SL_THMIN_N": (6, 8),
-    "SL_THDN_P": (6, 70),
+    "SL_THMIN_N": (6, 24),
+    "SL_THDN_P": (6, 80),
     "SL_THUP_P": (6, 240),
     "SL_WTA_P": (4, 40),
     "SL_MEMTHR_N": (4, 160),

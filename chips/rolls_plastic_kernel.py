@@ -5,6 +5,7 @@ last one, up to the rail or, where leaks are above the drift, to its threshold:
 
     w > w_threshold:  w += rate_up t,    else  w -= rate_down t
 
+with the rates that hold at the event: while a neuron lets its weights move, their shut stacks leak more.
 If it is high, `z` of the neuron's slow filter grows by the charge that the synapse draws. Then w moves up or
 down by a constant where the neuron's two lines say so:
 
@@ -69,6 +70,7 @@ def _allowed(p: Plastic, state: F64) -> None:
         down = enough & (not above) & (over[OVER + MOST_DOWN, k] < c.passed[MOST_DOWN, k])
         s.up[k] = ONE if up else ZERO
         s.down[k] = ONE if down else ZERO
+        s.lift[k] = s.up[k] * c.active[0] - s.down[k] * c.active[1]
 
 
 @_inlined
@@ -92,7 +94,8 @@ def _column(p: Plastic, pre: int) -> None:
     rise, fall = c.rise[pre], c.fall[pre]
     for k in range(w.size):
         gone = np.float32(now - seen[k])
-        x = _drifted(w[k], gone * rise[k], gone * fall[k], middle[k], supply)
+        lift = s.lift[k]
+        x = _drifted(w[k], gone * (rise[k] + lift), gone * (fall[k] - lift), middle[k], supply)
         brought[k] += charge[k] if x > middle[k] else ZERO
         x += s.up[k] * up[k] - s.down[k] * down[k]
         w[k] = min(max(x, ZERO), supply)
@@ -104,7 +107,8 @@ def _synapse(p: Plastic, pre: int, k: int) -> None:
     """An event of one synapse."""
     c, a, s = p.tables, p.arrays, p.scratch
     gone, supply, middle = np.float32(a.clock[0] - a.seen[pre, k]), c.supply[0], c.middle[pre, k]
-    x = _drifted(a.weights[pre, k], gone * c.rise[pre, k], gone * c.fall[pre, k], middle, supply)
+    rise, fall = c.rise[pre, k] + s.lift[k], c.fall[pre, k] - s.lift[k]
+    x = _drifted(a.weights[pre, k], gone * rise, gone * fall, middle, supply)
     s.filters.charge[SLOW, k] += c.charge[pre, k] if x > middle else ZERO
     x += s.up[k] * c.up[pre, k] - s.down[k] * c.down[pre, k]
     a.weights[pre, k] = min(max(x, ZERO), supply)
@@ -153,11 +157,15 @@ def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) ->
 
 
 @_compiled
-def settle_weights(c: PlasticTables, weights: F32, steps: F32) -> None:
-    """Let all weights drift for `steps`, float32[pre, post]."""
+def settle_weights(c: PlasticTables, weights: F32, steps: F32, lift: F32) -> None:
+    """Let all weights drift for `steps`, float32[pre, post]; lift: float32[n], as in `PlasticScratch`."""
     for j in range(weights.shape[0]):
         for k in range(weights.shape[1]):
-            n = steps[j, k]
+            n, more = steps[j, k], lift[k]
             weights[j, k] = _drifted(
-                weights[j, k], n * c.rise[j, k], n * c.fall[j, k], c.middle[j, k], c.supply[0]
+                weights[j, k],
+                n * (c.rise[j, k] + more),
+                n * (c.fall[j, k] - more),
+                c.middle[j, k],
+                c.supply[0],
             )

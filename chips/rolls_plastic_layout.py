@@ -40,6 +40,7 @@ class PlasticTables(NamedTuple):
     fall: F32
     middle: F32  # float32[pre, post], V: threshold of a weight
     charge: F32  # float32[pre, post]: what an event brings the filter where the weight is high, in z
+    active: F32  # float32[2], V: what the drift has more in a step while weights may go up, and down
 
 
 class PlasticArrays(NamedTuple):
@@ -71,6 +72,7 @@ class PlasticScratch(NamedTuple):
     filters: Scratch
     up: F32
     down: F32
+    lift: F32  # V, what the drift has more in a step
     output: F32  # A, of the plastic filters
     calcium: F32  # A
 

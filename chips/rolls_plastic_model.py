@@ -4,7 +4,8 @@ Weight, of the devices of `circuits.blocks.plastic_synapse`:
 
     jump:       dw = I t_pulse / C_w
     drift:      dw/dt = (I_drift - I_off) / C_w, I_off what the shut stacks of the other direction leak, less
-                what the one of this direction does; both switches of a stack are taken as shut
+                what the one of this direction does; while a neuron lets its weights move, only one of a
+                stack's two switches is shut
     threshold:  where the pair mb2, mb3 with its mirror is in balance, weak inversion,
                 w = v_wthr + V_T2 - V_T3 + [U_T ln(I_S3 I_S5 / (I_S2 I_S4)) + kappa_p (V_T4 - V_T5)] / kappa_n
     charge:     what mw2 draws through its switches in a pulse, and what their far nodes take
@@ -64,6 +65,8 @@ class Cells(NamedTuple):
     down: F64
     rise: F64  # V/s
     fall: F64
+    more_up: F64  # V/s, that the drift has more upwards while weights may go up, downwards while down
+    more_down: F64
     middle: F64  # V
     current: F64  # A, that a high weight draws in a pulse
     switched: F64  # C, that it draws beside
@@ -108,12 +111,13 @@ def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
     """Plastic synapses with the devices `d`, their line at `line` V."""
     up, down = d.saturated("mu3", d.below("v_up")), d.saturated("md3", d.gate["v_dn"])
     above, below = _shut(d, "mu1", "mu2"), _shut(d, "md1", "md2")
+    more = d.saturated("mu1", 0.0) - above, d.saturated("md1", 0.0) - below
     rise = d.saturated("mr2", d.below("v_driftup")) + above - below - d.saturated("mr3", 0.0)
     fall = d.saturated("mr4", d.gate["v_driftdn"]) + below - above - d.saturated("mr1", 0.0)
     switched = m.switch * np.maximum(_highest(d, "mw1", line) - m.held * d.gate["v_shift"], 0.0)
     return Cells(
-        up, down,
-        rise / m.weight, fall / m.weight, _balance(d, ("mb2", "mb3", "mb4", "mb5"), d.gate["v_wthr"]),
+        up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
+        _balance(d, ("mb2", "mb3", "mb4", "mb5"), d.gate["v_wthr"]),
         _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched, _held_leak(d, "mw1"), np.asarray(m.weight),
     )  # fmt: skip
 

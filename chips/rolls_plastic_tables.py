@@ -190,6 +190,7 @@ def assemble(p: Parts, step: float) -> BuiltPlastic:
         p.gates.passed.astype(np.float32), p.membrane, np.array([p.v_dd], np.float32),
         _columns(cell["up"] * moved), _columns(cell["down"] * moved), _columns(cell["rise"] * step),
         _columns(cell["fall"] * step), _columns(cell["middle"]), _columns(charge / p.filter.unit[:, None]),
+        np.array([step * p.cells.more_up.mean(), step * p.cells.more_down.mean()], np.float32),
     )  # fmt: skip
     return BuiltPlastic(
         tables, (p.filter, p.gates.filter), (load, calcium), shapes, p.cells, p.gates, p.lengths

@@ -78,6 +78,8 @@ class Program:
         _check_neurons("tau1", self.tau1)
         _check_biases(self.levels, self.biases)
         _check_inputs(self)
+        if self.plastic is not None and not isinstance(self.plastic, PlasticArray):
+            raise ParameterError(f"program.plastic: {type(self.plastic).__name__}, must be a PlasticArray")
 
     def slow_leak(self) -> Flags:
         """Whether the leak of a neuron is IF_TAU1, bool[256]."""
@@ -92,6 +94,12 @@ class Program:
                 return each
         known = ", ".join(each.name for each in self.inputs) or "none"
         raise ParameterError(f"program.input: {name}, must be one of the inputs; they are {known}")
+
+
+def check_unlearned(program: Program, what: str) -> None:
+    """Raise `ParameterError` where a program has a plastic array, which `what` does not."""
+    if program.plastic is not None:
+        raise ParameterError(f"program.plastic: given, must be None for {what}; leave the plastic array out")
 
 
 def level_current(biases: BiasTable, level: int) -> float:

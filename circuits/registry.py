@@ -41,6 +41,7 @@ BLOCKS: dict[str, str] = {
     "tonic-neuron": "circuits.blocks.latency_tonic:BLOCK",
     "latency-unit": "circuits.blocks.latency_unit:BLOCK",
     "conductance-neuron": "circuits.blocks.latency_conductance:BLOCK",
+    "lso-neuron": "circuits.blocks.lso_neuron:BLOCK",
     "nef-neuron": "circuits.blocks.nef_neuron:BLOCK",
     "nef-synapse": "circuits.blocks.nef_synapse:BLOCK",
     "nef-encoder": "circuits.blocks.nef_encoder:BLOCK",

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from chips.nef_build import Built, build, moved
 from chips.nef_chip import REFERENCE_C, NefChip
 from chips.nef_curves import IdealCurves
+from chips.rebound_jitter import SiliconNoise
 from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError, unknown_name
@@ -32,6 +33,7 @@ from system.bug_picture import draw_run
 from system.bug_reference import no_agent, reference_brain
 from system.bug_robot import ARRIVED, RADIUS, STEP, Robot
 from system.bug_world import World, build_world, check_place
+from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import Readers, number, read_route, seconds, whole, words
 
 F64 = NDArray[np.float64]
@@ -46,6 +48,7 @@ DURATION = 200.0  # s, after which a run ends; ours
 STUDIED: Readers = {
     "map": words, "start": words, "goal": words, "agent": words, "design": words, "neurons": whole,
     "area": number, "calibrated": words, "solved": words, "duration": seconds,
+    "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
 _SIGN_OF_LIFE = 100  # steps
 
@@ -58,7 +61,7 @@ class Scenario:
     None; map: one of `bug_map.MAPS`, or a file; start, goal: numbers from 0 in reading order, or `X,Y` in map
     units; duration: s; seed: of the network's neurons. Of a chip: die, temperature_c, the one at which its
     biases were calibrated, the one at which its decoders were solved (None: the same), kind of its biases,
-    and area of its devices, relative.
+    area of its devices, relative, and their noise, whose seed is `seed` unless `noise_seed` is given.
     """
 
     agent: str = "bug2"
@@ -76,6 +79,8 @@ class Scenario:
     solved_c: float | None = None
     bias_kind: BiasKind = "gate"
     area: float = 1.0
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
 
     def __post_init__(self) -> None:
         if self.agent not in AGENTS:
@@ -92,8 +97,13 @@ class Scenario:
         check_temperature(self.temperature_c)
         check_temperature(self.calibrated_c)
         check_temperature(self.solved)
+        self.device_noise()
         if self.brain != "chip":
             _refuse_silicon(self)
+
+    def device_noise(self) -> SiliconNoise | None:
+        """Noise of the chip's devices."""
+        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
 
     @property
     def solved(self) -> float:
@@ -110,6 +120,7 @@ def _refuse_silicon(scenario: Scenario) -> None:
         ("--bias-kind", scenario.bias_kind, "gate"),
         ("--area", scenario.area, 1.0),
         ("--die", scenario.die, NOMINAL),
+        ("--silicon-noise", scenario.silicon_noise, "off"),
     ):
         if value != default:
             raise ParameterError(
@@ -177,7 +188,10 @@ def built_network(scenario: Scenario) -> Built:
     network = network_of(scenario.agent, scenario.design, scenario.neurons)
     if scenario.brain == "ideal":
         return build(network, IdealCurves(), scenario.seed)
-    chip = NefChip(scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area)
+    chip = NefChip(
+        scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area,
+        noise=scenario.device_noise(),
+    )  # fmt: skip
     built = build(network, chip.at(scenario.solved), scenario.seed)
     if scenario.temperature_c == scenario.solved:
         return built

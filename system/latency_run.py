@@ -32,6 +32,7 @@ from system.latency_flight import Flown, fly
 from system.latency_lif import all_lif
 from system.latency_numbers import PATHS, UNITS, Numbers, numbers_at
 from system.options import describe_die
+from system.silicon_noise import Noisy, silicon_noise
 
 MODELS = ("analog", "latency-network", "latency-chip", "latency-lif")  # of the bat's mind
 CODES = ("usual", "calibrated")  # of a chip's biases
@@ -46,7 +47,8 @@ class ChipChoice:
     """Which latency chip: its silicon, biases, and units at transistor level.
 
     codes: `usual`, or `calibrated` on its die at 27 degC; area: of its devices, over the circuits'; units: by
-    memory and number; course: pairs of time (s) and degC that the temperature follows after its beginning.
+    memory and number; course: pairs of time (s) and degC that the temperature follows after its beginning;
+    silicon_noise: of its devices, by the scenario's seed.
     """
 
     die: Die = NOMINAL
@@ -56,11 +58,15 @@ class ChipChoice:
     area: float = 1.0
     units: tuple[tuple[int, int], ...] = ()
     course: tuple[tuple[float, float], ...] = ()
+    silicon_noise: Noisy = "off"
 
     def __post_init__(self) -> None:
         if self.course and self.units:
+            raise ParameterError("--temperature: a course, not with --unit, which has one; leave one out")
+        if silicon_noise(self.silicon_noise, 0) is not None and self.units:
             raise ParameterError(
-                "--temperature: a course, not with --unit, which has one; leave one out"
+                f"--silicon-noise: {self.silicon_noise}, not with --unit, whose transistors make none here;"
+                " leave one out"
             )
         if self.codes not in CODES:
             raise ParameterError(f"--codes: {self.codes}, must be {' or '.join(CODES)}")
@@ -164,11 +170,15 @@ def brain_of(scenario: LatencyScenario, arcs: Arcs) -> Brain:
     design = design_of(arcs, scenario.numbers)
     course = np.array(scenario.chip.course).T if scenario.chip.course else None
     temperature = None if course is None else (course[0], course[1])
-    return brain_with(chip_of(design, scenario.chip), arcs, scenario.numbers, temperature)
+    chip = chip_of(design, scenario.chip, scenario.seed)
+    return brain_with(chip, arcs, scenario.numbers, temperature)
 
 
-def chip_of(design: Design, choice: ChipChoice) -> LatencyChip:
-    """The chip of a choice; raises `ParameterError` for silicon or codes that there are none of."""
+def chip_of(design: Design, choice: ChipChoice, seed: int = 0) -> LatencyChip:
+    """The chip of a choice; raises `ParameterError` for silicon or codes that there are none of.
+
+    seed: of its devices' noise.
+    """
     silicon = Silicon(temperature_c=choice.temperature_c, die=choice.die)
     if choice.codes == CODES[1]:
         at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
@@ -179,7 +189,8 @@ def chip_of(design: Design, choice: ChipChoice) -> LatencyChip:
     for memory, unit in choice.units:
         bare.check_unit(memory, unit)
     units = {(p, u): TransistorUnit(biases, silicon, p, u) for p, u in choice.units}
-    return LatencyChip(design, biases, silicon, area=choice.area, units=units)
+    noise = silicon_noise(choice.silicon_noise, seed)
+    return LatencyChip(design, biases, silicon, area=choice.area, units=units, noise=noise)
 
 
 def place(scenario: LatencyScenario, arcs: Arcs) -> tuple[Forest, tuple[float, float]]:
@@ -231,6 +242,7 @@ def _of_chip(choice: ChipChoice) -> dict[str, Any]:
         "codes": choice.codes,
         "area": choice.area,
         "transistor_units": choice.units,
+        "silicon_noise": choice.silicon_noise,
     }
 
 

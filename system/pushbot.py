@@ -27,7 +27,7 @@ from system.pushbot_brain import FIELD_SCENES, Architecture, brain_of
 from system.pushbot_course import Course, course_of, passage
 from system.pushbot_drive import Run, begin_run
 from system.pushbot_loop import Brain, Record, all_spikes, open_loop, rates, step
-from system.pushbot_readout import DIRECT, REFERENCE, Readout
+from system.pushbot_readout import DIRECT, LOOK, REFERENCE, Readout
 from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
@@ -100,7 +100,7 @@ class Scenario:
 
     def read(self) -> Readout:
         """How spikes become commands."""
-        usual = DIRECT if self.readout == "spikes" else (0.1 if self.modified else REFERENCE)
+        usual = DIRECT if self.readout == "spikes" else (LOOK if self.modified else REFERENCE)
         window = self.window if self.window is not None else usual
         return Readout(Factors(self.speed_factor, self.turn_factor), window, self.readout)
 

@@ -16,11 +16,10 @@ from circuits.die import Die
 from circuits.errors import ParameterError
 from system.arena import Scene
 from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summarise
-from system.pushbot_brain import Architecture
 from system.pushbot_loop import Brain
 from system.study.interval import Interval, clopper_pearson
 
-FIRST = 2000  # of dies and seeds that report; those of 1000 to 1999 were seen while codes were still chosen
+FIRST = 4000  # of dies and seeds that report; those below were seen while codes and levels were chosen
 DIES = 10  # of a campaign; ours
 Summary = dict[str, float | None]
 Make = Callable[[Scenario], Brain]
@@ -68,9 +67,13 @@ def drive_each(
 ) -> list[Summary]:
     """What `keep` says of every run, in the order of the scenarios; a chip is made once."""
     keys = [
-        (s.die.number or 0, s.temperature_c, s.bias_kind, s.architecture(), s.calibrated) for s in scenarios
-    ]
-    order = sorted(range(len(scenarios)), key=lambda k: _order(keys[k]))
+        (
+            s.die.number or 0, s.temperature_c, s.bias_kind, repr(s.architecture()), s.calibrated,
+            repr(s.device_noise()),
+        )
+        for s in scenarios
+    ]  # fmt: skip
+    order = sorted(range(len(scenarios)), key=keys.__getitem__)
     found: dict[int, Summary] = {}
     brain, last = None, None
     for done, k in enumerate(order):
@@ -81,10 +84,6 @@ def drive_each(
         if progress is not None:
             progress((done + 1) / len(order))
     return [found[k] for k in range(len(scenarios))]
-
-
-def _order(key: tuple[int, float, str, Architecture, bool]) -> tuple[int, float, str, str, bool]:
-    return key[0], key[1], key[2], repr(key[3]), key[4]
 
 
 def share_of(found: Sequence[Summary], name: str) -> Share:

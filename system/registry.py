@@ -24,6 +24,7 @@ SYSTEMS: dict[str, str] = {
     "rover": "system.rover:SYSTEM",
     "forest": "system.forest:SYSTEM",
     "robot": "system.robot:SYSTEM",
+    "head": "system.sonar_head:SYSTEM",
     "bug": "system.bug:SYSTEM",
     "pushbot": "system.pushbot:SYSTEM",
     "rolls": "system.rolls:SYSTEM",
@@ -38,6 +39,7 @@ EXPERIMENTS: dict[str, str] = {
     "cheely2003-fig10": "system.experiments.cheely2003_fig10:EXPERIMENT",
     "cheely2003-fig11": "system.experiments.cheely2003_fig11:EXPERIMENT",
     "cheely2003-power": "system.experiments.cheely2003_power:EXPERIMENT",
+    "cheely2003-head": "system.experiments.cheely2003_head:EXPERIMENT",
     "hwu2018-fig1": "system.experiments.hwu2018_fig1:EXPERIMENT",
     "hwu2018-fig2": "system.experiments.hwu2018_fig2:EXPERIMENT",
     "hwu2018-table1": "system.experiments.hwu2018_table1:EXPERIMENT",
@@ -74,6 +76,7 @@ EXPERIMENTS: dict[str, str] = {
     "rolls-drift": "system.experiments.rolls_drift:EXPERIMENT",
     "rolls-forms": "system.experiments.rolls_forms:EXPERIMENT",
     "rolls-mismatch": "system.experiments.rolls_mismatch:EXPERIMENT",
+    "rolls-learning": "system.experiments.rolls_learning:EXPERIMENT",
     "milde2017-table1": "system.experiments.milde2017_table1:EXPERIMENT",
     "milde2017-pairs": "system.experiments.milde2017_pairs:EXPERIMENT",
     "milde2017-variability": "system.experiments.milde2017_variability:EXPERIMENT",
@@ -89,6 +92,7 @@ EXPERIMENTS: dict[str, str] = {
     "agreement": "system.experiments.agreement:EXPERIMENT",
     "ngspice-dies": "system.experiments.ngspice_dies:EXPERIMENT",
     "device-noise": "system.experiments.device_noise:EXPERIMENT",
+    "chip-noise": "system.experiments.chip_noise:EXPERIMENT",
 }
 
 

@@ -27,6 +27,7 @@ from system.command_options import (
     call,
     kind_name,
 )
+from system.commands.head_command_line import head
 from system.silicon_choice import SiliconChoice
 
 USERS = "approach"  # the command that systems of users run under
@@ -207,6 +208,9 @@ def forest(
         str | None, typer.Option(help="Of a chip's ranges: nominal, or calibrated on its die at 27 degC.")
     ] = None,
     area: Annotated[float | None, typer.Option(metavar="FACTOR", help="Of a chip's devices; 1.")] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of a latency chip's devices: off, white, or all with flicker.")
+    ] = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -227,7 +231,7 @@ def forest(
         "map": forest_map, "obstacles": obstacles, "vmax": vmax, "ping_rate": ping_rate, "start": start,
         "pings": pings, "ranges": ranges, "selection": selection, "weights": weights, "occlusion": occlusion,
         "multipath": multipath, "azimuth_noise": azimuth_noise, "reader": reader, "area": area,
-        "bias_kind": kind_name(bias_kind),
+        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
     }  # fmt: skip
     call(
         "run_forest:run_forest",
@@ -316,6 +320,9 @@ def bug(
         str | None, typer.Option(metavar="DEGC", help="Where its decoders were solved; as --calibrated.")
     ] = None,
     area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
+    ] = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",
@@ -331,7 +338,7 @@ def bug(
     options = {
         "agent": agent, "brain": brain, "design": design, "neurons": neurons, "map": bug_map, "start": start,
         "goal": goal, "duration": duration, "calibrated": calibrated, "solved": solved, "area": area,
-        "bias_kind": kind_name(bias_kind),
+        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
     }  # fmt: skip
     call(
         "run_bug:run_bug",
@@ -418,3 +425,6 @@ def pushbot(
         as_json=as_json,
         **{name: value for name, value in options.items() if value is not None},
     )
+
+
+app.command()(head)

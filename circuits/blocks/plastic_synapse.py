@@ -43,7 +43,7 @@ from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
-# ours: 0.25 V a pulse of 32 us; 4 and 5 V/s of drift; the software's WDRIFT for the comparator
+# ours: 0.16 V a pulse of 23 us; 3.4 and 4 V/s of drift; the software's WDRIFT for the comparator
 UP, DOWN, DRIFT_UP, DRIFT_DOWN = (4, 30), (4, 30), (7, 7), (7, 8)
 THRESHOLD = 0.9  # V; ours: the middle of the supply
 SHIFT = 0.25  # V, as the non-plastic synapse's

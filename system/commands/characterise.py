@@ -26,6 +26,7 @@ BOARDS = (
     "first-target-isolation",
     "winner-take-all",
     "latency-chip",
+    "lso-neuron",
 )
 # Blocks of the wavefront chip, measured by `chips.wavefront_measurement`.
 WAVEFRONT = ("axon-delay", "wavefront-cell")

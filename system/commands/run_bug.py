@@ -71,6 +71,7 @@ def _of_chip(trace: Trace) -> dict[str, Any]:
         **describe_die(s.die),
         "bias_kind": s.bias_kind,
         "area": s.area,
+        "silicon_noise": s.silicon_noise,
         "temperature_C": s.temperature_c,
         "calibrated_C": s.calibrated_c,
         "solved_C": s.solved,

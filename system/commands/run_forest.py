@@ -69,8 +69,9 @@ def _checked_model(options: dict[str, Any]) -> dict[str, Any]:
         raise ParameterError(f"--model: {model}, must be {', '.join(MODELS[:-1])} or {MODELS[-1]}")
     if model != MODELS[0]:
         return options
-    for name, shown in (("paths", "paths"), ("taps", "taps"), ("codes", "codes"), ("units", "unit")):
+    for name in ("paths", "taps", "codes", "units", "silicon_noise"):
         if name in options:
+            shown = "unit" if name == "units" else name.replace("_", "-")
             raise ParameterError(f"--{shown}: {options[name]}, the analog model has none; choose --model")
     return {name: value for name, value in options.items() if name != "model"}
 

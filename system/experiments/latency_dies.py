@@ -1,9 +1,9 @@
 """Crossings of the forest by latency chips on dies: area, temperature, calibration, each block's share.
 
 A die a forest, both numbered from 1006 on, 1,400 obstacles, 2 m/s, ten pings a second, each flight stopped at
-8 crossings or 600 s. Biases by the generator unless said; mismatch and process variation. Rules, stated
-before the run: calibration by codes makes the mean of crossings larger; so does 16 times the area without
-calibration; with fixed gates and no calibration it is smaller than with the generator.
+8 crossings, 600 s or a minute in a loop. Biases by the generator unless said; mismatch and process variation.
+Rules, stated before the run: calibration by codes makes the mean of crossings larger; so does 16 times the
+area without calibration; with fixed gates and no calibration it is smaller than with the generator.
 
 Contributions: mismatch of one block at a time, all others nominal, generator, no process variation; what is
 lost against the nominal die on the same forests.

@@ -1,6 +1,6 @@
 """Figure 6 of Milde et al. 2017: populations and commands as the robot avoids one obstacle.
 
-A blue block straight ahead at speed and turn factor 0.5, die and seed 2000. The paper's statements: one
+A blue block straight ahead at speed and turn factor 0.5, die and seed 4000. The paper's statements: one
 obstacle population wins and drives the other side's drive population; the other drive is silent; the robot
 slows down and turns away; it does not collide. Half of the free speed is ours.
 """
@@ -27,7 +27,7 @@ def reproduce(progress: Progress) -> Report:
     return Report(
         rows(trace),
         lambda figure: _draw(trace, figure),
-        ("Die and seed 2000, window 500 ms, sliding.",),
+        (f"Die and seed {FIRST}, window 500 ms, sliding.",),
     )
 
 

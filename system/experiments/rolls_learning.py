@@ -43,7 +43,7 @@ GATE_DIES = 10
 SILENCE = 100.0  # s
 RIGHT, AT_RAILS, ALIKE = 0.9, 0.99, 0.95
 NEAR = 0.05  # V
-TASK = Task(training=40, tests=40)
+TASK = Task()
 TEMPERATURES = (0.0, 27.0, 50.0)  # degC, of the transistor level
 PAIRS = 10  # dies of it
 LIMIT = 1.8  # V
@@ -219,6 +219,7 @@ def _draw_weights(lessons: Sequence[Lesson], ax: Axes) -> None:
     volts = np.concatenate([x.weights.ravel() for x in lessons])
     ax.hist(volts, bins=60, range=(0.0, LIMIT), color=COLOURS[0])
     ax.set_yscale("log")
+    ax.set_ylim(0.5, None)
     ax.set_xlabel("weight a second after the teaching (V)")
     ax.set_ylabel("weights of all dies")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from chips import latency_measurement, selection_model
+from chips import latency_measurement, lso_measurement, selection_model
 from chips.board_kernel import monotone_cubic
 from chips.board_measurement import MEASUREMENTS
 from chips.board_record import (
@@ -35,6 +35,7 @@ CIRCUITS: dict[str, tuple[Circuit, ...]] = {
     "first_target_isolation": (first_target_isolation.build(),),
     "winner_take_all": selection_model.circuits(),
     "latency_chip": latency_measurement.circuits(),
+    "lso_neuron": lso_measurement.circuits(),
 }
 
 

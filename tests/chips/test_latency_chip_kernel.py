@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chips.latency_chip import LatencyChip
-from chips.latency_chip_kernel import Charge, Race, crossing, integrate, last_spike, race, recall, reset
+from chips.latency_chip_kernel import Charge, Race, crossing, integrate, last_spike, move, race, recall, reset
 from chips.latency_errors import usual_design
 from chips.latency_law import evaluation_latency, race_latency
 
@@ -102,3 +102,20 @@ def test_inh_spikes_at_its_period_from_its_release_on() -> None:
     memory.release[0, 0], memory.last[0, 0] = 1.0, 0.7
     assert last_spike(memory, 0, 0, 10e-3, 1.005) == 0.7
     assert last_spike(memory, 0, 0, 10e-3, 1.0351) == pytest.approx(1.03)
+
+
+def test_what_is_left_of_a_hold_or_a_period_goes_on_at_the_new_current() -> None:
+    memory, warm = CHIP.new_memory(), CHIP.at(40.0).lumped
+    cold = CHIP.lumped
+    now = 0.5
+    memory.release[0, 0] = now + 60e-3  # held for 60 ms more
+    memory.release[0, 1] = now - 2.5 * cold.tonic[0, 1]  # half through its third period
+    move(memory, cold, warm, now)
+    assert memory.release[0, 0] - now == pytest.approx(60e-3 * warm.hold[0, 0] / cold.hold[0, 0])
+    assert memory.release[0, 0] - now < 55e-3
+    assert now - memory.release[0, 1] == pytest.approx(0.5 * warm.tonic[0, 1])
+    assert memory.last[0, 1] == pytest.approx(now - 0.5 * cold.tonic[0, 1])
+    # there and back again
+    move(memory, warm, cold, now)
+    assert memory.release[0, 0] - now == pytest.approx(60e-3)
+    assert now - memory.release[0, 1] == pytest.approx(0.5 * cold.tonic[0, 1])

@@ -55,7 +55,7 @@ def test_weights_are_set_read_and_kept(chip):
     other = chip.with_weights(state, ~HIGH)
     assert np.array_equal(chip.weights(other), ~HIGH)
     _, later = chip.run(other, 5.0)
-    assert np.array_equal(later.plastic.weights, other.plastic.weights)
+    assert np.array_equal(chip.weight_voltages(later), chip.weight_voltages(other))
 
 
 def test_an_event_moves_a_weight_down_only_with_little_calcium(chip):
@@ -65,7 +65,7 @@ def test_an_event_moves_a_weight_down_only_with_little_calcium(chip):
         _, after = chip.run(calcium(chip, level), chip.step, at([0.0], 0, 200))
         moved.append(float(1.8 - after.plastic.weights[0, 200]))
     built = chip.built().plastic.tables
-    assert moved[1] == pytest.approx(built.down[200, 0] - built.rise[200, 0], abs=1e-4)
+    assert moved[1] == pytest.approx(built.down[200, 0], abs=1e-6)
     assert [m > 0.0 for m in moved] == [False, True, False, False]
     assert 0.05 < moved[1] < 0.3
 
@@ -78,10 +78,10 @@ def test_a_weight_drifts_to_its_nearer_rail_and_no_further(chip):
     _, soon = chip.run(state, 0.02)
     rise, fall = chip.built().plastic.cells.rise, chip.built().plastic.cells.fall
     # float32 of a volt
-    assert np.allclose(soon.plastic.weights[0], 1.1 + 0.02 * rise[:NEURONS], atol=1e-6)
-    assert np.allclose(soon.plastic.weights[1], 0.7 - 0.02 * fall[NEURONS : 2 * NEURONS], atol=1e-6)
+    assert np.allclose(chip.weight_voltages(soon)[0], 1.1 + 0.02 * rise[:NEURONS], atol=1e-6)
+    assert np.allclose(chip.weight_voltages(soon)[1], 0.7 - 0.02 * fall[NEURONS : 2 * NEURONS], atol=1e-6)
     _, late = chip.run(state, 2.0)
-    assert set(np.unique(late.plastic.weights).tolist()) == {0.0, np.float32(1.8)}
+    assert set(np.unique(chip.weight_voltages(late)).tolist()) == {0.0, np.float32(1.8)}
 
 
 def test_a_high_weight_drives_its_neuron_and_a_low_one_does_not(chip):
@@ -106,14 +106,15 @@ def test_a_spike_of_a_neuron_reaches_its_column_and_its_calcium():
     program = Program(levels, learning_biases(), plastic=PlasticArray(latches, high))
     one = RollsChip(program, silicon, "generator")
     times = np.arange(1e-3, 0.1, 2e-3)
-    spikes, state = one.run(
-        one.at_rest(), 0.1, Inputs(times, np.full(times.size, 3), np.full(times.size, 263))
-    )
+    driven = Inputs(times, np.full(times.size, 3), np.full(times.size, 263))
+    spikes, state = one.run(one.at_rest(), 0.1, driven)
     assert (spikes.neurons == 3).sum() > 10
-    brought = state.plastic.filters[0] - one.at_rest().plastic.filters[0]
-    assert brought[:2].min() > 0.0
-    assert np.abs(brought[2:]).max() < 1e-9
-    assert np.flatnonzero(state.plastic.filters[1] > one.at_rest().plastic.filters[1] + 1e-9).tolist() == [3]
+    brought = state.plastic.filters - one.at_rest().plastic.filters
+    assert brought[0, :2].min() > 0.0
+    # neurons 0 and 1 may spike of it; a low weight brings nothing
+    assert np.abs(brought[0, 2:]).max() < 1e-9
+    assert brought[1, 3] > 0.0
+    assert np.abs(brought[1, [2, 4]]).max() < 1e-9
 
 
 def test_a_run_in_pieces_is_the_run_and_its_own_repeat(chip):
@@ -131,8 +132,8 @@ def test_a_run_in_pieces_is_the_run_and_its_own_repeat(chip):
         part, state = chip.run(state, 0.02, Inputs(times[mine], inputs.neurons[mine], inputs.columns[mine]))
         parts.append(part.times)
     assert np.allclose(np.concatenate(parts), whole.times, atol=1e-6)
-    # drift in five parts: roundings of float32
-    assert np.allclose(state.plastic.weights, after.plastic.weights, atol=1e-5)
+    assert np.array_equal(state.plastic.weights, after.plastic.weights)
+    assert np.array_equal(state.plastic.pending, after.plastic.pending)
 
 
 def test_weights_stay_when_the_temperature_changes(chip):
@@ -147,11 +148,15 @@ def test_an_event_must_be_of_a_latched_synapse(chip):
         chip.run(chip.at_rest(), 0.01, at([0.0], 0, 5))
 
 
-def test_what_needs_an_array_says_so():
+def test_what_needs_an_array_says_so(chip):
     silicon = Silicon(ROLLS_180)
     with pytest.raises(ParameterError, match=r"chip.learning: given, must have a plastic array"):
         RollsChip(Program(SILENT), silicon, learning=Learning())
     plain = RollsChip(Program(SILENT), silicon)
+    with pytest.raises(ParameterError, match=r"chip.run.state: of a chip with another array"):
+        chip.run(plain.at_rest(), 0.01)
+    with pytest.raises(ParameterError, match=r"program.plastic: ndarray, must be a PlasticArray"):
+        Program(SILENT, plastic=LATCHES)
     with pytest.raises(ParameterError, match=r"chip.weights: none"):
         plain.weights(plain.at_rest())
     with pytest.raises(ParameterError, match=r"learning.weight_threshold: 2 V, must be within"):

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from chips.rolls_address import PLASTIC_LATCHES, PLASTIC_WEIGHTS, in_region, latch_words
+from chips.rolls_cut import cut_row
+from chips.rolls_nir import nir_graph
 from chips.rolls_plastic_program import PlasticArray
 from chips.rolls_plastic_words import plastic_of_words, plastic_words, weight_words
 from chips.rolls_program import Program
@@ -53,3 +55,10 @@ def test_what_cannot_be_is_refused() -> None:
         PlasticArray(np.zeros((257, 257)))
     with pytest.raises(ParameterError, match=r"plastic broadcast of 2 to 1 is set"):
         plastic_of_words(np.atleast_1d(latch_words(PLASTIC_LATCHES, 1, 2, 1, 1)))
+
+
+def test_an_array_is_refused_where_it_would_be_lost() -> None:
+    program = Program(np.zeros((1, 1)), plastic=ARRAY)
+    for lowering in (nir_graph, lambda p: cut_row(p, 0)):
+        with pytest.raises(ParameterError, match=r"program.plastic: given, must be None for a"):
+            lowering(program)

@@ -13,7 +13,7 @@ from system.arena import COLOURS, LIGHTS, recoloured
 from system.arena_file import load_scene, scene_names
 
 NAMED = {
-    "single-block", "pair", "triple", "clutter", "moving", "office", "target", "chase",
+    "single-block", "pair", "triple", "triple-loose", "clutter", "moving", "office", "target", "chase",
     "obstacle-against-target",
 }  # fmt: skip
 FREE = "start = { at = [0.5, 0.5] }\n[arena]\nsize = [2, 1]\n"

@@ -5,9 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from chips.latency_chip import LatencyChip
+from chips.latency_model import usual_biases
+from chips.latency_unit_level import TransistorUnit
+from circuits.errors import ParameterError
+from circuits.silicon import Silicon
 from system.curved_openspace import MIDDLE, Bat, arcs_of
 from system.latency_bat import seen_from
-from system.latency_chip_brain import ChipBrain, chip_brain, design_of
+from system.latency_chip_brain import ChipBrain, brain_with, chip_brain, design_of
 from system.latency_numbers import Numbers
 from system.latency_scene import HEADING, OBSTACLES
 from system.latency_topology import layer_delays
@@ -58,3 +63,40 @@ def test_a_wall_before_its_face_makes_an_emergency(brain: ChipBrain) -> None:
     assert last
     # the bus takes 0.1 us an event
     assert last[0].emergency == pytest.approx(S.emergency, abs=50e-6)
+
+
+def test_a_course_that_stays_changes_nothing_and_one_that_warms_does() -> None:
+    seen = seen_from(ARCS, PLACE, HEADING, 2)
+    chip = LatencyChip(design_of(ARCS, S))
+    still, flat, warming = (
+        brain_with(chip, ARCS, S, course)
+        for course in (
+            None,
+            (np.array([0.0, 9.0]), np.array([27.0, 27.0])),
+            # the settling period comes before 0 s
+            (np.array([0.0, 0.1]), np.array([27.0, 40.0])),
+        )
+    )
+    for brain in (still, flat, warming):
+        brain.answer(2, MIDDLE, seen)
+        brain.end(spoken=False)
+    first = still.answer(2, MIDDLE, NONE).said
+    assert np.array_equal(first.memory, flat.answer(2, MIDDLE, NONE).said.memory)
+    warm = warming.answer(2, MIDDLE, NONE).said
+    assert warming.chip.silicon.temperature_c == 40.0
+    # what both recall comes with the taps of 40 degC, and the 15 us of the detector's node
+    known = np.argwhere(np.isfinite(first.detected) & np.isfinite(warm.detected))
+    assert len(known)
+    taps = np.cumsum(chip.at(40.0).lumped.tap)[1:]
+    for memory, unit in known:
+        assert warm.detected[memory, unit] == pytest.approx(taps[unit], abs=30e-6)
+        assert warm.detected[memory, unit] < 0.95 * first.detected[memory, unit]
+
+
+def test_a_course_with_a_unit_of_transistors_is_refused() -> None:
+    biases = usual_biases(design_of(ARCS, S))
+    unit = TransistorUnit(biases, Silicon(), 16, 5)
+    chip = LatencyChip(design_of(ARCS, S), biases, units={(16, 5): unit})
+    brain = brain_with(chip, ARCS, S, (np.array([0.0, 1.0]), np.array([30.0, 40.0])))
+    with pytest.raises(ParameterError, match=r"latency_chip.temperature: 30 degC, units at transistor level"):
+        brain.ping(2, MIDDLE, NONE)

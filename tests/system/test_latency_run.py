@@ -7,7 +7,7 @@ from circuits.die import Die
 from circuits.errors import ParameterError
 from system import forest
 from system.curved_openspace import arcs_of
-from system.latency_run import ChipChoice, LatencyScenario, place, run, scenario_of, summarise
+from system.latency_run import ChipChoice, LatencyScenario, document, place, run, scenario_of, summarise
 
 
 def test_forest_and_start_are_the_analog_models() -> None:
@@ -33,3 +33,17 @@ def test_options_of_other_models_are_refused() -> None:
         scenario_of({"model": "latency-chip", "selection": "chip"})
     with pytest.raises(ParameterError, match=r"--codes: none, must be usual or calibrated"):
         ChipChoice(codes="none")
+
+
+def test_a_course_of_temperature_is_flown_and_said() -> None:
+    course = ((0.0, 27.0), (0.3, 40.0))
+    warm, still = (
+        run(LatencyScenario("latency-chip", seed=1003, pings=5, chip=ChipChoice(bias_kind="gate", course=c)))
+        for c in (course, ())
+    )
+    assert document(warm)["temperature_C"] == course
+    assert document(still)["temperature_C"] == 27.0
+    # with fixed gates currents grow with temperature: other latencies, other ways
+    assert not np.array_equal(warm.flown.path, still.flown.path)
+    with pytest.raises(ParameterError, match="--temperature: a course, not with --unit"):
+        ChipChoice(course=course, units=((16, 5),))

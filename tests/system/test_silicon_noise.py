@@ -7,13 +7,16 @@ from typing import Any
 
 import pytest
 
+from chips.rebound_jitter import SiliconNoise
 from chips.rolls_chip_layout import ZETA
 from circuits.errors import ParameterError
-from system import pushbot
+from circuits.noise import WHITE_ONLY
+from system import bug, pushbot
 from system.arena_file import load_scene
 from system.command_line import main
+from system.pushbot_campaign import drive_each
 from system.pushbot_drive import begin_run
-from system.pushbot_loop import open_loop
+from system.pushbot_loop import Brain, open_loop
 from system.rolls import SYSTEM, Scenario, run
 
 RUN = ["run", "approach", "--level", "behavioural", "--duration", "1s", "--json"]
@@ -63,19 +66,85 @@ def test_a_pushbots_chip_has_noise_of_its_own() -> None:
         return [*loop.state.values[ZETA]]
 
     plain, noisy = spikes(), spikes(silicon_noise="all", noise_seed=1)
-    assert spikes(silicon_noise="off", noise_seed=1) == plain
     assert spikes(silicon_noise="all", seed=1) == noisy
     assert plain != noisy != spikes(silicon_noise="all", noise_seed=2)
 
 
+def test_a_campaign_makes_a_chip_for_each_noise() -> None:
+    base = pushbot.Scenario(scene="pair", duration=0.05)
+    noisy = replace(base, silicon_noise="all", noise_seed=1)
+    made: list[SiliconNoise | None] = []
+
+    def make(scenario: pushbot.Scenario) -> Brain:
+        made.append(scenario.device_noise())
+        return pushbot.make_brain(scenario)
+
+    asked = [base, noisy, base, replace(noisy, noise_seed=2), noisy]
+    spikes = drive_each(asked, keep=lambda t: {"v": float(t.drive.pose[0])}, make=make)
+    assert len(spikes) == len(asked)
+    assert sorted(map(repr, made)) == sorted(map(repr, (None, SiliconNoise(1), SiliconNoise(2))))
+
+
 def test_rolls_rates_differ_with_the_seed_of_its_noise() -> None:
     quiet = Scenario(duration=0.2)
-    found = [run(replace(quiet, silicon_noise=noise)).spikes.times for noise in ("off", "white", "all")]
+    found = [run(replace(quiet, silicon_noise=noise)).spikes.times for noise in ("white", "all")]
     assert found[0].size != found[1].size or (found[0] != found[1]).any()
-    assert found[1].size != found[2].size or (found[1] != found[2]).any()
     assert SYSTEM.study_options("behavioural", None, {"silicon_noise": "all"})["silicon_noise"] == "all"
     with pytest.raises(ParameterError, match="--silicon-noise: loud, must be off or white or all"):
         replace(quiet, silicon_noise="loud")
+
+
+def test_a_bug_robots_chip_has_noise_of_its_own() -> None:
+    asked = bug.Scenario(agent="bug0", brain="chip", neurons=600, map="bug-cup", duration=1.0)
+    quiet = bug.run(asked).path
+    noisy = [bug.run(replace(asked, silicon_noise="all", noise_seed=seed)).path for seed in (1, 1, 2)]
+    assert (noisy[0] == noisy[1]).all()
+    assert (noisy[0] != noisy[2]).any()
+    assert (noisy[0] != quiet).any()
+    fields = bug.SYSTEM.study_options("behavioural", None, {"silicon_noise": "white", "noise_seed": "3"})
+    assert bug.Scenario(**fields).device_noise() == SiliconNoise(3, flicker=WHITE_ONLY)
+
+
+def test_a_latency_chips_recall_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
+    flight = ["run", "forest", "--model", "latency-chip", "--pings", "12", "--seed", "900", "--json"]
+    found = {}
+    for noise in ("off", "all"):
+        assert main([*flight, "--silicon-noise", noise]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["silicon_noise"] == noise
+        found[noise] = document["path_m"]
+    assert found["all"] != found["off"]
+    # microseconds of jitter move a turn by less than it takes to reach another arc
+    assert found["all"][3] == pytest.approx(found["off"][3], abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        (["bug"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
+        (["bug", "--brain", "ideal"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
+        (["forest"], "--silicon-noise: white, the analog model has none; choose --model"),
+        (["forest", "--model", "latency-lif"], "--silicon-noise: only with --model latency-chip"),
+        (
+            ["forest", "--model", "latency-chip", "--unit", "3,4"],
+            "--silicon-noise: white, not with --unit, whose transistors make none here; leave one out",
+        ),
+    ],
+)
+def test_runs_without_silicon_refuse_noise(
+    command: list[str], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", *command, "--silicon-noise", "white"]) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["pushbot"], ["bug", "--brain", "chip"], ["forest", "--model", "latency-chip"]],
+)
+def test_a_word_that_is_no_noise_is_refused(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", *command, "--silicon-noise", "loud"]) == 2
+    assert "--silicon-noise: loud, must be off or white or all" in capsys.readouterr().err
 
 
 def test_ideal_cells_have_no_noise(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from chips.pushbot_biases import LEVELS
@@ -64,8 +65,14 @@ def summaries(**values: list[float]) -> list[Summary]:
 def test_pairs_fail_above_five_percent() -> None:
     good = summaries(collided=[0.0] * 20, crossed=[1.0] * 20, between=[0.0] * 20)
     bad = summaries(collided=[1.0] * 2 + [0.0] * 18, crossed=[1.0] * 20, between=[0.0, 0.0] + [1.0] * 18)
-    assert all(row.agrees for row in milde2017_pairs.rows({"pair": good}))
-    assert not any(row.agrees for row in milde2017_pairs.rows({"pair": bad}))
+    for name in milde2017_pairs.AROUND:
+        assert all(row.agrees for row in milde2017_pairs.rows({name: good}))
+        assert not any(row.agrees for row in milde2017_pairs.rows({name: bad}))
+
+
+def test_between_the_blocks_of_the_loose_triple_there_is_room() -> None:
+    between = summaries(collided=[0.0] * 20, crossed=[1.0] * 20, between=[1.0] * 20)
+    assert all(row.agrees for row in milde2017_pairs.rows({"triple-loose": between}))
 
 
 def test_variability_needs_both_sides() -> None:
@@ -75,7 +82,8 @@ def test_variability_needs_both_sides() -> None:
 
 
 def test_clutter_is_paired() -> None:
-    hit, free = summaries(collided=[1.0] * 10), summaries(collided=[0.0] * 10)
+    usual = {"touched_visible": [0.0] * 10, "path_m": [4.0] * 10, "time_s": [10.0] * 10}
+    hit, free = summaries(collided=[1.0] * 10, **usual), summaries(collided=[0.0] * 10, **usual)
     speeds = milde2017_clutter.SPEEDS
     better = {("plain", v): hit for v in speeds} | {("modified", v): free for v in speeds}
     same = {(n, v): hit for n in milde2017_clutter.NETWORKS for v in speeds}
@@ -83,11 +91,31 @@ def test_clutter_is_paired() -> None:
     assert not milde2017_clutter.rows(same)[0].agrees
 
 
+def test_clutter_tells_standing_still_from_avoiding() -> None:
+    usual = {"touched_visible": [0.0] * 10, "time_s": [10.0] * 10}
+    # 10 collisions each: in 10 m of the plain network, in 60 m of the modified one; binomial, p below 1e-4
+    slow = summaries(collided=[1.0] * 10, path_m=[1.0] * 10, **usual)
+    fast = summaries(collided=[1.0] * 10, path_m=[6.0] * 10, **usual)
+    speeds = milde2017_clutter.SPEEDS
+    found = {("plain", v): slow for v in speeds} | {("modified", v): fast for v in speeds}
+    agrees = {row.name: row.agrees for row in milde2017_clutter.rows(found)}
+    assert agrees["collisions_a_metre_at_0.5_m_per_s"]
+    assert not agrees["modified_collides_less_at_0.5_m_per_s"]
+    assert agrees["modified_moves_at_0.5_m_per_s"]
+    assert not agrees["plain_moves_at_0.5_m_per_s"]
+    path = np.zeros((201, 4))
+    path[:, 0] = 5e-3 * np.arange(201)
+    path[:101, 1] = 0.5 * path[:101, 0]
+    path[101:, 1] = path[100, 1]
+    # half of a second at 0.5 m/s, the other half at rest
+    assert milde2017_clutter.stood(path) == pytest.approx(0.5, abs=0.1)
+
+
 def test_office_counts_by_the_minute() -> None:
     few = summaries(collided=[1.0, 0.0, 0.0, 0.0], time_s=[60.0] * 4)
     many = summaries(collided=[1.0] * 20, time_s=[4.0] * 20)
-    assert milde2017_office.rows(few)[0].agrees
-    assert not milde2017_office.rows(many)[0].agrees
+    assert milde2017_office.rows({"normal": few, "dark": many})[0].agrees
+    assert not milde2017_office.rows({"normal": many, "dark": few})[0].agrees
     interval = milde2017_office.poisson(1, 4.0)
     # Garwood's interval of one event: 0.0253 to 5.572
     assert (interval.low, interval.high) == pytest.approx((0.0253 / 4, 5.572 / 4), rel=1e-2)

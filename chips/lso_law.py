@@ -1,0 +1,180 @@
+"""Laws of the sonar head: when a level unit spikes, and the spikes of an LSO neuron.
+
+A level unit's comparator charges its axon's input Q with I tanh(kappa x / 2 U_T), where x is by how much its
+input is above the threshold. On a ramp x = S t that takes
+
+    t = (2 U_T / (kappa S)) arcosh(exp(kappa S Q / (2 U_T I)))
+
+At rest its comparator must know that the input is below: a copy of what the input's side of the pair carries
+must exceed a share of the tail's current, else no refractory ends and the unit is deaf. With i_1 the current
+that it takes, i_2 what is left of the tail's, and u(i) = 2 ln(e^sqrt(i / I_S) - 1), the input must be
+
+    x = (U_T / kappa) (u(i_1) - u(i_2))        below the pair's own threshold.
+
+An LSO neuron's currents are constant between the beginnings and ends of its steps. What the mirror takes
+falls with the membrane, for the sink leaves saturation near ground:
+
+    C dV/dt = I_exc - I_inh (1 - e^(-V / U_T))
+
+With a = I_exc - I_inh, b = I_inh and y = e^(V / U_T) this is U_T C dy/dt = a y + b, so that
+
+    y(t) = (y_0 + b / a) e^(a t / (U_T C)) - b / a,    t = (U_T C / a) ln((y + b / a) / (y_0 + b / a))
+
+I_inh is what a mirror makes of the sum of the inhibitory currents, by the law of its two transistors. A
+membrane from which more is taken than it is given rests at y = b / (b - I_exc). It spikes at V_ref = Q / C,
+is at ground for a dead time, and begins anew. The mirror takes nothing before its own gate is charged.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+F64 = NDArray[np.float64]
+
+BALANCED = 1e-9  # of |a| over I_exc: below it the linear law of a = 0 is exact to rounding
+LEAST = 1e-18  # A: what sums of switched currents leave by rounding is less
+
+
+class Steps(NamedTuple):
+    """Step currents (A) that begin at `start` and last (s), float64[n] each; inf for one that never does."""
+
+    start: F64
+    last: F64
+    current: F64
+
+
+class Mirror(NamedTuple):
+    """Specific currents (A) of the devices of input and output; half their pinch-offs apart, U_T."""
+
+    specific_in: float
+    specific_out: float
+    shift: float
+
+
+class Membrane(NamedTuple):
+    """Capacitance (F), reference (V), dead time (s), thermal voltage (V), charge of the mirror's gate (C)."""
+
+    capacitance: float
+    reference: float
+    dead: float
+    u_t: float
+    turn: float
+
+
+def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float, u_t: float) -> F64:
+    """From a ramp's crossing (slope > 0, V/s) of the threshold to the spike, s, in the shape of both."""
+    scale = 2.0 * u_t / (kappa * np.asarray(slope, dtype=np.float64))
+    x = charge / (scale * np.asarray(current, dtype=np.float64))
+    # arcosh(e^x) without the overflow of e^x
+    return np.asarray(scale * (x + np.log1p(np.sqrt(-np.expm1(-2.0 * x)))))
+
+
+def rest_depth(
+    tail: F64, least: F64, mirror: tuple[F64, F64, F64], pair: float, kappa: float, u_t: float
+) -> F64:
+    """How far below the pair's threshold (V) a resting input must be, inf where none is enough.
+
+    tail: current of the pair, A; least: what the copy must exceed, A; mirror: as of `Mirror`, arrays of one
+    shape; pair: specific current of its devices, A.
+    """
+    given, taken, shift = mirror
+    half = np.log(np.expm1(np.sqrt(least / taken))) - shift
+    own = given * np.logaddexp(0.0, half) ** 2
+    found = np.full(np.shape(own), np.inf)
+    enough = own < tail
+    i_1, i_2 = own[enough], (tail - own)[enough]
+    u_1, u_2 = (2.0 * np.log(np.expm1(np.sqrt(i / pair))) for i in (i_1, i_2))
+    found[enough] = u_t / kappa * (u_1 - u_2)
+    return found
+
+
+def mirrored(mirror: Mirror, current: float) -> float:
+    """What a mirror (by the transistor law, in saturation) takes of a current, A."""
+    if current <= 0.0:
+        return 0.0
+    half = math.log(math.expm1(math.sqrt(current / mirror.specific_in))) + mirror.shift
+    return mirror.specific_out * float(np.logaddexp(0.0, half)) ** 2
+
+
+def rise_time(membrane: Membrane, volts: float, given: float, taken: float) -> float:
+    """From `volts` to the reference, s, with currents (A) that are given and taken; inf for never."""
+    net, scale = given - taken, membrane.u_t * membrane.capacitance
+    x, end = math.exp(volts / membrane.u_t), math.exp(membrane.reference / membrane.u_t)
+    if abs(net) <= BALANCED * max(given, taken):
+        return scale * (end - x) / taken if taken > 0.0 else math.inf
+    if net < 0.0 and taken / -net <= end:
+        return math.inf
+    return scale / net * math.log((end + taken / net) / (x + taken / net))
+
+
+def moved(membrane: Membrane, volts: float, given: float, taken: float, time: float) -> float:
+    """The membrane (V) after a time (s) in which it does not spike."""
+    net, scale = given - taken, membrane.u_t * membrane.capacitance
+    x = math.exp(volts / membrane.u_t)
+    if abs(net) <= BALANCED * max(given, taken):
+        return membrane.u_t * math.log(x + taken * time / scale)
+    y = (x + taken / net) * math.exp(net * time / scale) - taken / net
+    return membrane.u_t * math.log(max(y, 1.0))
+
+
+def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror: Mirror) -> F64:
+    """Spikes (s) of an LSO neuron whose membrane is at ground before any of its steps."""
+    edges, given, sums = _segments(excitation, turned(inhibition, membrane.turn))
+    taken = [mirrored(mirror, current) for current in sums]
+    spikes: list[float] = []
+    volts, free = 0.0, -math.inf  # V, and from when the membrane is let go, s
+    for begin, end, exc, inh in zip(edges[:-1], edges[1:], given, taken, strict=True):
+        now = max(begin, free)
+        while now < end:
+            reached = now + rise_time(membrane, volts, exc, inh)
+            if reached > end:
+                volts = moved(membrane, volts, exc, inh, end - now)
+                break
+            spikes.append(reached)
+            volts, free = 0.0, reached + membrane.dead
+            now = free
+    return np.array(spikes)
+
+
+def turned(inhibition: Steps, charge: float) -> Steps:
+    """Steps that begin when they have charged the mirror's gate (C); their ends stay."""
+    gathered, before, amperes = 0.0, -math.inf, 0.0
+    for k in np.argsort(inhibition.start):
+        start = float(inhibition.start[k])
+        if not math.isfinite(start):
+            break
+        more = amperes * (start - before) if amperes else 0.0
+        if gathered + more >= charge:
+            break
+        gathered, before, amperes = gathered + more, start, amperes + float(inhibition.current[k])
+    if not amperes:
+        return inhibition
+    on = before + (charge - gathered) / amperes
+    kept = np.isfinite(inhibition.start)
+    begin, last = inhibition.start.copy(), inhibition.last.copy()
+    begin[kept] = np.maximum(begin[kept], on)
+    last[kept] = np.maximum(last[kept] - begin[kept] + inhibition.start[kept], 0.0)
+    return Steps(begin, last, inhibition.current)
+
+
+def _segments(excitation: Steps, inhibition: Steps) -> tuple[list[float], list[float], list[float]]:
+    """Edges (s), and sums of both sides' currents (A) between them."""
+    marks: list[tuple[float, float, float]] = []
+    for k, steps in enumerate((excitation, inhibition)):
+        on = np.isfinite(steps.start)
+        for start, last, amperes in zip(steps.start[on], steps.last[on], steps.current[on], strict=True):
+            change = (float(amperes), 0.0) if k == 0 else (0.0, float(amperes))
+            marks += [(float(start), *change), (float(start + last), -change[0], -change[1])]
+    marks.sort()
+    edges, given, taken = [], [], []
+    exc = inh = 0.0
+    for at, more, less in marks:
+        edges.append(at)
+        exc, inh = exc + more, inh + less
+        given.append(exc if exc > LEAST else 0.0)
+        taken.append(inh if inh > LEAST else 0.0)
+    return edges, given[:-1], taken[:-1]
