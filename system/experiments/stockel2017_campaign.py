@@ -5,7 +5,8 @@ No figure of the paper, which has no chip: robots on `bug-field`, at most 100 s 
 degC, a generator's biases, the areas as drawn. Away from 27 degC a chip is used in one of three ways:
 
 * held: biases and decoders stay as they were at 27 degC;
-* solved: biases stay, decoders are solved from curves counted at the new temperature;
+* solved: biases stay, decoders are solved from curves counted at the new temperature; where a neuron cannot
+  fire as fast as its network asks there is none, and the die counts as refused, and as one not reached;
 * calibrated: biases are trimmed there too.
 
 Rules (ours, set after runs on dies 900 to 902), for Bug 0: calibrated at 7 and 47 degC it reaches the goal
@@ -25,7 +26,8 @@ from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
 from circuits.die import Die
-from system.bug import Scenario, run, summarise
+from circuits.errors import ParameterError
+from system.bug import Scenario, Trace, run, summarise
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.study.interval import Interval, clopper_pearson
@@ -66,12 +68,13 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Of runs: whether each reached; of those time (s) and path over the shortest; clipped inputs."""
+    """Of runs: whether each reached; of those time (s) and path over the shortest; clips; refused dies."""
 
     reached: tuple[bool, ...]
     times: tuple[float, ...]
     ratios: tuple[float, ...]
     clipped: int
+    refused: int = 0
 
     @property
     def share(self) -> float:
@@ -116,21 +119,33 @@ def reproduce(progress: Progress, dies: int = DIES, first: int = FIRST) -> Repor
     for k, condition in enumerate(every):
         found[condition] = outcome(condition, range(first, first + dies))
         progress((k + 1) / len(every))
-    notes = tuple(f"{described(c)}: {o}; {o.clipped} clipped" for c, o in found.items())
+    notes = tuple(f"{described(c)}: {o}; {o.clipped} clipped, {o.refused} refused" for c, o in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 
 def outcome(condition: Condition, dies: Sequence[int]) -> Outcome:
     """Drive on dies."""
-    traces = [run(condition.scenario(number)) for number in dies]
+    driven = [_drive(condition, number) for number in dies]
+    traces = [t for t in driven if t is not None]
     summaries = [summarise(t) for t in traces]
     there = [s for s in summaries if s["reached"]]
     return Outcome(
-        tuple(t.reached for t in traces),
+        tuple(t is not None and t.reached for t in driven),
         tuple(float(s["time_s"] or 0.0) for s in there),
         tuple(float(s["path_ratio"] or 0.0) for s in there),
         sum((t.chip or {}).get("clipped", 0) for t in traces),
+        len(driven) - len(traces),
     )
+
+
+def _drive(condition: Condition, number: int) -> Trace | None:
+    """Drive on a die; None where biases that stayed leave no network."""
+    try:
+        return run(condition.scenario(number))
+    except ParameterError:
+        if condition.use != SOLVED:
+            raise
+        return None
 
 
 def described(c: Condition) -> str:

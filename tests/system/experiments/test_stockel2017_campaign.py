@@ -63,6 +63,8 @@ def test_a_die_drives_and_a_warm_one_does_not(monkeypatch: pytest.MonkeyPatch) -
     assert "1 of 1" in str(there)
     assert there.ratios[0] >= 1.0
     assert outcome(replace(base, temperature_c=32.0), [901]).reached == (False,)
+    cold = outcome(replace(base, use=campaign.SOLVED, temperature_c=7.0), [901])
+    assert (cold.reached, cold.refused) == ((False,), 1)
 
 
 def test_picture(tmp_path: Path) -> None:
