@@ -9,10 +9,10 @@ degC, a generator's biases, the areas as drawn. Away from 27 degC a chip is used
   fire as fast as its network asks there is none, and the die counts as refused, and as one not reached;
 * calibrated: biases are trimmed there too.
 
-Rules (ours, set after runs on dies 900 to 902), for Bug 0: calibrated at 7 and 47 degC it reaches the goal
-on 90 % of dies with both kinds of biases, as a sixteenth of the area still does; held 2 degC from 27 it does
-so on fewer dies with fixed gates than with a generator. For Bug 2: a quarter of the neurons reach on fewer
-dies.
+Rules (ours, set after runs on dies 900 to 902, those on area with fixed gates), for Bug 0: calibrated at 7
+and 47 degC it reaches the goal on 90 % of dies with both kinds of biases, as a sixteenth of the area still
+does; held 2 degC from 27 it does so on fewer dies with fixed gates than with a generator. For Bug 2: a
+quarter of the neurons reach on fewer dies.
 """
 
 from __future__ import annotations
