@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from chips.board_record import all_on_silicon, check_box, matching_tables, temperature_weights
 from chips.lso_law import Membrane, Mirror, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso_measurement import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
-from chips.lso_place import NAME, area_of, line_volts, square_of, transistor_of
+from chips.lso_place import NAME, area_of, line_volts, of_area, square_of, transistor_of
 from chips.rebound_model import check_law
 from circuits.blocks.latency_synapse import WIDTH
 from circuits.blocks.lso_neuron import REFERENCE
@@ -41,6 +41,7 @@ F64 = NDArray[np.float64]
 
 RECORD = "lso_neuron"
 SIDES = 2  # left, right
+LEAST_AREA = 1.0 / 16.0  # of the circuits' devices, down to which the model was measured
 
 
 class Head(NamedTuple):
@@ -75,11 +76,14 @@ class Head(NamedTuple):
 def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Head:
     """Numbers of the head on the silicon; area: of the drawn devices over the circuits'.
 
-    Raises `ParameterError` for an area that is none and silicon outside the record's box, `DataError` where
+    Raises `ParameterError` for an area and for silicon outside the record's box, `DataError` where
     the record is of other circuits.
     """
-    if not (math.isfinite(area) and area > 0.0):
-        raise ParameterError(f"{NAME}.area: {area:g} times the circuits', must be > 0")
+    if not LEAST_AREA <= area < math.inf:
+        raise ParameterError(
+            f"{NAME}.area: {area:g} times the circuits', must be finite and at least {LEAST_AREA:g}, where"
+            " the behavioural model was measured"
+        )
     check_law(silicon.process)
     check_box(NAME, silicon)
     return _Maker(silicon, kind, area).make()
@@ -113,8 +117,8 @@ class _Maker:
     """A die's draws and voltages while its numbers are made."""
 
     def __init__(self, silicon: Silicon, kind: BiasKind, area: float) -> None:
-        self.silicon, self.area = silicon, area
-        self.volts = line_volts(silicon, kind)
+        self.silicon = of_area(silicon, area)
+        self.volts = line_volts(self.silicon, kind)
         self.tables = matching_tables(RECORD, circuits, silicon.process).values
         found = all_on_silicon(self.tables, QUANTITIES, silicon)
         self.charge = {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
@@ -176,7 +180,7 @@ class _Maker:
     def offsets(self, path: Path, circuit: Circuit, part: str, devices: tuple[str, ...]) -> F64:
         """V_T0 (V) and ln beta of devices of a part at a path, [shape of the path, 2 devices]."""
         shape = tuple(n for _, dims in path for n in dims)
-        areas = np.array([area_of(circuit, f"{part}.{d}") for d in devices]) * self.area
+        areas = np.array([area_of(circuit, f"{part}.{d}") for d in devices])
         paths = [(*path, (d, ())) for d in devices]
         v_t0, beta = self.silicon.deviations(NAME, paths, np.repeat(areas, math.prod(shape)))
         count = len(devices) * math.prod(shape)
@@ -198,7 +202,7 @@ class _Maker:
         law, found = self.silicon.law("n"), []
         shape = tuple(n for _, dims in path for n in dims)
         for name in devices:
-            area = area_of(circuit, name) * self.area
+            area = area_of(circuit, name)
             v_t0, beta = self.silicon.deviation(NAME, (*path, (name.rpartition(".")[2], ())), area)
             specific = law.square_current * square_of(circuit, name) * (1.0 + np.asarray(beta))
             count = max(1, math.prod(shape))
@@ -215,7 +219,7 @@ class _Maker:
         if path is not None:
             shape = tuple(n for _, dims in path for n in dims)
             where = (*path, (found.name, ()))
-            v_t0, beta = self.silicon.deviation(NAME, where, area_of(circuit, device) * self.area)
+            v_t0, beta = self.silicon.deviation(NAME, where, area_of(circuit, device))
         law = self.silicon.law(found.polarity)
         half = (
             0.5 * law.kappa * (self._gate(found.gate, found.polarity) - law.v_t0 - np.asarray(v_t0)) / law.u_t

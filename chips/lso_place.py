@@ -6,6 +6,7 @@ of the bias generator at `sonar_head/bias`. A part at its place has the chip's o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -20,6 +21,13 @@ from circuits.silicon import Silicon
 
 NAME = "sonar_head"
 BIAS_PLACE: Place = ((NAME, ()), ("bias", ()))
+
+
+def of_area(silicon: Silicon, area: float) -> Silicon:
+    """Silicon whose local mismatch is that of devices of so much more area: sigma is as 1 / sqrt(area)."""
+    process, factor = silicon.process, 1.0 / math.sqrt(area)
+    wider = replace(process, pair_a_vt=process.pair_a_vt * factor, pair_a_beta=process.pair_a_beta * factor)
+    return replace(silicon, process=wider)
 
 
 @lru_cache(maxsize=4)

@@ -34,6 +34,7 @@ COUNTS = (
     *LOST,
     "clipped",  # ears whose envelope was cut off
     "late_spikes",  # after the decision, and so in vain
+    "steps_over",  # pings whose synapses' steps outlast the period: the next ping does not know of them
     "neck_ends",  # commands beyond the neck's reach
     "neck_late",  # pings before which the neck was not there yet
 )
@@ -111,6 +112,8 @@ def follow(
             counts["clipped"] += found.echo.clipped
             heard[k], late = _answer(numbers, head, found, float(t), wiring, spikes, levels)
             counts["late_spikes"] += late
+            last = found.delay + head.onset + longest_step(head, found.echo.level)
+            counts["steps_over"] += int(last > numbers.period)
         turn = _turn(heard[k], wiring, resting) if not found.lost else 0
         neck = _commanded(numbers, neck, float(t) + numbers.decision * numbers.period, turn, counts)
         if progress is not None:
@@ -126,6 +129,12 @@ def usual_spikes(numbers: SonarHead, head: Head, distance: float = 1.0) -> int:
     """Spikes of the left neuron, not inhibited, of a target straight ahead (distance in m), without noise."""
     envelope = amplitudes(numbers, 0.0, 0.0, distance)
     return int(side_spikes(head, 0, listen(numbers, head, envelope, 0.0).level, inhibited=False).size)
+
+
+def longest_step(head: Head, level: F64) -> float:
+    """When the last synapse's step ends that level units' spikes (s, inf for none) begin, s; 0 for none."""
+    ends = np.maximum(head.excite_step, head.inhibit_step[::-1]) + level
+    return float(ends[np.isfinite(ends)].max(initial=0.0))
 
 
 def _ping(numbers: SonarHead, head: Head, way: Way, neck: Neck, t: float, noise: F64) -> _Heard:

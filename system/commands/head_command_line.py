@@ -40,7 +40,7 @@ def head(
     swing: Annotated[float | None, typer.Option(metavar="M", help="Of the distance, each way; 0.4.")] = None,
     noise: Annotated[float | None, typer.Option(help="Of each ear's echo, relative rms; 0.1.")] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="20s.")] = None,
-    area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
+    area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative, from 1/16; 1.")] = None,
     bias_kind: Kind = None,
     temperature: Temperature = "27",
     lot: Lot = "A",

@@ -25,6 +25,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
+from chips.lso_model import LEAST_AREA
 from circuits.die import Die
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
@@ -42,7 +43,7 @@ MOST_LOST = 0.01  # of the pings
 MOST_MOVED = 1.0  # deg, by range or temperature
 LEAST_RATIO = 5.0  # of spikes without and with inhibition
 LEAST_WORSE = 1.2  # of the worst die without inhibition over the worst with it
-AREAS = (1.0 / 64.0, 1.0 / 16.0, 0.25, 1.0, 4.0)
+AREAS = (LEAST_AREA, 0.25, 1.0, 4.0)
 TEMPERATURES = (0.0, 27.0, 60.0)  # degC
 ERRORS = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # deg, of the picture's axis
 KINDS = ("gate", "generator")
@@ -130,7 +131,7 @@ def silicon_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
     small = mean_interval(error[AREAS[0]] - error[1.0], np.random.default_rng(0))
     rows += [
         Row(
-            "area_1/64_adds_deg", None, float((error[AREAS[0]] - error[1.0]).mean()),
+            "area_1/16_adds_deg", None, float((error[AREAS[0]] - error[1.0]).mean()),
             "interval of the mean over dies above 0", 0.0, fitted=False, agrees=small.low > 0.0,
         ),
         _row("area_4_saves_deg", float((error[1.0] - error[4.0]).mean()), "at most", MOST_MOVED),

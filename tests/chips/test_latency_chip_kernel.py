@@ -119,3 +119,14 @@ def test_what_is_left_of_a_hold_or_a_period_goes_on_at_the_new_current() -> None
     move(memory, warm, cold, now)
     assert memory.release[0, 0] - now == pytest.approx(60e-3)
     assert now - memory.release[0, 1] == pytest.approx(0.5 * cold.tonic[0, 1])
+
+
+@pytest.mark.parametrize(("heard", "alarm"), [(35e-3, False), (20e-3, True)])
+def test_all_ways_barred_are_an_emergency_near_by_alone(heard: float, alarm: bool) -> None:
+    # every memory at 35 ms, 0.7 of an arc's length away, or at 20 ms, 0.2; by equation (10) the middle cell
+    # spikes at (58 - 2.5 0.21 t - 0.18 58) / (1 - 2.5 0.21) ms: 62, before the emergency's 68, or 78
+    layers = Race(np.empty(N), np.empty(N), np.empty(N))
+    given = Charge(16, 5e-3, int(CHIP.lumped.group[16]), 10e-3)
+    emergency = race(CHIP.lumped, CHIP.new_memory(), np.full(N, heard), given, layers)
+    assert math.isfinite(emergency) is alarm
+    assert layers.free[16] == pytest.approx(78e-3 if alarm else 62e-3, rel=0.02)

@@ -66,9 +66,9 @@ def test_level_units_spike_after_their_thresholds_are_passed() -> None:
     assert 20e-6 < float(found[0, 0] - 1e-3) < 60e-6
 
 
-@pytest.mark.parametrize("area", [0.0, -1.0, math.nan])
-def test_no_area_is_refused(area: float) -> None:
-    with pytest.raises(ParameterError, match=r"sonar_head\.area: .* times the circuits', must be > 0"):
+@pytest.mark.parametrize("area", [0.0, -1.0, 0.05, math.nan, math.inf])
+def test_an_area_outside_the_record_is_refused(area: float) -> None:
+    with pytest.raises(ParameterError, match=r"sonar_head\.area: .* must be finite and at least 0.0625"):
         head_on(Silicon(), area=area)
 
 

@@ -1,14 +1,20 @@
 """The modified architecture: a full chip, weights graded by current, gyro populations that only suppress."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from chips.pushbot_biases import LEVELS, pushbot_biases
+from chips.pushbot_biases import LEVELS, MODIFIED, STEP, pushbot_biases
 from chips.pushbot_modified import field_network, modified_network
 from chips.pushbot_network import PAPER, PushbotLayout
+from chips.rolls_address import VIRTUAL_EXCITATORY
+from chips.rolls_chip import Inputs, RollsChip
 from chips.rolls_network import network_program
 from chips.rolls_program import level_current
 from circuits.errors import ParameterError
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
 
 BIASES = pushbot_biases()
 
@@ -52,3 +58,37 @@ def test_the_slower_leak_is_for_what_owns_columns() -> None:
     assert {p.name for p in modified_network(LEVELS, BIASES).slow} == {"OL", "OR", "target"}
     with pytest.raises(ParameterError, match="must be <="):
         field_network(PushbotLayout(exc=60), LEVELS)
+
+
+def test_drives_suppress_obstacle_populations_less_than_in_the_plain_network() -> None:
+    biases = pushbot_biases(MODIFIED)
+    plain, modified = field_network(PAPER, LEVELS).levels(), modified_network(LEVELS, biases)
+    at = np.ix_(modified["OL"].neurons, modified["DL"].neurons)
+    weak, strong = (level_current(biases, -int(m[at][0, 0])) for m in (modified.levels(), plain))
+    assert weak < strong
+
+
+def spikes_per_event(rate: float, code: tuple[str, int], duration: float = 2.0) -> float:
+    """Of a population OL without connections, whose neurons hear 4 synapses at `rate` a second, evenly."""
+    biases = pushbot_biases({**MODIFIED, "IF_TAU1_N": code})
+    network = modified_network(LEVELS, biases)
+    members = np.array(network["OL"].neurons)
+    times = np.repeat((np.arange(round(rate * duration)) + 0.5) / rate, 4 * members.size)
+    shots = round(rate * duration)
+    inputs = Inputs(
+        times,
+        np.tile(np.repeat(members, 4), shots),
+        np.tile(VIRTUAL_EXCITATORY + np.arange(4), times.size // 4),
+    )
+    alone = network_program(replace(network, projections=()), biases)
+    chip = RollsChip(alone, Silicon(ROLLS_180), "generator", step=STEP)
+    heard, _ = chip.run(chip.at_rest(), duration, inputs)
+    return float(heard.neurons.size / members.size / shots)
+
+
+def test_an_obstacle_neuron_sums_events() -> None:
+    # one spike each of events 100 ms apart, more of those 25 ms apart; with the leak of the field three each
+    lone = spikes_per_event(10.0, MODIFIED["IF_TAU1_N"])
+    assert lone <= 1.0
+    assert spikes_per_event(40.0, MODIFIED["IF_TAU1_N"]) >= 1.2 * lone
+    assert spikes_per_event(10.0, ("105p", 73)) >= 2.0

@@ -61,7 +61,7 @@ def test_a_die_and_a_seed_are_the_same_again() -> None:
 
 
 def test_small_devices_are_deaf_and_it_is_counted() -> None:
-    found = SYSTEM.summarise(run(die=Die(number=2), area=1.0 / 64.0))
+    found = SYSTEM.summarise(run(die=Die(number=2), area=1.0 / 16.0))
     assert found["deaf_levels"] is not None
     assert found["deaf_levels"] > 0.0
     assert set(found) == set(SUMMARY)

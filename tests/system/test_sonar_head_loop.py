@@ -7,7 +7,7 @@ import pytest
 
 from chips.lso_model import head_on
 from circuits.silicon import Silicon
-from system.sonar_head_loop import Log, Neck, follow, usual_spikes
+from system.sonar_head_loop import Log, Neck, follow, longest_step, usual_spikes
 from system.sonar_head_numbers import Motion, SonarHead
 from system.sonar_head_target import way_of
 
@@ -66,6 +66,27 @@ def test_spikes_after_the_decision_are_in_vain() -> None:
     log = followed(replace(NUMBERS, decision=0.08))
     assert log.counts["late_spikes"] > 0
     assert len(log.spikes) == log.heard.sum() + log.counts["late_spikes"]
+
+
+def test_steps_that_outlast_the_period_are_counted() -> None:
+    # at 15 Hz a period is 67 ms; steps of 70 ms are of no die that was seen
+    slow = CHIP._replace(excite_step=np.full_like(CHIP.excite_step, 70e-3))
+    way = way_of("step", Motion(), 2.0, np.random.default_rng(0))
+    found = [
+        follow(replace(NUMBERS, ping_rate=15.0), chip, way, 1.0, np.random.default_rng(0)).counts[
+            "steps_over"
+        ]
+        for chip in (slow, CHIP)
+    ]
+    assert found == [15, 0]
+
+
+def test_the_longest_step_is_of_the_level_units_that_spiked() -> None:
+    level = np.full(CHIP.excite.shape, np.inf)
+    assert longest_step(CHIP, level) == 0.0
+    level[0, 2] = 1e-3
+    expected = 1e-3 + max(CHIP.excite_step[0, 2], CHIP.inhibit_step[1, 2])
+    assert longest_step(CHIP, level) == pytest.approx(expected)
 
 
 def test_one_ear_knows_what_is_usual() -> None:

@@ -41,7 +41,7 @@ def test_rows_agree_by_their_rules_and_not_without() -> None:
         "excitation_spikes_ratio", "excitation_worst_die_ratio",
     }  # fmt: skip
     assert disagreeing(cases(**{"gate 0": made(5.0)})) == {"gate_temperature_moves_deg"}
-    assert disagreeing(cases(**{f"area {head.AREAS[0]:g}": made(3.0)})) == {"area_1/64_adds_deg"}
+    assert disagreeing(cases(**{f"area {head.AREAS[0]:g}": made(3.0)})) == {"area_1/16_adds_deg"}
 
 
 def test_lost_pings_are_a_share() -> None:
