@@ -10,7 +10,8 @@ hand on the nominal die, with the generator's currents and noise of seeds below 
 * exc holds itself up once started, at what the refractory period lets through, and sp fires nearly as it
   does, at the 280 Hz that are 0.37 m/s at speed factor 0.5 (equation (2), the robot's wheels);
 * obstacle populations slow sp down; the stronger of two drives silences the other, and a drive lowers both
-  obstacle populations, by so much that the events of the robot's own turn do not keep it turning.
+  obstacle populations, so that events of the robot's own turn make it turn less long. At 23 nA they still
+  keep it turning with walls and blocks near on all sides; at 76 nA it does not turn enough for one block.
 
 Levels of the networks follow the currents: of the exciting levels 3 is weaker than 2.
 """

@@ -51,7 +51,7 @@ class Loop:
     repeated: Mapping[str, bool]
 
 
-def reproduce(progress: Progress, loops: int = LOOPS, first: int = FIRST_SEED) -> Report:
+def reproduce(progress: Progress, loops: int = LOOPS, first: int = FIRST_SEED, pings: int = AGAIN) -> Report:
     """Find loops, and fly them again."""
     numbers = Numbers()
     arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
@@ -66,7 +66,8 @@ def reproduce(progress: Progress, loops: int = LOOPS, first: int = FIRST_SEED) -
         flights += 1
         if not flown.caught or flown.turned is None:
             continue
-        found.append(Loop(seed, forest, flown, _repeated(arcs, numbers, forest, flown.turned, chip(seed))))
+        repeated = _repeated(arcs, numbers, forest, flown.turned, chip(seed), pings)
+        found.append(Loop(seed, forest, flown, repeated))
         progress(len(found) / loops)
     notes = tuple(
         f"{name}: repeats {sum(x.repeated[name] for x in found)} of {len(found)} loops" for name in NAMES
@@ -90,7 +91,7 @@ def rows(found: Sequence[Loop]) -> tuple[Row, ...]:
 
 
 def _repeated(
-    arcs: Arcs, numbers: Numbers, forest: Forest, standing: Standing, chip: Brain
+    arcs: Arcs, numbers: Numbers, forest: Forest, standing: Standing, chip: Brain, pings: int
 ) -> dict[str, bool]:  # fmt: skip
     brains: dict[str, Callable[[], Brain]] = {
         NAMES[0]: lambda: network_brain(arcs, numbers),
@@ -99,19 +100,19 @@ def _repeated(
     }
     found = {}
     for name, make in brains.items():
-        flown = fly_from(make(), arcs, forest, standing, AGAIN)
+        flown = fly_from(make(), arcs, forest, standing, pings)
         time = np.append(flown.log[:, 0], flown.time_s)
         found[name] = not flown.collided and stays(time, flown.path, flown.time_s)
-    return found | {NAMES[3]: _analog_stays(arcs, forest, standing)}
+    return found | {NAMES[3]: _analog_stays(arcs, forest, standing, pings)}
 
 
-def _analog_stays(arcs: Arcs, forest: Forest, standing: Standing) -> bool:
+def _analog_stays(arcs: Arcs, forest: Forest, standing: Standing, pings: int) -> bool:
     """Whether the analog model, from the same stand on the nearest of its arcs, stays within reach."""
     flight = new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 0)
     flight.counts[HEAD] = standing.head
     flight.counts[ARC] = int(np.abs(arcs.curvature - standing.curvature).argmin())
     cells, been = cells_of(forest, margin_of(arcs)), [flight.pose[[TIME, X, Y]]]
-    for _ in range(AGAIN):
+    for _ in range(pings):
         if fly_analog(arcs, EXACT, cells, flight, 1) == COLLIDED:
             return False
         been.append(flight.pose[[TIME, X, Y]])

@@ -144,8 +144,15 @@ def _draw(found: Found, figure: Figure) -> None:
     ax = figure.subplots()
     for k, ((network, speed), runs) in enumerate(found.items()):
         ends = np.sort([s["time_s"] or 0.0 for s in runs if s["collided"]])
-        left = 1.0 - np.arange(1, ends.size + 1) / len(runs)
-        ax.step([0.0, *ends], [1.0, *left], where="post", color=COLOURS[k], label=f"{network}, {speed:g} m/s")
+        left = [1.0 - k / len(runs) for k in range(ends.size + 1)]
+        last = max(s["time_s"] or 0.0 for s in runs)
+        ax.step(
+            [0.0, *ends, last],
+            [*left, left[-1]],
+            where="post",
+            color=COLOURS[k],
+            label=f"{network}, {speed:g} m/s",
+        )
     ax.set_xlabel("time (s)")
     ax.set_ylabel("share without a collision")
     ax.set_ylim(0.0, 1.02)

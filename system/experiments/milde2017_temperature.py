@@ -74,7 +74,10 @@ def _draw(found: Found, figure: Figure) -> None:
             [s.value - s.interval.low for s in mine.values()],
             [s.interval.high - s.value for s in mine.values()],
         ]
-        ax.errorbar(list(mine), value, ends, color=COLOURS[k], marker="o", capsize=2, label=kind)
+        # beside one another, for they may be the same
+        ax.errorbar(
+            [t + k - 0.5 for t in mine], value, ends, color=COLOURS[k], marker="o", capsize=2, label=kind
+        )
     ax.set_xlabel("temperature (degC), biases set at 27")
     ax.set_ylabel("share avoided")
     ax.set_ylim(-0.02, 1.05)
