@@ -27,7 +27,9 @@ from system.command_options import (
     call,
     kind_name,
 )
+from system.commands.bug_command_line import bug
 from system.commands.head_command_line import head
+from system.commands.pushbot_command_line import pushbot
 from system.silicon_choice import SiliconChoice
 
 USERS = "approach"  # the command that systems of users run under
@@ -294,137 +296,5 @@ def robot(
     )
 
 
-@app.command()
-def bug(
-    *,
-    agent: Annotated[str | None, typer.Option(help="As bug0, bug1 or bug2.")] = None,
-    brain: Annotated[
-        str | None, typer.Option(help="As reference, a program, or neurons: ideal, or chip.")
-    ] = None,
-    design: Annotated[str | None, typer.Option(help="Of Bug 2's neurons: published or improved.")] = None,
-    neurons: Annotated[int | None, typer.Option(help="How many in all, about; the design's.")] = None,
-    bug_map: Annotated[
-        str | None, typer.Option("--map", metavar="MAP", help="As bug-cup, or a file of # S G and spaces.")
-    ] = None,
-    start: Annotated[
-        str | None, typer.Option(metavar="N|X,Y", help="Number of the S, from 0, or a place.")
-    ] = None,
-    goal: Annotated[str | None, typer.Option(metavar="N|X,Y", help="As --start, of a G.")] = None,
-    duration: Annotated[
-        str | None, typer.Option(metavar="TIME", help="After which the run ends; 200s.")
-    ] = None,
-    calibrated: Annotated[
-        str | None, typer.Option(metavar="DEGC", help="Where the chip's biases were trimmed; 27.")
-    ] = None,
-    solved: Annotated[
-        str | None, typer.Option(metavar="DEGC", help="Where its decoders were solved; as --calibrated.")
-    ] = None,
-    area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
-    silicon_noise: Annotated[
-        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
-    ] = None,
-    bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    seed: Seed = 0,
-    plot: Plot = None,
-    as_json: Json = False,
-) -> None:
-    """A robot with a compass and contact follows walls to its goal (Stöckel 2017)."""
-    options = {
-        "agent": agent, "brain": brain, "design": design, "neurons": neurons, "map": bug_map, "start": start,
-        "goal": goal, "duration": duration, "calibrated": calibrated, "solved": solved, "area": area,
-        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
-    }  # fmt: skip
-    call(
-        "run_bug:run_bug",
-        "bug",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )
-
-
-@app.command()
-def pushbot(
-    *,
-    scene: Annotated[
-        str | None, typer.Option(metavar="SCENE", help="As single-block, or a FILE.toml; single-block.")
-    ] = None,
-    speed_factor: Annotated[float | None, typer.Option(help="Of equation (2); 0.5, about 0.35 m/s.")] = None,
-    turn_factor: Annotated[float | None, typer.Option(help="Of equation (1); 0.5.")] = None,
-    window: Annotated[
-        str | None, typer.Option(metavar="TIME", help="In which spikes are counted; 500ms.")
-    ] = None,
-    readout: Annotated[
-        str | None,
-        typer.Option(help="As sliding, fixed: a command at each window's end, or spikes: to the motors."),
-    ] = None,
-    modified: Annotated[
-        bool | None, typer.Option(help="Gyro-driven suppression and graded weights (section 3.4).")
-    ] = None,
-    drop: Annotated[
-        float | None, typer.Option(metavar="SHARE", help="Of events that are dropped at random; 0.8.")
-    ] = None,
-    colour: Annotated[str | None, typer.Option(help="Of the blocks, as blue, red or yellow.")] = None,
-    light: Annotated[str | None, typer.Option(help="As normal, dark, very-dark, or lux.")] = None,
-    target: Annotated[
-        bool | None, typer.Option(help="Events to the target field; where the scene has a target.")
-    ] = None,
-    exc: Annotated[int | None, typer.Option(help="Neurons that fire constantly; 16.")] = None,
-    frame: Annotated[
-        bool | None,
-        typer.Option("--frame", help="A target frame that keeps its orientation, on a second chip."),
-    ] = None,
-    raise_lateral: Annotated[
-        bool | None,
-        typer.Option("--raise-lateral", help="Stronger lateral weights while the target is lost."),
-    ] = None,
-    calibrated: Annotated[
-        bool | None,
-        typer.Option("--calibrated/--uncalibrated", help="Codes of the die's own calibration; they are."),
-    ] = None,
-    duration: Annotated[
-        str | None, typer.Option(metavar="TIME", help="After which the run ends; the scene's.")
-    ] = None,
-    silicon_noise: Annotated[
-        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
-    ] = None,
-    bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    seed: Seed = 0,
-    plot: Plot = None,
-    as_json: Json = False,
-) -> None:
-    """A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017)."""
-    options = {
-        "scene": scene, "speed_factor": speed_factor, "turn_factor": turn_factor, "window": window,
-        "readout": readout, "modified": modified, "dropped": drop, "colour": colour, "light": light,
-        "target": target, "exc": exc, "calibrated": calibrated, "frame": frame,
-        "raise_lateral": raise_lateral, "duration": duration,
-        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
-    }  # fmt: skip
-    call(
-        "run_pushbot:run_pushbot",
-        "pushbot",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )
-
-
-app.command()(head)
+for _command in (bug, pushbot, head):
+    app.command()(_command)

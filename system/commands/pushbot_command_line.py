@@ -1,0 +1,101 @@
+"""`noctule run pushbot`: the options of the Pushbot."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from system.command_options import (
+    Corner,
+    DieCorner,
+    DieNumber,
+    Json,
+    Kind,
+    Lot,
+    Mismatch,
+    Plot,
+    Process,
+    StudyFolder,
+    Temperature,
+    call,
+    kind_name,
+)
+from system.silicon_choice import SiliconChoice
+
+Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
+
+
+def pushbot(
+    *,
+    scene: Annotated[
+        str | None, typer.Option(metavar="SCENE", help="As single-block, or a FILE.toml; single-block.")
+    ] = None,
+    speed_factor: Annotated[float | None, typer.Option(help="Of equation (2); 0.5, about 0.35 m/s.")] = None,
+    turn_factor: Annotated[float | None, typer.Option(help="Of equation (1); 0.5.")] = None,
+    window: Annotated[
+        str | None, typer.Option(metavar="TIME", help="In which spikes are counted; 500ms.")
+    ] = None,
+    readout: Annotated[
+        str | None,
+        typer.Option(help="As sliding, fixed: a command at each window's end, or spikes: to the motors."),
+    ] = None,
+    modified: Annotated[
+        bool | None, typer.Option(help="Gyro-driven suppression and graded weights (section 3.4).")
+    ] = None,
+    drop: Annotated[
+        float | None, typer.Option(metavar="SHARE", help="Of events that are dropped at random; 0.8.")
+    ] = None,
+    colour: Annotated[str | None, typer.Option(help="Of the blocks, as blue, red or yellow.")] = None,
+    light: Annotated[str | None, typer.Option(help="As normal, dark, very-dark, or lux.")] = None,
+    target: Annotated[
+        bool | None, typer.Option(help="Events to the target field; where the scene has a target.")
+    ] = None,
+    exc: Annotated[int | None, typer.Option(help="Neurons that fire constantly; 16.")] = None,
+    frame: Annotated[
+        bool | None,
+        typer.Option("--frame", help="A target frame that keeps its orientation, on a second chip."),
+    ] = None,
+    raise_lateral: Annotated[
+        bool | None,
+        typer.Option("--raise-lateral", help="Stronger lateral weights while the target is lost."),
+    ] = None,
+    calibrated: Annotated[
+        bool | None,
+        typer.Option("--calibrated/--uncalibrated", help="Codes of the die's own calibration; they are."),
+    ] = None,
+    duration: Annotated[
+        str | None, typer.Option(metavar="TIME", help="After which the run ends; the scene's.")
+    ] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
+    ] = None,
+    bias_kind: Kind = None,
+    temperature: Temperature = "27",
+    lot: Lot = "A",
+    die: DieNumber = None,
+    study: StudyFolder = None,
+    corner: DieCorner = Corner.random,
+    mismatch: Mismatch = True,
+    process: Process = True,
+    seed: Seed = 0,
+    plot: Plot = None,
+    as_json: Json = False,
+) -> None:
+    """A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017)."""
+    options = {
+        "scene": scene, "speed_factor": speed_factor, "turn_factor": turn_factor, "window": window,
+        "readout": readout, "modified": modified, "dropped": drop, "colour": colour, "light": light,
+        "target": target, "exc": exc, "calibrated": calibrated, "frame": frame,
+        "raise_lateral": raise_lateral, "duration": duration,
+        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
+    }  # fmt: skip
+    call(
+        "run_pushbot:run_pushbot",
+        "pushbot",
+        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
+        seed,
+        plot,
+        as_json=as_json,
+        **{name: value for name, value in options.items() if value is not None},
+    )
