@@ -27,6 +27,7 @@ BLOCKS: dict[str, str] = {
     "bias-chain": "circuits.blocks.bias_chain:BLOCK",
     "first-target-isolation": "circuits.blocks.first_target_isolation:BLOCK",
     "dpi-synapse": "circuits.blocks.dpi_synapse:BLOCK",
+    "depressing-synapse": "circuits.blocks.depressing_synapse:BLOCK",
     "plastic-synapse": "circuits.blocks.plastic_synapse:BLOCK",
     "calcium-gate": "circuits.blocks.calcium_gate:BLOCK",
     "rolls-neuron": "circuits.blocks.rolls_neuron:BLOCK",

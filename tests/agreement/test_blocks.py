@@ -39,6 +39,7 @@ TEMPERATURES = (-20.0, 27.0, 85.0)  # degC; each block gets one, all of them `no
 SHORTENED: Mapping[str, float] = {
     "centroid-board": 0.06,
     "vocalization-controller": 0.06,
+    "depressing-synapse": 0.0065,
     "rolls-neuron": 0.007,
     "race-layer": 0.008,
     "latency-unit": 0.012,
