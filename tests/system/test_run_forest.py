@@ -132,7 +132,7 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
         ),
         ((*SPIKES, "--taps", "0"), "--taps: 0, must be a whole number of at least 1"),
         ((*SPIKES, "--ping-rate", "40"), "a period of 25 ms is shorter than the longest echo, 29.2 ms"),
-        ((*SPIKES, "--ping-rate", "13"), "the emergency neuron takes 75 ms"),
+        ((*SPIKES, "--ping-rate", "15"), "the emergency neuron takes 68 ms"),
         ((*SPIKES, "--ping-rate", "5"), "a period of 200 ms is longer than a memory lasts"),
         ((*SPIKES, "--ranges", "chip"), "--ranges: not with --model latency-network"),
         ((*SPIKES, "--die", "3"), "--die: 3, --model latency-network has no silicon"),
