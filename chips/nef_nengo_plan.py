@@ -87,7 +87,8 @@ class Plan:
         if isinstance(post, nengo.ensemble.Neurons):
             end = Neurons(self.names[post.ensemble], scaled=True)
         if isinstance(pre, nengo.Node):
-            rows, transform = matrix_of(c, label), np.eye(1)[0, 0]
+            rows = matrix_of(c, label)
+            transform: F64 | float = 1.0
             if isinstance(end, Neurons):
                 rows, transform = self._currents(c, rows)
             self.nodes.append(Node(name, len(rows)))

@@ -30,6 +30,7 @@ from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.process import AMI_1500
@@ -82,6 +83,20 @@ def long_synapse(timer_capacitance: float) -> Circuit:
     return Circuit("long_synapse", ports, devices, (Instance("timer", part, connections),))
 
 
+def spike_and_reset() -> tuple[Device, ...]:
+    """Two inverters from node `above` to `spike`, and the starved one that then empties `v_mem`."""
+    return (
+        *inverter("ma", "above", "below", width=3.0, length=1.5),
+        *inverter("mb", "below", "spike", width=3.0, length=1.5),
+        mos("mdp", "p", "late", "spike", "vdd", 3, 6),
+        mos("mdn", "n", "late", "spike", "starved", 3, 1.5),
+        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
+        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
+        *inverter("mo", "late", "drain", width=3.0, length=1.5),
+        mos("mz", "n", "v_mem", "drain", "0", 6, 1.5),
+    )
+
+
 def tonic_cell(membrane_capacitance: float) -> Circuit:
     """Oscillator (F): ports stop, restart (events in), spike (event out), biases."""
     part = comparator()
@@ -95,14 +110,7 @@ def tonic_cell(membrane_capacitance: float) -> Circuit:
     devices = (
         mos("mp", "p", "v_mem", "v_tonic", "vdd", 6, 24),
         Capacitor("cm", "v_mem", "0", membrane_capacitance),
-        *inverter("ma", "above", "below", width=3.0, length=1.5),
-        *inverter("mb", "below", "spike", width=3.0, length=1.5),
-        mos("mdp", "p", "late", "spike", "vdd", 3, 6),
-        mos("mdn", "n", "late", "spike", "starved", 3, 1.5),
-        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
-        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
-        *inverter("mo", "late", "drain", width=3.0, length=1.5),
-        mos("mz", "n", "v_mem", "drain", "0", 6, 1.5),
+        *spike_and_reset(),
         mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
         mos("mq", "n", "v_mem", "restart", "0", 6, 1.5),
     )

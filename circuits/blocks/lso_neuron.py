@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.latency_synapse import comparator, event_sources, step_synapse
-from circuits.blocks.latency_tonic import START, reset_wave
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.latency_tonic import START, reset_wave, spike_and_reset
+from circuits.blocks.mos import mos
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
@@ -36,7 +36,6 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
 REFERENCE = 2.0  # V
-PULSE_CAPACITANCE = 0.2e-12  # F; ours: spikes of some 13 us
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +77,7 @@ def spiking_cell(membrane_capacitance: float) -> Circuit:
     )
     devices = (
         Capacitor("cm", "v_mem", "0", membrane_capacitance),
-        *inverter("ma", "above", "below", width=3.0, length=1.5),
-        *inverter("mb", "below", "spike", width=3.0, length=1.5),
-        mos("mdp", "p", "late", "spike", "vdd", 3, 6),
-        mos("mdn", "n", "late", "spike", "starved", 3, 1.5),
-        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
-        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
-        *inverter("mo", "late", "drain", width=3.0, length=1.5),
-        mos("mz", "n", "v_mem", "drain", "0", 6, 1.5),
+        *spike_and_reset(),
         mos("mq", "n", "v_mem", "reset", "0", 6, 1.5),
     )
     connections = {p.name: p.name for p in part.ports} | {"plus": "v_mem"}
