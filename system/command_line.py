@@ -18,33 +18,25 @@ import typer
 from circuits.errors import CircuitError
 from system import run_command_line, simulate_command_line, study_command_line
 from system.command_options import (
-    At,
     Biases,
     BiasFile,
     BiasSet,
     BlockName,
-    Corner,
     Dialect,
-    DieCorner,
-    DieNumber,
     Json,
     Kind,
     Level,
-    Lot,
-    Mismatch,
     Models,
     NetlistDialect,
     NetlistRoot,
     Params,
     Plot,
-    Process,
     Stimuli,
-    StudyFolder,
-    Temperature,
     call,
     kind_name,
 )
 from system.silicon_choice import SiliconChoice
+from system.silicon_options import with_silicon
 
 READER_GONE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -79,6 +71,7 @@ def list_(as_json: Json = False) -> None:
 
 
 @app.command()
+@with_silicon()
 def show(
     block: BlockName,
     *,
@@ -87,14 +80,7 @@ def show(
     bias_set: BiasSet = None,
     bias_file: BiasFile = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    at: At = None,
+    silicon: SiliconChoice,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
@@ -107,13 +93,14 @@ def show(
         bias_set=bias_set,
         bias_file=bias_file,
         bias_kind=kind_name(bias_kind),
-        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
+        silicon=silicon,
         plot=plot,
         as_json=as_json,
     )
 
 
 @app.command()
+@with_silicon()
 def op(
     block: BlockName,
     *,
@@ -121,14 +108,7 @@ def op(
     bias: Biases = [],  # noqa: B006
     bias_set: BiasSet = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    at: At = None,
+    silicon: SiliconChoice,
     stimulus: Stimuli = [],  # noqa: B006
     start: Annotated[
         list[str], typer.Option("--start", metavar="NODE=V", help="Voltage to start from, repeatable.")
@@ -144,7 +124,7 @@ def op(
         biases=bias,
         bias_set=bias_set,
         bias_kind=kind_name(bias_kind),
-        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
+        silicon=silicon,
         stimuli=stimulus,
         start=start,
         csv=csv,
@@ -156,6 +136,7 @@ app.command()(simulate_command_line.simulate)
 
 
 @app.command()
+@with_silicon()
 def export(
     block: BlockName,
     *,
@@ -166,14 +147,7 @@ def export(
     bias_set: BiasSet = None,
     bias_file: BiasFile = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    at: At = None,
+    silicon: SiliconChoice,
     program: Annotated[
         str | None,
         typer.Option("--program", metavar="FILE", help="Of rolls: a CSV of post,pre,level, or pushbot."),
@@ -203,7 +177,7 @@ def export(
         bias_file=bias_file,
         program=program,
         bias_kind=kind_name(bias_kind),
-        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
+        silicon=silicon,
         stimuli=stimulus,
         mapping=mapping,
         level=level.value,

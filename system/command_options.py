@@ -112,6 +112,7 @@ NetlistRoot = Annotated[
 NetlistDialect = Annotated[
     str | None, typer.Option("--dialect", metavar="NAME", help="Of a netlist without our notes, as cdl.")
 ]
+Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 
 

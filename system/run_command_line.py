@@ -11,30 +11,14 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from system.command_options import (
-    Corner,
-    DieCorner,
-    DieNumber,
-    Json,
-    Kind,
-    Lot,
-    Mismatch,
-    Plot,
-    Process,
-    StudyFolder,
-    Targets,
-    Temperature,
-    call,
-    kind_name,
-)
+from system.command_options import Json, Kind, Plot, Seed, Targets, call
 from system.commands.bug_command_line import bug
 from system.commands.head_command_line import head
 from system.commands.pushbot_command_line import pushbot
 from system.silicon_choice import SiliconChoice
+from system.silicon_options import runs, with_silicon
 
 USERS = "approach"  # the command that systems of users run under
-
-Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
 
 
 class Systems(TyperGroup):
@@ -65,6 +49,7 @@ def run(context: typer.Context) -> None:
 
 
 @app.command()
+@with_silicon("at")
 def approach(
     context: typer.Context,
     *,
@@ -80,13 +65,7 @@ def approach(
     silicon_noise: Annotated[
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
@@ -95,7 +74,7 @@ def approach(
     call(
         "run_approach:run_approach",
         context.info_name,
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
+        silicon,
         seed,
         plot,
         targets=targets,
@@ -111,6 +90,7 @@ def approach(
 
 
 @app.command()
+@runs("rover", cost_map="map")
 def rover(
     *,
     cost_map: Annotated[
@@ -141,35 +121,16 @@ def rover(
     trips: Annotated[int | None, typer.Option(help="How often the way is planned and driven; 1.")] = None,
     posts: Annotated[bool | None, typer.Option(help="Obstacles that no map has.")] = None,
     sonar: Annotated[bool | None, typer.Option(help="Turn away from what sonars see.")] = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """A rover plans on a delay-line chip and drives the way (Hwu et al. 2018)."""
-    options = {
-        "map": cost_map, "start": start, "goal": goal, "planner": planner, "cells": cells,
-        "bias_kind": kind_name(bias_kind), "unit": unit, "need": need, "learn": learn, "prior": prior,
-        "trips": trips, "posts": posts, "sonar": sonar, "silicon_noise": silicon_noise,
-    }  # fmt: skip
-    call(
-        "run_rover:run_rover",
-        "rover",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )
 
 
 @app.command()
+@runs("forest", forest_map="map")
 def forest(
     *,
     model: Annotated[
@@ -211,15 +172,11 @@ def forest(
     ] = None,
     area: Annotated[float | None, typer.Option(metavar="FACTOR", help="Of a chip's devices; 1.")] = None,
     silicon_noise: Annotated[
-        str | None, typer.Option(help="Of a latency chip's devices: off, white, or all with flicker.")
+        str | None,
+        typer.Option(help="Of a latency or ranging chip's devices: off, white, or all with flicker."),
     ] = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     animate: Annotated[
         str | None, typer.Option(metavar="FILE", help="Draw the first pings into a .gif file.")
     ] = None,
@@ -228,26 +185,10 @@ def forest(
     as_json: Json = False,
 ) -> None:
     """A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022)."""
-    options = {
-        "model": model, "paths": paths, "taps": taps, "codes": codes, "units": units or None,
-        "map": forest_map, "obstacles": obstacles, "vmax": vmax, "ping_rate": ping_rate, "start": start,
-        "pings": pings, "ranges": ranges, "selection": selection, "weights": weights, "occlusion": occlusion,
-        "multipath": multipath, "azimuth_noise": azimuth_noise, "reader": reader, "area": area,
-        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
-    }  # fmt: skip
-    call(
-        "run_forest:run_forest",
-        "forest",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
-        seed,
-        plot,
-        animate,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )
 
 
 @app.command()
+@runs("robot", pipes="forest")
 def robot(
     *,
     pipes: Annotated[
@@ -268,32 +209,16 @@ def robot(
     reader: Annotated[
         str | None, typer.Option(help="Of a chip's ranges: nominal, or calibrated on its die at 27 degC.")
     ] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
+    ] = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022)."""
-    options = {
-        "forest": pipes, "ranges": ranges, "occlusion": occlusion, "multipath": multipath,
-        "soft_pings": soft_pings, "vmax": vmax, "ping_rate": ping_rate, "start": start, "pings": pings,
-        "reader": reader, "bias_kind": kind_name(bias_kind),
-    }  # fmt: skip
-    call(
-        "run_robot:run_robot",
-        "robot",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )
 
 
 for _command in (bug, pushbot, head):

@@ -9,30 +9,23 @@ import typer
 from system import analysis_options as of
 from system.analysis_options import Analysis, AnalysisChoice
 from system.command_options import (
-    At,
     Biases,
     BiasSet,
     BlockName,
-    Corner,
-    DieCorner,
-    DieNumber,
     Engine,
     Json,
     Kind,
-    Lot,
-    Mismatch,
     Params,
     Plot,
-    Process,
     Stimuli,
-    StudyFolder,
-    Temperature,
     call,
     kind_name,
 )
 from system.silicon_choice import SiliconChoice
+from system.silicon_options import with_silicon
 
 
+@with_silicon()
 def simulate(
     block: BlockName,
     *,
@@ -42,14 +35,7 @@ def simulate(
     bias: Biases = [],  # noqa: B006
     bias_set: BiasSet = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
-    at: At = None,
+    silicon: SiliconChoice,
     rtol: Annotated[
         float | None, typer.Option("--rtol", help="Relative error a step; 1e-4 unless given.")
     ] = None,
@@ -84,7 +70,7 @@ def simulate(
         biases=bias,
         bias_set=bias_set,
         bias_kind=kind_name(bias_kind),
-        silicon=SiliconChoice(temperature, lot, die, corner.value, mismatch, process, at, study),
+        silicon=silicon,
         stimuli=stimulus,
         rtol=rtol,
         engine=engine.value,

@@ -6,25 +6,12 @@ from typing import Annotated
 
 import typer
 
-from system.command_options import (
-    Corner,
-    DieCorner,
-    DieNumber,
-    Json,
-    Kind,
-    Lot,
-    Mismatch,
-    Plot,
-    Process,
-    Temperature,
-    call,
-    kind_name,
-)
+from system.command_options import Json, Kind, Plot, Seed
 from system.silicon_choice import SiliconChoice
+from system.silicon_options import runs
 
-Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
 
-
+@runs("bug", bug_map="map")
 def bug(
     *,
     agent: Annotated[str | None, typer.Option(help="As bug0, bug1 or bug2.")] = None,
@@ -54,28 +41,9 @@ def bug(
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """A robot with a compass and contact follows walls to its goal (Stöckel 2017)."""
-    options = {
-        "agent": agent, "brain": brain, "design": design, "neurons": neurons, "map": bug_map, "start": start,
-        "goal": goal, "duration": duration, "calibrated": calibrated, "solved": solved, "area": area,
-        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
-    }  # fmt: skip
-    call(
-        "run_bug:run_bug",
-        "bug",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )

@@ -6,25 +6,12 @@ from typing import Annotated
 
 import typer
 
-from system.command_options import (
-    Corner,
-    DieCorner,
-    DieNumber,
-    Json,
-    Kind,
-    Lot,
-    Mismatch,
-    Plot,
-    Process,
-    Temperature,
-    call,
-    kind_name,
-)
+from system.command_options import Json, Kind, Plot, Seed
 from system.silicon_choice import SiliconChoice
+from system.silicon_options import runs
 
-Seed = Annotated[int, typer.Option(help="Of noise and walks.")]
 
-
+@runs("head")
 def head(
     *,
     motion: Annotated[str | None, typer.Option(help="Of the target: sine, step or walk; sine.")] = None,
@@ -42,28 +29,9 @@ def head(
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="20s.")] = None,
     area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative, from 1/16; 1.")] = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """A sonar head turns to a moving target by its two ears (Cheely & Horiuchi 2003)."""
-    options = {
-        "motion": motion, "wiring": wiring, "gain": gain, "ping_rate": ping_rate, "azimuth": azimuth,
-        "period": period, "distance": distance, "swing": swing, "noise": noise, "duration": duration,
-        "area": area, "bias_kind": kind_name(bias_kind),
-    }  # fmt: skip
-    call(
-        "run_head:run_head",
-        "head",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )

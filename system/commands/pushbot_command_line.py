@@ -6,26 +6,12 @@ from typing import Annotated
 
 import typer
 
-from system.command_options import (
-    Corner,
-    DieCorner,
-    DieNumber,
-    Json,
-    Kind,
-    Lot,
-    Mismatch,
-    Plot,
-    Process,
-    StudyFolder,
-    Temperature,
-    call,
-    kind_name,
-)
+from system.command_options import Json, Kind, Plot, Seed
 from system.silicon_choice import SiliconChoice
+from system.silicon_options import runs
 
-Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
 
-
+@runs("pushbot", drop="dropped")
 def pushbot(
     *,
     scene: Annotated[
@@ -71,31 +57,9 @@ def pushbot(
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,
     bias_kind: Kind = None,
-    temperature: Temperature = "27",
-    lot: Lot = "A",
-    die: DieNumber = None,
-    study: StudyFolder = None,
-    corner: DieCorner = Corner.random,
-    mismatch: Mismatch = True,
-    process: Process = True,
+    silicon: SiliconChoice,
     seed: Seed = 0,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017)."""
-    options = {
-        "scene": scene, "speed_factor": speed_factor, "turn_factor": turn_factor, "window": window,
-        "readout": readout, "modified": modified, "dropped": drop, "colour": colour, "light": light,
-        "target": target, "exc": exc, "calibrated": calibrated, "frame": frame,
-        "raise_lateral": raise_lateral, "duration": duration,
-        "bias_kind": kind_name(bias_kind), "silicon_noise": silicon_noise,
-    }  # fmt: skip
-    call(
-        "run_pushbot:run_pushbot",
-        "pushbot",
-        SiliconChoice(temperature, lot, die, corner.value, mismatch, process, study=study),
-        seed,
-        plot,
-        as_json=as_json,
-        **{name: value for name, value in options.items() if value is not None},
-    )

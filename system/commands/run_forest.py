@@ -25,9 +25,9 @@ def run_forest(
     silicon: SiliconChoice,
     seed: int,
     plot: str | None,
-    animate: str | None,
     *,
     as_json: bool,
+    animate: str | None = None,
     **options: Any,
 ) -> None:
     """Run one sample, print its summary; `plot` and `animate` draw its first run.
@@ -69,7 +69,7 @@ def _checked_model(options: dict[str, Any]) -> dict[str, Any]:
         raise ParameterError(f"--model: {model}, must be {', '.join(MODELS[:-1])} or {MODELS[-1]}")
     if model != MODELS[0]:
         return options
-    for name in ("paths", "taps", "codes", "units", "silicon_noise"):
+    for name in ("paths", "taps", "codes", "units"):
         if name in options:
             shown = "unit" if name == "units" else name.replace("_", "-")
             raise ParameterError(f"--{shown}: {options[name]}, the analog model has none; choose --model")
@@ -113,6 +113,7 @@ def _of_senses(scenario: Scenario) -> dict[str, Any]:
     found = {
         "ranges": sensing.ranges,
         "selection": sensing.selection,
+        "silicon_noise": sensing.silicon_noise,
         "azimuth_noise_rad": sensing.azimuth_noise,
         "ping_bias": scenario.bat.ping_bias,
         "immediacy_range_m": scenario.bat.immediacy_range,
