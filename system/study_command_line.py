@@ -10,7 +10,6 @@ import typer
 from system.command_options import (
     At,
     Biases,
-    BiasFile,
     BiasSet,
     BlockName,
     Corner,
@@ -28,7 +27,6 @@ from system.command_options import (
     call,
     kind_name,
 )
-from system.rover_options import MapName, RouteGoal, RouteStart, UnitDelay
 from system.silicon_choice import SiliconChoice
 
 
@@ -108,24 +106,6 @@ def montecarlo(
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="Of a system's run; the system's own.")
     ] = None,
-    cost_map: MapName = None,
-    start: RouteStart = None,
-    goal: RouteGoal = None,
-    unit: UnitDelay = None,
-    obstacles: Annotated[int | None, typer.Option(help="Of a forest; 1400.")] = None,
-    ranges: Annotated[str | None, typer.Option(help="Of a forest: exact, sonar or chip.")] = None,
-    selection: Annotated[str | None, typer.Option(help="Of a forest: ideal or chip.")] = None,
-    agent: Annotated[str | None, typer.Option(help="Of bug: bug0 or bug2.")] = None,
-    design: Annotated[str | None, typer.Option(help="Of bug's neurons: published or improved.")] = None,
-    neurons: Annotated[int | None, typer.Option(help="Of bug: how many in all, about.")] = None,
-    area: Annotated[float | None, typer.Option(help="Of bug's chip: of its devices, relative.")] = None,
-    calibrated: Annotated[
-        str | None, typer.Option(metavar="DEGC", help="Of bug's chip: where it was calibrated.")
-    ] = None,
-    bias_file: BiasFile = None,
-    input_rate: Annotated[
-        str | None, typer.Option(metavar="RATE", help="Of rolls: events a neuron gets; 100Hz.")
-    ] = None,
     threads: Annotated[int | None, typer.Option(help="All cores unless given.")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes of a local Dask cluster.")] = None,
     scheduler: Annotated[
@@ -159,23 +139,7 @@ def montecarlo(
         stimuli=stimulus,
         silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at),
         level=level.value,
-        route={
-            "duration": duration,
-            "map": cost_map,
-            "start": start,
-            "goal": goal,
-            "unit": unit,
-            "obstacles": obstacles,
-            "ranges": ranges,
-            "selection": selection,
-            "agent": agent,
-            "design": design,
-            "neurons": neurons,
-            "area": area,
-            "calibrated": calibrated,
-            "bias_file": bias_file,
-            "input_rate": input_rate,
-        },
+        duration=duration,
         temperatures=temperature,
         corners=[c.value for c in corner],
         trials=trials,

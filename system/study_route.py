@@ -1,4 +1,4 @@
-"""What a study lets a system do: options of `noctule run`, as options of their own or by --param NAME=VALUE.
+"""What a study lets a system do: options of `noctule run`, by --param NAME=VALUE, and --duration.
 
 A system names those that its study takes, each with a reader of its text; all others are refused by name.
 """

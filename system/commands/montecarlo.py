@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import import_module
@@ -81,12 +81,12 @@ def montecarlo_command(
     temperatures: Sequence[str],
     corners: Sequence[str],
     specs: Sequence[str],
-    route: Mapping[str, str | None],
+    duration: str | None,
     as_json: bool,
     **options: Any,
 ) -> None:
     """Measure the target on dies, print statistics, and leave files as asked."""
-    given = {name: value for name, value in route.items() if value is not None}
+    given = {} if duration is None else {"duration": duration}
     system: dict[str, Any] = {}
     if target in system_names():
         loaded = load_system(target)
@@ -99,7 +99,7 @@ def montecarlo_command(
         if list(metrics) == ["best_delay"]:
             metrics = loaded.study_metrics  # what a block is asked for by default has none
     elif given:
-        raise ParameterError(f"--{next(iter(given))}: not an option of a block; it is one of a system")
+        raise ParameterError("--duration: not an option of a block; it is one of a system")
     subject = Subject(
         target, tuple(metrics), tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon,
         system,

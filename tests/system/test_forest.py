@@ -102,7 +102,7 @@ def test_it_draws(trace: Trace, tmp_path: Path) -> None:
 
 def test_a_study_with_chips(capsys: pytest.CaptureFixture[str]) -> None:
     options = ("montecarlo", "forest", "-n", "2", "--metric", "avoided", "--metric", "heard", "--no-process")
-    chips = ("--ranges", "chip", "--selection", "chip", "--obstacles", "1700", "--json")
+    chips = ("--param", "ranges=chip", "--param", "selection=chip", "--param", "obstacles=1700", "--json")
     assert main((*options, *chips)) == 0
     values = json.loads(capsys.readouterr().out)["values"]
     assert min(values["heard"]) > 0.0
@@ -113,7 +113,7 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     random = np.random.default_rng(3)
     path.write_text("x_m,y_m\n" + "".join(f"{x},{y}\n" for x, y in SIDE * random.random((2200, 2))))
     options = ("montecarlo", "forest", "-n", "4", "--metric", "avoided", "--metric", "collided", "--json")
-    assert main((*options, "--map", str(path))) == 0
+    assert main((*options, "--param", f"map={path}")) == 0
     values = json.loads(capsys.readouterr().out)["values"]
     assert set(values) == {"avoided", "collided"}
     assert values["collided"] == [1.0] * 4  # unplaced obstacles as dense as these leave no way for long
@@ -125,7 +125,7 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     [
         (("--level", "transistor"), "--level: the forest's chips are behavioural models"),
         (("--bias-kind", "gate"), "--bias-kind: not with --ranges exact"),
-        (("--unit", "1us"), "--unit: not an option of forest"),
+        (("--param", "unit=1us"), "--unit: not an option of forest"),
     ],
 )
 def test_what_a_study_of_the_forest_has_not(

@@ -235,8 +235,8 @@ def test_the_robust_biases_keep_the_nominal_neuron_and_work_on_fresh_dies() -> N
         (("rover", "--stimulus", "call=1ms"), "--stimulus: an option of blocks and chips, not of rover"),
         (("bug", "--bias-set", "robust"), "--bias-set: an option of blocks and chips, not of bug"),
         (("approach", "--at", "ranging-chip/neuron[2]"), "--at: an option of blocks and chips, not of"),
-        (("rover", "--obstacles", "3"), "--obstacles: not an option of rover"),
-        (("approach", "--bias-file", "x.csv"), "--bias-file: not an option of approach"),
+        (("rover", "--param", "obstacles=3"), "--obstacles: not an option of rover"),
+        (("approach", "--param", "map=map2"), "--map: not an option of approach"),
     ],
 )
 def test_options_that_a_system_has_not(

@@ -64,11 +64,11 @@ def test_a_study_streams_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--map", "x"], "--map: not an option of rolls"),
+        (["--param", "map=x"], "--map: not an option of rolls"),
         (["--level", "transistor"], "--level: transistor, a whole chip must be behavioural"),
         (["--duration", "0.05s"], "--duration: 0.05 s, must be > 0.1 s"),
-        (["--bias-file", "none.csv"], "none.csv: No such file"),
-        (["--input-rate", "3A"], "--input-rate"),
+        (["--param", "bias-file=none.csv"], "none.csv: No such file"),
+        (["--param", "input-rate=3A"], "--input-rate"),
         (["--metric", "spikes"], "metric spikes: unknown"),
     ],
 )

@@ -99,13 +99,10 @@ def test_chips_are_named_with_their_silicon(run: Run) -> None:
 
 
 def test_a_study_of_the_rover(capsys: pytest.CaptureFixture[str]) -> None:
-    route = ("--map", "map2", "--start", "16,3", "--goal", "10,10", "--unit", "10us", "--metric", "cost")
-    assert main(("montecarlo", "rover", "-n", "3", *route, "--metric", "regret", "--json")) == 0
+    route = [f"--param={text}" for text in ("map=map2", "start=16,3", "goal=10,10", "unit=10us")]
+    assert (
+        main(("montecarlo", "rover", "-n", "3", *route, "--metric", "cost", "--metric", "regret", "--json"))
+        == 0
+    )
     values = json.loads(capsys.readouterr().out)["values"]
     assert [c - r for c, r in zip(values["cost"], values["regret"], strict=True)] == [24.0] * 3
-
-
-@pytest.mark.parametrize("target", ["approach", "rebound-neuron"])
-def test_a_route_is_the_rovers_alone(target: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(("montecarlo", target, "--map", "map2")) == 2
-    assert "--map: not an option of" in capsys.readouterr().err

@@ -55,6 +55,11 @@ def test_a_duration_that_a_system_has_not_is_refused(capsys: pytest.CaptureFixtu
     assert "--duration: not an option of rover, its study has map, start" in capsys.readouterr().err
 
 
+def test_a_duration_is_none_of_a_block(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["montecarlo", "rebound-neuron", "-n", "1", "--duration", "3s"]) == 2
+    assert "--duration: not an option of a block" in capsys.readouterr().err
+
+
 def test_a_study_of_the_pushbot_on_another_scene(capsys: pytest.CaptureFixture[str]) -> None:
     study = ("montecarlo", "pushbot", "-n", "1", "--metric", "collided", "--json", "--duration", "50ms")
     assert main([*study, "--param", "scene=pair", "--param", "calibrated=no"]) == 0
