@@ -23,7 +23,8 @@ from circuits.errors import SimulatorError, unknown_name
 from circuits.process import BOLTZMANN, kelvin
 from circuits.solver.noise_analysis import NoiseSources
 from circuits.solver.operating_point import OperatingPoint
-from netlists.ngspice import node_name, simulated
+from netlists.ngspice import node_name
+from netlists.ngspice_library import simulated
 from netlists.ngspice_text import DIALECT, format_testbench, run_name
 from netlists.traversal import Definition, to_design
 

@@ -12,7 +12,8 @@ from typing import Any
 
 import circuits
 from circuits.errors import SimulatorError
-from netlists import ngspice
+from netlists import ngspice_library
+from netlists.ngspice_library import find_library
 from system.commands.output import print_json, print_line, print_table
 
 # Distribution -> what cannot be done without it.
@@ -87,7 +88,7 @@ def _cores() -> int:
 
 def _ngspice() -> dict[str, Any]:
     try:
-        library, found = ngspice.find_library(), ngspice.version()
+        library, found = find_library(), ngspice_library.version()
     except (SimulatorError, ImportError) as error:
         return {"library": None, "version": None, "cost": f"{error}: no --engine ngspice, no agreement tests"}
     if library is None:

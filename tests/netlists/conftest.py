@@ -6,13 +6,13 @@ import os
 
 import pytest
 
-from netlists import ngspice
+from netlists.ngspice_library import find_library
 
 
 @pytest.fixture
 def ngspice_library() -> None:
     """Skip without the library on a desk; fail in CI, where the set-up must have installed it."""
-    if ngspice.find_library() is None:
+    if find_library() is None:
         reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
         if os.environ.get("CI") == "true":
             pytest.fail(reason)

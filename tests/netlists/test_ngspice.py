@@ -14,7 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 from circuits.errors import SimulatorError, UnknownNameError
-from netlists import ngspice
+from netlists import ngspice, ngspice_library
+from netlists.ngspice_library import _open, find_library
 
 ACCURATE = ".options gmin=1e-15 abstol=1e-15 chgtol=1e-17 reltol=1e-4 method=gear"
 RC = f"""step
@@ -32,7 +33,7 @@ LONG_RC = RC.replace("0.005 0 1e-05", "100.0 0 1e-06")
 @pytest.fixture(autouse=True)
 def library() -> None:
     """Skip without the library on a desk; fail in CI, where the set-up must have installed it."""
-    if ngspice.find_library() is None:
+    if find_library() is None:
         reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
         if os.environ.get("CI") == "true":
             pytest.fail(reason)
@@ -140,28 +141,28 @@ def test_a_file_that_is_no_library_is_named(monkeypatch: pytest.MonkeyPatch, tmp
     file.write_text("no library")
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", str(file))
     with pytest.raises(SimulatorError, match=r"libngspice.so, cannot be loaded"):
-        ngspice.version()
+        ngspice_library.version()
 
 
 def test_without_a_library_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ngspice, "find_library", lambda: None)
-    assert ngspice.version() is None
+    monkeypatch.setattr(ngspice_library, "find_library", lambda: None)
+    assert ngspice_library.version() is None
     with pytest.raises(SimulatorError, match=r"install Debian's libngspice0, or set NGSPICE_LIBRARY_PATH"):
         ngspice.run(RC)
 
 
 def test_version_is_told_and_disturbs_nothing() -> None:
     before = ngspice.run(RC).values["out"]
-    version = ngspice.version()
+    version = ngspice_library.version()
     assert version is not None
     assert version.split(".")[0].isdigit()
     np.testing.assert_array_equal(ngspice.run(RC).values["out"], before)
 
 
 def test_fifty_runs_leave_nothing_behind() -> None:
-    path = ngspice.find_library()
+    path = find_library()
     assert path is not None
-    shared = ngspice._open(path)
+    shared = _open(path)
     for _ in range(50):
         ngspice.run(RC)
         assert shared.plot_names == ["const"]

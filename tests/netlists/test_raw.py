@@ -13,7 +13,8 @@ from circuits.errors import DataError
 from circuits.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-from netlists import engine, ngspice
+from netlists import engine
+from netlists.ngspice_library import _open, find_library
 from netlists.raw import RawFile, format_raw, read_raw, write_raw
 
 
@@ -72,7 +73,7 @@ def test_spicelib_reads_it_and_knows_whose_format_it_is(result: Result, path: Pa
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_ngspice_loads_it(result: Result, path: Path) -> None:
-    library = ngspice._open(ngspice.find_library())
+    library = _open(find_library())
     library.clear_output()
     library.command(f"load {path}")
     plot = library.current_plot()
@@ -87,7 +88,7 @@ def test_ngspice_loads_it(result: Result, path: Path) -> None:
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_what_ngspice_writes_has_the_same_names(path: Path, tmp_path: Path) -> None:
-    library = ngspice._open(ngspice.find_library())
+    library = _open(find_library())
     library.command(f"load {path}")
     library.command(f"write {tmp_path / 'theirs.raw'}")
     library.command("destroy all")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from netlists.ngspice import find_library
+from netlists.ngspice_library import find_library
 from system.command_line import main
 from system.commands.small_signal import corner_frequency
 

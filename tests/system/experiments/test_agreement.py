@@ -10,15 +10,15 @@ import pytest
 
 from circuits.registry import load_block
 from circuits.silicon import Silicon
-from netlists import ngspice
 from netlists.agreement import Agreement, compare, scaled_testbench, started
+from netlists.ngspice_library import find_library
 from system.experiments import agreement
 from system.plot import save_picture
 
 
 @pytest.fixture(scope="module")
 def found() -> Agreement:
-    if ngspice.find_library() is None:
+    if find_library() is None:
         reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
         if os.environ.get("CI") == "true":
             pytest.fail(reason)

@@ -8,7 +8,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.noise import WHITE_ONLY
 from circuits.solver.noise_transient import NoiseRun
-from netlists import ngspice
+from netlists.ngspice_library import find_library
 from system.experiments import device_noise
 from system.experiments.device_noise import (
     Beside,
@@ -38,7 +38,7 @@ def test_k_t_over_c() -> None:
 
 
 def test_a_block_beside_ngspice() -> None:
-    if ngspice.find_library() is None:
+    if find_library() is None:
         pytest.skip("no ngspice library")
     found = measure_beside("envelope-detector", "microphone", "envelope", 1.0, 85.0, 1003)
     assert 0.0 < found.transfer < 1e-6

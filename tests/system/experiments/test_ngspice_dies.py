@@ -10,7 +10,7 @@ import pytest
 
 from circuits.blocks import rebound_neuron
 from circuits.blocks.tuning import NeuronClass, Tuning, tune, tuning_machine
-from netlists import ngspice
+from netlists.ngspice_library import find_library
 from netlists.tuning import NgspiceTrials, edges_hold
 from system.experiments import ngspice_dies
 from system.experiments.ngspice_dies import EDGE, Beside, beside, silicon_of
@@ -22,7 +22,7 @@ SILENT = Tuning(NeuronClass.NEVER, t_inh=5e-3, t_reb=2e-3)
 
 @pytest.fixture
 def ngspice_library() -> None:
-    if ngspice.find_library() is None:
+    if find_library() is None:
         reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
         if os.environ.get("CI") == "true":
             pytest.fail(reason)
