@@ -1,57 +1,98 @@
-"""Compiled functions: what is kept on disk goes stale with any file whose code it holds."""
+"""Compiled functions: what is kept on disk goes stale with any file whose code or constants it holds."""
 
+import importlib
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from circuits import compiled as module
+from chips.ranging_kernel import on_call
 from circuits.compiled import compiled, source_stamp
-from circuits.devices.transistor import drain_currents
 from circuits.solver.integrate import integrate
-from circuits.solver.operating_point import rest_state
+
+CALLER = """from circuits.compiled import compiled
+from {callee} import add
+@compiled()
+def twice(x):
+    return add(x, x)
+"""
+CALLEE = """from circuits.compiled import compiled
+import {numbers}
+from {numbers} import offset_of, SHIFT
+@compiled()
+def add(x, y):
+    return x + y + SHIFT + {numbers}.offset_of(x)
+"""
+NUMBERS = """from circuits.compiled import compiled
+SHIFT = {shift}
+@compiled()
+def offset_of(x):
+    return {offset}
+"""
 
 
-@pytest.mark.parametrize("function", [drain_currents, integrate, rest_state])
-def test_the_cache_of_every_function_carries_the_common_stamp(function: Any) -> None:
-    assert function._cache._cache_file._source_stamp == source_stamp()
-
-
-def _stamp(*files: str) -> bytes:
-    """The stamp, read again."""
-    module._own_stamp.cache_clear()
+def load(folder: Path, shift: str = "1.0", offset: str = "0.0 * x") -> Any:
+    """A module that calls another one, which calls a third; written anew, under names of their own."""
+    kind = folder.name
+    texts = {
+        f"caller_{kind}": CALLER.format(callee=f"callee_{kind}"),
+        f"callee_{kind}": CALLEE.format(numbers=f"numbers_{kind}"),
+        f"numbers_{kind}": NUMBERS.format(shift=shift, offset=offset),
+    }
+    for name, text in texts.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+        sys.modules.pop(name, None)
     source_stamp.cache_clear()
-    return source_stamp(files)
+    importlib.invalidate_caches()
+    return importlib.import_module(f"caller_{kind}")
 
 
-def test_the_stamp_of_a_caller_elsewhere_follows_its_own_file_and_its_callees(tmp_path: Path) -> None:
-    caller, callee = tmp_path / "caller.py", tmp_path / "callee.py"
-    caller.write_text("a", encoding="utf-8")
-    callee.write_text("b", encoding="utf-8")
-    files = (str(caller), str(callee))
-    stamps = [_stamp(), _stamp(*files)]
-    for path in (caller, callee):
-        path.write_text("changed", encoding="utf-8")
-        stamps.append(_stamp(*files))
-    assert len(set(stamps)) == 4
+def stamp(function: Any) -> bytes:
+    """The stamp that numba compares a file of its cache with."""
+    return bytes(function._cache._cache_file._source_stamp)
 
 
-def test_the_stamp_follows_the_contents_of_every_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "devices").mkdir()
-    (tmp_path / "solver").mkdir()
-    device, solver = tmp_path / "devices" / "transistor.py", tmp_path / "solver" / "integrate.py"
-    device.write_text("a", encoding="utf-8")
-    solver.write_text("b", encoding="utf-8")
-    monkeypatch.setattr(module, "_HERE", tmp_path)
-    stamps = [_stamp()]
-    for path in (device, solver):
-        path.write_text("changed", encoding="utf-8")
-        stamps.append(_stamp())
-    assert len(set(stamps)) == 3
-    device.touch()
-    assert _stamp() == stamps[-1]
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # files of one second differ
+    return tmp_path
+
+
+def test_what_is_kept_follows_callees_of_callees_and_their_constants(folder: Path) -> None:
+    assert load(folder).twice(2.0) == 5.0
+    assert load(folder, shift="2.0").twice(2.0) == 6.0
+    assert load(folder, offset="10.0 * x").twice(2.0) == 25.0
+    assert load(folder).twice(2.0) == 5.0
+
+
+def test_a_stamp_changes_with_contents_and_with_nothing_else(folder: Path) -> None:
+    first = stamp(load(folder).twice)
+    (folder / "unrelated.py").write_text("", encoding="utf-8")
+    assert stamp(load(folder).twice) == first
+    assert len({first, stamp(load(folder, shift="2.0").twice), stamp(load(folder, offset="x").twice)}) == 3
+
+
+def test_an_imported_constant_counts_where_no_function_is_called(tmp_path: Path) -> None:
+    path = tmp_path / "m.py"
+    path.write_text("", encoding="utf-8")
+    found = set()
+    for value in (1.0, 2.0, (1.0, 2.0), (2.0, 1.0)):
+        sys.modules["m"] = module = type(sys)("m")
+        module.LIMIT = value  # type: ignore[attr-defined]
+        source_stamp.cache_clear()
+        found.add(source_stamp("m", str(path)))
+    del sys.modules["m"]
+    assert len(found) == 4
+
+
+def test_kernels_of_chips_and_solver_carry_their_stamps() -> None:
+    source_stamp.cache_clear()
+    functions: tuple[Any, ...] = (integrate, on_call)
+    for function in functions:
+        python = function.py_func
+        assert stamp(function) == source_stamp(python.__module__, python.__code__.co_filename)
 
 
 def test_a_compiled_function_computes() -> None:
@@ -60,10 +101,3 @@ def test_a_compiled_function_computes() -> None:
         return 2.0 * x
 
     assert twice(1.5) == 3.0
-
-
-def test_every_compiled_function_stands_in_a_file_of_the_stamp() -> None:
-    stamped = {path for pattern in module._SOURCES for path in module._HERE.glob(pattern)}
-    compiled_files = {p for p in module._HERE.rglob("*.py") if "@compiled(" in p.read_text(encoding="utf-8")}
-    assert len(compiled_files) > 5
-    assert compiled_files <= stamped
