@@ -26,12 +26,12 @@ from chips.rebound_kernel import (
     NEAR,
     RELEASE,
     UNDECIDED,
-    Neurons,
     advance_all,
     begin,
     call,
     echo,
 )
+from chips.rebound_law import Neurons
 from chips.rebound_model import ReboundModel, model_of, neurons_on, outside
 from chips.record import Record
 from circuits.circuit import Circuit

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import rebound_jitter, rebound_kernel
 from chips.rebound_jitter import Jitter, next_durations, no_jitter
 from chips.rebound_kernel import (
     COLUMNS,
@@ -38,7 +37,6 @@ from chips.rebound_kernel import (
     V_MEM,
     V_R,
     WAKE,
-    Neurons,
     advance,
     begin,
     call,
@@ -46,6 +44,7 @@ from chips.rebound_kernel import (
     echo,
     excitation,
 )
+from chips.rebound_law import Neurons
 from circuits.compiled import compiled
 
 F64 = NDArray[np.float64]
@@ -61,7 +60,7 @@ _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
 _EARLY_WITHIN = 0.25e-3  # s, to which `early` is found
 _PIECES = 64  # of inhibition, in which `hold` is found
 
-_compiled = compiled(callees=(rebound_jitter, rebound_kernel))
+_compiled = compiled()
 
 ASLEEP, QUIET, LOOKING, FIRING = range(4)
 ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`

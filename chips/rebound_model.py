@@ -1,7 +1,7 @@
 """Behavioural model of the rebound neuron: the neuron's own equations with this die's devices.
 
 What decides (a spike or none) is integrated: v_mem, v_r and v_ex with the die's EKV currents and the
-circuit's capacitances (`chips.rebound_kernel`). What is smooth comes from the record that
+circuit's capacitances (`chips.rebound_law`). What is smooth comes from the record that
 `chips.characterise` makes with the transistor-level solver, by gradients over the devices' deviations x:
 
     q = q0(ln I_inh, T) + sum_d [g_d(ln I_inh, T) x_d + h_d(ln I_inh, T) x_d^2 / 2]
@@ -23,7 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from chips.rebound_kernel import CLASSES, COLUMNS, F64, I64, Neurons, Pull, pull_low, respond_all, tune_all
+from chips.rebound_kernel import COLUMNS, respond_all
+from chips.rebound_law import F64, I64, Neurons, Pull, pull_low
+from chips.rebound_tuning_kernel import CLASSES, tune_all
 from chips.record import Record, record_key, shipped_record
 from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks import rebound_neuron

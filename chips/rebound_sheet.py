@@ -15,7 +15,7 @@ import numpy as np
 
 from chips.behavioural_ranging_chip import ABOVE_SUPPLY, RangingChip
 from chips.cell import PULSE_EDGE, PULSE_WIDTH
-from chips.rebound_kernel import F64, Neurons
+from chips.rebound_law import F64, Neurons
 from chips.record import Record
 from circuits.circuit import Circuit
 from circuits.silicon import Silicon

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import board_kernel, ranging_kernel, rebound_jitter, rebound_kernel
 from chips.board_kernel import (
     EVENT_WIDTH,
     Centroid,
@@ -27,7 +26,7 @@ from chips.board_kernel import (
     vocalization_line,
 )
 from chips.ranging_kernel import PULSE, Chip, Plan, next_due, on_call, on_echo, take
-from chips.rebound_kernel import Neurons
+from chips.rebound_law import Neurons
 from circuits.compiled import compiled
 
 F64 = NDArray[np.float64]
@@ -44,7 +43,7 @@ MERGED, UNDECIDED, CLIPPED = range(3)  # columns of the counts
 _TRIES = 60  # of a delay; a third of the error is left by each at the very worst
 _DELAY_ERROR = 1e-12  # s
 
-_compiled = compiled(callees=(board_kernel, ranging_kernel, rebound_jitter, rebound_kernel))
+_compiled = compiled()
 
 
 class Scene(NamedTuple):

@@ -22,7 +22,8 @@ from chips.ranging_kernel import (
     on_echo,
     take,
 )
-from chips.rebound_kernel import Neurons, advance_all, call, echo
+from chips.rebound_kernel import advance_all, call, echo
+from chips.rebound_law import Neurons
 from circuits.die import Die
 from circuits.silicon import Silicon
 

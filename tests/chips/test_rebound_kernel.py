@@ -1,4 +1,4 @@
-"""The compiled equations: derivatives, rest, trajectory and firing of the reduced neuron."""
+"""The compiled model: rest, trajectory and firing of the reduced neuron."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from chips import rebound_kernel as core
-from chips.rebound_kernel import COLUMNS, NOW, PEAK, V_EX, V_MEM, V_R, Neurons
+from chips.rebound_kernel import COLUMNS, NOW, PEAK, V_EX, V_MEM, V_R
+from chips.rebound_law import Neurons
 from chips.rebound_model import model_of, neurons_on, stimulated
 from circuits.blocks import rebound_neuron
 from circuits.devices import Source
@@ -20,37 +19,10 @@ from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
 
-DELTA = 1e-6  # V
-
 
 @pytest.fixture(scope="module")
 def neuron() -> Neurons:
     return neurons_on(model_of(rebound_neuron.build(), AMI_1500), Silicon())
-
-
-@pytest.fixture(scope="module")
-def numbers(neuron: Neurons) -> core.Numbers:
-    found = core._numbers(neuron, 0)
-    core._currents(found, 1.0, 1.0, 1.0)  # compiles before hypothesis watches the time
-    return found
-
-
-volts = st.floats(0.5, 4.5)
-
-
-@given(v=volts, r=volts, x=volts)
-def test_derivatives_are_those_of_the_currents(numbers: core.Numbers, v: float, r: float, x: float) -> None:
-    found = core._currents(numbers, v, r, x)
-    slopes = {(0, 0): 3, (0, 1): 4, (0, 2): 5, (1, 0): 6, (1, 1): 7, (2, 2): 8}
-    for (row, column), place in slopes.items():
-        low, high = [v, r, x], [v, r, x]
-        low[column] -= DELTA
-        high[column] += DELTA
-        up, down = core._currents(numbers, *high), core._currents(numbers, *low)
-        expected = (up[row] - down[row]) / (2.0 * DELTA)
-        # rounding of the currents over the difference, curvature below 1e-9 of it
-        rounding = 1e-15 * abs(up[row]) / DELTA
-        assert found[place] == pytest.approx(expected, rel=1e-5, abs=1e-18 + 10.0 * rounding)
 
 
 def test_the_rest_state_is_the_operating_point(neuron: Neurons) -> None:

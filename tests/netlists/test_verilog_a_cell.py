@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from chips import ranging_chip
-from chips.rebound_kernel import Neurons
+from chips.rebound_law import Neurons
 from chips.rebound_model import model_of, neurons_on, respond, tune
 from chips.rebound_sheet import rebound_sheet
 from circuits.blocks import rebound_neuron

@@ -1,0 +1,243 @@
+"""Compiled equations of the rebound neuron's behavioural model: currents, rates, one step.
+
+States: v_mem, v_r, v_ex. With C the capacitance matrix of these nodes in the circuit (parasitics and overlaps
+included, other nodes held), the devices' EKV currents and q(x) = ln(1 + e^x):
+
+    C d(v_mem, v_r, v_ex)/dt = (I_rslope + I_me5 - I_m1, I_rtau - I_m2, I_me4)
+    I_m1 = I_S [q((v_p - v_rest)/2U_T)^2 - q((v_p - v_mem)/2U_T)^2],  v_p = kappa_n (v_r - V_T0)
+    I_m2 = I_S q((kappa_p (V_dd - v_mem - V_T0) - V_dd + v_r)/2U_T)^2
+    I_me5 = I_S q(kappa_p (V_dd - v_ex - V_T0)/2U_T)^2
+    I_me4 = I_S [q(v_p4/2U_T)^2 - q((v_p4 - V_dd + v_ex)/2U_T)^2]
+
+Stepped by RODAS3 (Sandu, Verwer, Blom, Spee, Carmichael, Potra 1997), four stages, order 3(2), L-stable.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+from circuits.devices.softplus import softplus_five
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Three = tuple[float, float, float]
+Nine = tuple[float, float, float, float, float, float, float, float, float]
+
+_HALVINGS = 40  # of the supply: far below a nanovolt
+
+
+class Neurons(NamedTuple):
+    """n neurons, float64[n] each unless said; SI units."""
+
+    inverse_2ut: F64  # 1 / (2 U_T), 1/V
+    kappa_n: F64
+    kappa_p: F64
+    v_dd: F64
+    v_rest: F64
+    v_ex_max: F64
+    m1_current: F64  # specific currents, A, and thresholds, V, of this die's devices
+    m1_threshold: F64
+    m2_current: F64
+    m2_threshold: F64
+    me4_current: F64
+    me4_pinch: F64  # v_p of me4 from its gate, V
+    me4_forward: F64  # its current in saturation, A
+    me5_current: F64
+    me5_threshold: F64
+    i_rslope: F64  # A, off currents of the two reset transistors taken away
+    i_rtau: F64
+    t_inh: F64  # s
+    v_threshold: F64  # V, v_mem at which the comparator balances
+    axon_charge: F64  # V s
+    pulse_width: F64  # s, of a spike
+    v_held: F64  # V, to which inhibition and reset pull v_mem against m1
+    echo_step: F64  # V, of v_ex when an echo's pulse ends
+    margin: F64  # V, within which a threshold is too near to call
+    rebound_bound: F64  # s, C_r V_dd / I_rtau, of the nominal device or, where it is smaller, of this one
+    inverse_capacitance: F64  # float64[4, 3, 3], 1/F: by what is held (1: v_mem, 2: v_ex)
+    follow: F64  # float64[3, 3]: step of a free node (row) for one of a held node (column)
+
+
+class Numbers(NamedTuple):
+    """What the equations of one neuron need, with C^-1 apart: the arguments of q are linear in the voltages.
+
+    g, gn, gp: 1 / (2 U_T), times kappa_n, times kappa_p, 1/V; rest to me4: constant parts of the arguments of
+    m1 (source at v_rest, at v_mem), m2, me5, me4; i_m1 to i_me4: specific currents, forward to i_rtau:
+    constant ones, A.
+    """
+
+    g: float
+    gn: float
+    gp: float
+    rest: float
+    m1: float
+    m2: float
+    me5: float
+    me4: float
+    i_m1: float
+    i_m2: float
+    i_me5: float
+    i_me4: float
+    forward: float
+    i_rslope: float
+    i_rtau: float
+
+
+_compiled = compiled(fastmath={"contract"})
+# part of every step, so that arguments are not copied from function to function
+_inlined = compiled(fastmath={"contract"}, forceinline=True)
+
+
+@_inlined
+def numbers_of(m: Neurons, k: int) -> Numbers:
+    """What the equations of neuron k need."""
+    g, vdd = m.inverse_2ut[k], m.v_dd[k]
+    gn, gp = g * m.kappa_n[k], g * m.kappa_p[k]
+    return Numbers(
+        g, gn, gp, gn * m.m1_threshold[k] + g * m.v_rest[k], gn * m.m1_threshold[k],
+        gp * (vdd - m.m2_threshold[k]) - g * vdd, gp * (vdd - m.me5_threshold[k]), g * (m.me4_pinch[k] - vdd),
+        m.m1_current[k], m.m2_current[k], m.me5_current[k], m.me4_current[k], m.me4_forward[k], m.i_rslope[k],
+        m.i_rtau[k],
+    )  # fmt: skip
+
+
+@_inlined
+def matrix_of(m: Neurons, mode: int) -> Nine:
+    """C^-1 while the nodes of `mode` are held, row by row, 1/F."""
+    c = m.inverse_capacitance[mode]
+    return c[0, 0], c[0, 1], c[0, 2], c[1, 0], c[1, 1], c[1, 2], c[2, 0], c[2, 1], c[2, 2]
+
+
+@_compiled
+def softplus(x: float) -> float:
+    """`ln(1 + e^x)`."""
+    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
+
+
+@_inlined
+def currents(p: Numbers, v: float, r: float, x: float) -> Nine:
+    """Currents into v_mem, v_r, v_ex (A) and their derivatives (S).
+
+    Order: i_mem, i_r, i_ex, di_mem/dv, di_mem/dr, di_mem/dx, di_r/dv, di_r/dr, di_ex/dx.
+    """
+    a, b, c, e, q, da, db, dc, de, dq = softplus_five(
+        p.gn * r - p.rest, p.gn * r - p.g * v - p.m1, p.g * r - p.gp * v + p.m2, p.me5 - p.gp * x,
+        p.g * x + p.me4,
+    )  # fmt: skip
+    ja, jb, jc = p.i_m1 * a * da, p.i_m1 * b * db, 2.0 * p.i_m2 * c * dc
+    return (
+        p.i_rslope + p.i_me5 * e * e - p.i_m1 * (a - b) * (a + b),
+        p.i_rtau - p.i_m2 * c * c,
+        p.forward - p.i_me4 * q * q,
+        -2.0 * p.g * jb,
+        -2.0 * p.gn * (ja - jb),
+        -2.0 * p.gp * p.i_me5 * e * de,
+        p.gp * jc,
+        -p.g * jc,
+        -2.0 * p.g * p.i_me4 * q * dq,
+    )
+
+
+@_inlined
+def rates(c: Nine, i: Nine) -> Three:
+    """dv/dt of the three nodes, V/s; zero for a held node."""
+    return (
+        c[0] * i[0] + c[1] * i[1] + c[2] * i[2],
+        c[3] * i[0] + c[4] * i[1] + c[5] * i[2],
+        c[6] * i[0] + c[7] * i[1] + c[8] * i[2],
+    )
+
+
+@_inlined
+def _inverse(c: Nine, h: float, i: Nine) -> Nine:
+    """Inverse of `2/h - C^-1 dI/dv`, row by row."""
+    d = 2.0 / h
+    a00 = d - (c[0] * i[3] + c[1] * i[6])
+    a01 = -(c[0] * i[4] + c[1] * i[7])
+    a02 = -(c[0] * i[5] + c[2] * i[8])
+    a10 = -(c[3] * i[3] + c[4] * i[6])
+    a11 = d - (c[3] * i[4] + c[4] * i[7])
+    a12 = -(c[3] * i[5] + c[5] * i[8])
+    a20 = -(c[6] * i[3] + c[7] * i[6])
+    a21 = -(c[6] * i[4] + c[7] * i[7])
+    a22 = d - (c[6] * i[5] + c[8] * i[8])
+    b00 = a11 * a22 - a12 * a21
+    b10 = a12 * a20 - a10 * a22
+    b20 = a10 * a21 - a11 * a20
+    p = 1.0 / (a00 * b00 + a01 * b10 + a02 * b20)
+    return (
+        p * b00, p * (a02 * a21 - a01 * a22), p * (a01 * a12 - a02 * a11),
+        p * b10, p * (a00 * a22 - a02 * a20), p * (a02 * a10 - a00 * a12),
+        p * b20, p * (a01 * a20 - a00 * a21), p * (a00 * a11 - a01 * a10),
+    )  # fmt: skip
+
+
+@_inlined
+def _solve(f: Nine, b0: float, b1: float, b2: float) -> Three:
+    return (
+        f[0] * b0 + f[1] * b1 + f[2] * b2,
+        f[3] * b0 + f[4] * b1 + f[5] * b2,
+        f[6] * b0 + f[7] * b1 + f[8] * b2,
+    )
+
+
+@_inlined
+def stepped(p: Numbers, matrix: Nine, h: float, y: Three, i: Nine) -> tuple[Three, float]:
+    """One RODAS3 step of `h` s from y, whose currents are i; returns the new y and its error, V."""
+    d = rates(matrix, i)
+    f = _inverse(matrix, h, i)
+    a = _solve(f, d[0], d[1], d[2])
+    g = 4.0 / h
+    b = _solve(f, d[0] + g * a[0], d[1] + g * a[1], d[2] + g * a[2])
+    i = currents(p, y[0] + 2.0 * a[0], y[1] + 2.0 * a[1], y[2] + 2.0 * a[2])
+    d = rates(matrix, i)
+    g = 1.0 / h
+    c = _solve(f, d[0] + g * (a[0] - b[0]), d[1] + g * (a[1] - b[1]), d[2] + g * (a[2] - b[2]))
+    n = (y[0] + 2.0 * a[0] + c[0], y[1] + 2.0 * a[1] + c[1], y[2] + 2.0 * a[2] + c[2])
+    i = currents(p, n[0], n[1], n[2])
+    d = rates(matrix, i)
+    w = 8.0 / 3.0
+    z = _solve(
+        f,
+        d[0] + g * (a[0] - b[0] - w * c[0]),
+        d[1] + g * (a[1] - b[1] - w * c[1]),
+        d[2] + g * (a[2] - b[2] - w * c[2]),
+    )
+    return (n[0] + z[0], n[1] + z[1], n[2] + z[2]), max(abs(z[0]), abs(z[1]), abs(z[2]))
+
+
+class Pull(NamedTuple):
+    """What pulls v_mem low, n neurons: float64[n], specific currents, A, and voltages; V where not said."""
+
+    v_rest: F64
+    m1_current: F64
+    m1_threshold: F64
+    mi12_current: F64
+    mi12_pinch: F64  # v_p with its gate at the supply
+    v_r: F64  # v_r - kappa_p v_mem while m2 carries I_rtau
+    i_rslope: F64
+
+
+@_compiled
+def pull_low(p: Pull, u_t: float, kappa_n: float, kappa_p: float, out: F64) -> None:
+    """v_mem at which mi12 sinks I_rslope and what m1 brings from v_rest, bisected, V; out: float64[n]."""
+    for k in range(out.size):
+        low, high = 0.0, p.v_rest[k]
+        for _ in range(_HALVINGS):
+            v = 0.5 * (low + high)
+            pinch = kappa_n * (p.v_r[k] + kappa_p * v - p.m1_threshold[k])
+            brought = (
+                softplus(0.5 * (pinch - v) / u_t) ** 2 - softplus(0.5 * (pinch - p.v_rest[k]) / u_t) ** 2
+            )
+            full = p.mi12_pinch[k]
+            sunk = softplus(0.5 * full / u_t) ** 2 - softplus(0.5 * (full - v) / u_t) ** 2
+            if p.mi12_current[k] * sunk < p.m1_current[k] * brought + p.i_rslope[k]:
+                low = v
+            else:
+                high = v
+        out[k] = 0.5 * (low + high)
