@@ -13,15 +13,15 @@ run is taken over.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from circuits.die import NOMINAL, Die
 from system import approach, behavioural_approach
 from system.approach_trace import Scenario, Trace
@@ -38,39 +38,25 @@ def timed(scenario: Scenario, workers: int) -> tuple[float, Trace]:
     return time.perf_counter() - start, trace
 
 
-def main() -> None:
+def main() -> int:
     """Time the run on one worker and on all cores."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="2 s of flight instead of 4")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "2 s of flight instead of 4").parse_args()
     scenario = Scenario(duration=2.0 if options.quick else 4.0)
     timed(Scenario(duration=0.3), 1)  # compiles the kernels
-    rows: list[dict[str, str | float | int]] = []
+    rows = []
     reference = _converged(scenario)
     for workers in sorted({1, os.cpu_count() or 1}):
         seconds, trace = timed(scenario, workers)
         n = min(len(trace.calls), len(reference.calls))
         shift = float(np.abs(trace.calls[:n, 0] - reference.calls[:n, 0]).max())
-        rows.append(
-            {
-                "name": f"approach, {scenario.duration:g} s, {workers} workers",
-                "ours": seconds,
-                "peer": scenario.duration,
-                "ratio": scenario.duration / seconds,
-                "accuracy": f"call times within {shift * 1e3:.3g} ms of a run at a tenth of the tolerances",
-                "cores": workers,
-            }
-        )
+        name = f"approach, {scenario.duration:g} s, {workers} workers"
+        note = f"call times within {shift * 1e3:.3g} ms of a run at a tenth of the tolerances"
+        rows.append(Row(name, seconds, scenario.duration, scenario.duration / seconds, note, workers))
     rows += _behavioural(scenario, reference)
-    if options.json:
-        print(json.dumps(rows, indent=2))
-        return
-    for row in rows:
-        print(f"{row['name']:62} {row['ours']:9.4f} s, {row['ratio']:.2f} times real time; {row['accuracy']}")
+    return report(rows, options, lambda row: f"{row.ours:9.4f} s, {row.ratio:.2f} times real time")
 
 
-def _behavioural(scenario: Scenario, reference: Trace) -> Iterator[dict[str, str | float | int]]:
+def _behavioural(scenario: Scenario, reference: Trace) -> Iterator[Row]:
     """Fastest and median CPU time on one worker: the loop alone, and whole runs with their set-up."""
     scenario = replace(scenario, level="behavioural")
     _, trace = timed(scenario, 1)
@@ -84,8 +70,7 @@ def _behavioural(scenario: Scenario, reference: Trace) -> Iterator[dict[str, str
             row = f"approach, {duration:g} s, behavioural, {die}, {name}"
             note = f"median {duration / middle:.0f} times; "
             note += accuracy if die == NOMINAL else "not compared with transistors"
-            yield {"name": row, "ours": best, "peer": duration, "ratio": duration / best, "accuracy": note,
-                   "cores": 1}  # fmt: skip
+            yield Row(row, best, duration, duration / best, note)
 
 
 def _cpu(scenario: Scenario) -> tuple[list[float], list[float]]:
@@ -121,4 +106,4 @@ def _converged(scenario: Scenario) -> Trace:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -8,8 +8,7 @@ max(0.1 ms, 2 % of t_inh). Biases are those of the facts. The time is one neuron
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 import time
 from collections import Counter
 from collections.abc import Iterable
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from chips.rebound_model import UNDECIDED, Tunings, join, model_of, neurons_on, tune
 from circuits.bias import rebias
 from circuits.blocks import rebound_neuron, tuning
@@ -88,7 +88,7 @@ def confusion(groups: list[Group]) -> str:
     return "\n".join(lines)
 
 
-def row(name: str, groups: list[Group]) -> dict[str, str | float]:
+def row(name: str, groups: list[Group]) -> Row:
     """One line of the result."""
     dies = sum(len(g.circuit) for g in groups)
     agreeing = sum(g.agreeing for g in groups)
@@ -99,21 +99,12 @@ def row(name: str, groups: list[Group]) -> dict[str, str | float]:
         f"class of {agreeing} of {dies} ({agreeing / dies:.1%}); edges of {inside} of {len(edges)} inside,"
         f" largest error {max(edges, default=0.0):.2f} of what is allowed, mean {np.mean(edges):.3f}"
     )
-    return {
-        "name": name,
-        "ours": model,
-        "peer": circuit,
-        "ratio": circuit / model,
-        "accuracy": accuracy,
-        "cores": 1,
-    }
+    return Row(name, model, circuit, circuit / model, accuracy)
 
 
-def main() -> None:
+def main() -> int:
     """Compare both levels and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="40 dies, and 5 in each of the other groups")
+    parser = parser_of(__doc__, "40 dies, and 5 in each of the other groups")
     parser.add_argument("--rtol", type=float, default=tuning.TUNING_RTOL, help="of the transistor level")
     options = parser.parse_args()
     many, few = (40, 5) if options.quick else (200, 20)
@@ -122,14 +113,22 @@ def main() -> None:
     dies = range(FIRST_DIE, FIRST_DIE + few)
     others = [compare(dies, t, k, options.rtol) for t in (0.0, 60.0) for k in kinds]
     rows = [row(f"{many} dies, {warm[0].name}", warm), row(f"4 x {few} dies, 0 and 60 degC, pooled", others)]
-    if options.json:
-        print(json.dumps(rows, indent=2))
-        return
-    for each, groups in zip(rows, (warm, others), strict=True):
-        ours, peer = 1e3 * float(each["ours"]), 1e3 * float(each["peer"])
-        print(f"{each['name']}: {each['accuracy']}")
-        print(f"{ours:.2f} ms a neuron against {peer:.1f}, {peer / ours:.0f} times")
-        print(confusion(groups), end="\n\n")
+    status = report(rows, options, figures)
+    if not options.json:
+        show(warm, others)
+    return status
+
+
+def figures(row: Row) -> str:
+    """Both times of a neuron."""
+    return f"{1e3 * row.ours:.2f} ms a neuron against {1e3 * row.peer:.1f}, {row.ratio:.0f} times"
+
+
+def show(warm: list[Group], others: list[Group]) -> None:
+    """Print the classes of both rows, and a line a group."""
+    for groups in (warm, others):
+        print(f"\n{confusion(groups)}")
+    print()
     for g in [*warm, *others]:
         share = f"{g.works} of {len(g.circuit)} work" + (
             "" if 2 * g.works >= len(g.circuit) else ", under half"
@@ -139,4 +138,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -15,15 +15,16 @@ Without `--search` the set in the block is checked, and with it found again.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
+import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from circuits.bias import rebias
 from circuits.blocks import rebound_neuron
 from circuits.blocks.rebound_neuron import BLOCK, ROBUST_BIASES
@@ -51,11 +52,9 @@ NEURON = rebound_neuron.build()
 FACTS: Biases = {b.name: float(np.asarray(b.value)) for b in NEURON.biases}
 
 
-def main() -> None:
+def main() -> int:
     """Search if asked to, and print the yield of both sets."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="100 fresh dies instead of 300")
+    parser = parser_of(__doc__, "100 fresh dies instead of 300")
     parser.add_argument("--search", action="store_true", help="find the set again, some minutes")
     options = parser.parse_args()
     if options.search:
@@ -64,30 +63,22 @@ def main() -> None:
     else:
         found = {**FACTS, **ROBUST_BIASES}
     fresh = FRESH[:100] if options.quick else FRESH
-    rows = list(report(found, fresh))
-    if options.json:
-        print(json.dumps(rows, indent=2))
-        return
-    for row in rows:
-        print(f"{row['name']:44} {row['ours']:.3f}, before {row['peer']:.3f}; {row['accuracy']}")
+    return report(shares(found, fresh), options, lambda row: f"{row.ours:.3f}, before {row.peer:.3f}")
 
 
-def report(found: Biases, fresh: Iterable[int]) -> Iterator[dict[str, object]]:
+def shares(found: Biases, fresh: Iterable[int]) -> Iterator[Row]:
     """One row a kind of variation."""
     fresh = list(fresh)
     for process in (False, True):
         ours, before = (classes(b, fresh, process=process) for b in (found, FACTS))
-        shares = ours["works"] / len(fresh), before["works"] / len(fresh)
-        name = "mismatch and process" if process else "mismatch"
-        yield {
-            "name": f"share of dies {fresh[0]} to {fresh[-1]} that work, {name}",
-            "ours": shares[0],
-            "peer": shares[1],
-            "ratio": shares[0] / shares[1],
-            "accuracy": f"{_words(ours)}; before {_words(before)}; nominal best delay"
-            f" {1e3 * nominal(found).best_delay:.2f} ms, before {1e3 * nominal(FACTS).best_delay:.2f} ms",
-            "cores": 2,
-        }
+        share, earlier = ours["works"] / len(fresh), before["works"] / len(fresh)
+        varied = "mismatch and process" if process else "mismatch"
+        name = f"share of dies {fresh[0]} to {fresh[-1]} that work, {varied}"
+        note = (
+            f"{_words(ours)}; before {_words(before)}; nominal best delay"
+            f" {1e3 * nominal(found).best_delay:.2f} ms, before {1e3 * nominal(FACTS).best_delay:.2f} ms"
+        )
+        yield Row(name, share, earlier, share / earlier, note, cores=2)
 
 
 def search(before: Tuning) -> Biases:
@@ -175,4 +166,4 @@ def _words(counts: Counter[str]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

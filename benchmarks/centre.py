@@ -8,12 +8,12 @@ holds the best delay: it must stay between 4.5 and 9 ms on every die, so that th
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
+import sys
 import time
 from collections.abc import Iterator
 
+from _report import Row, parser_of, report
 from system.commands.centre import Request, Result, run
 from system.silicon_choice import SiliconChoice
 from system.study.knob import options_of
@@ -48,40 +48,36 @@ def centred(specs: tuple[str, ...], *, quick: bool) -> tuple[Result, float, floa
     return result, time.perf_counter() - wall, time.process_time() - processor
 
 
-def rows(*, quick: bool) -> Iterator[dict[str, object]]:
+def rows(*, quick: bool) -> Iterator[Row]:
     """One row a group and kind of variation."""
     for name, specs in GROUPS.items():
         result, wall, processor = centred(specs, quick=quick)
-        for report in result.reports:
-            before, after = report.before, report.after
+        for each in result.reports:
+            before, after = each.before, each.after
             ends = after.estimate.interval
-            yield {
-                "name": f"{name}, {after.samples} fresh dies, {report.varied}",
-                "ours": after.estimate.value,
-                "peer": before.estimate.value,
-                "ratio": after.estimate.value / before.estimate.value,
-                "accuracy": f"{ends.low:.4f} to {ends.high:.4f}; McNemar p {report.difference.p_value:.2g};"
-                f" mean best delay {1e3 * report.means['best_delay'][0]:.2f} to"
-                f" {1e3 * report.means['best_delay'][1]:.2f} ms; {wall:.0f} s, {processor:.0f} s of processor"
+            note = (
+                f"{ends.low:.4f} to {ends.high:.4f}; McNemar p {each.difference.p_value:.2g};"
+                f" mean best delay {1e3 * each.means['best_delay'][0]:.2f} to"
+                f" {1e3 * each.means['best_delay'][1]:.2f} ms; {wall:.0f} s, {processor:.0f} s of processor"
                 f" for search ({result.found.measurements} dies) and report;"
-                f" {' '.join(options_of(result.subject))}",
-                "cores": os.cpu_count(),
-            }
+                f" {' '.join(options_of(result.subject))}"
+            )
+            yield Row(
+                f"{name}, {after.samples} fresh dies, {each.varied}",
+                after.estimate.value,
+                before.estimate.value,
+                after.estimate.value / before.estimate.value,
+                note,
+                os.cpu_count() or 1,
+            )
 
 
-def main() -> None:
+def main() -> int:
     """Search, report, print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer dies and candidates")
-    options = parser.parse_args()
-    found = list(rows(quick=options.quick))
-    if options.json:
-        print(json.dumps(found, indent=2))
-        return
-    for row in found:
-        print(f"{row['name']}: {row['ours']:.3f}, before {row['peer']:.3f}; {row['accuracy']}")
+    options = parser_of(__doc__, "fewer dies and candidates").parse_args()
+    found = rows(quick=options.quick)
+    return report(found, options, lambda row: f"{row.ours:.3f}, before {row.peer:.3f}")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -13,27 +13,14 @@ which has no keys.
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
 from functools import partial
 
 import numpy as np
-from rebound_neuron_transient import (
-    SILICON,
-    V_DD,
-    WITHIN,
-    Events,
-    Row,
-    Setting,
-    cpu,
-    ekv_deck,
-    neuron,
-    peer,
-)
 
+from _report import Row, parser_of, report
 from circuits.blocks import rebound_neuron
 from circuits.blocks.tuning import TUNING_RTOL, tune, tuning_machine
 from circuits.die import Die, mismatch
@@ -43,6 +30,17 @@ from circuits.solver.batch import map_dies, rest_near
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import simulate
 from netlists.engine import upward_crossings
+from rebound_neuron_transient import (
+    SILICON,
+    V_DD,
+    WITHIN,
+    Events,
+    Setting,
+    cpu,
+    ekv_deck,
+    neuron,
+    peer,
+)
 
 DIES = [Die(number=k) for k in range(1000, 1200)]
 DEVICES = 100_000
@@ -52,24 +50,21 @@ TRIED = [
 ]
 
 
-def main() -> None:
+def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer dies, turns and settings of ngspice")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "fewer dies, turns and settings of ngspice").parse_args()
     quick: bool = options.quick
     rows = [
         against_ngspice(3 if quick else 10, TRIED[5:9] if quick else TRIED),
         *threads(2 if quick else 5),
         draws(),
     ]
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-        return
-    for row in rows:
-        print(f"{row.name:44} {row.ours:.4g} s, peer {row.peer:.4g} s, {row.ratio:.3g} times")
-        print(f"    {row.accuracy}; cores: {row.cores}")
+    return report(rows, options, figures)
+
+
+def figures(row: Row) -> str:
+    """Both times, and on how many cores."""
+    return f"{row.ours:.4g} s, peer {row.peer:.4g} s, {row.ratio:.3g} times, cores: {row.cores}"
 
 
 def against_ngspice(count: int, settings: Sequence[Setting]) -> Row:
@@ -95,7 +90,7 @@ def against_ngspice(count: int, settings: Sequence[Setting]) -> Row:
         f" {1e3 * spent:.0f} ms the mean of {len(usable)} dies; left out {count - len(usable)}, right at none"
     )
     scaled = len(DIES) * spent
-    return Row("200 dies, ngspice with the same equations", seconds, scaled, scaled / seconds, note, 1)
+    return Row("200 dies, ngspice with the same equations", seconds, scaled, scaled / seconds, note)
 
 
 def batch(rtol: float) -> None:
@@ -150,7 +145,7 @@ def draws() -> Row:
     best = min(_wall(keyed)[0] for _ in range(10))
     plain = min(_wall(partial(stream.standard_normal, (2, DEVICES)))[0] for _ in range(10))
     spread = np.std(keyed()[0]) / (AMI_1500.pair_a_vt / np.sqrt(2e-12))
-    return Row("100,000 devices drawn", best, plain, plain / best, f"sigma(V_T) {spread:.4f} of the law's", 1)
+    return Row("100,000 devices drawn", best, plain, plain / best, f"sigma(V_T) {spread:.4f} of the law's")
 
 
 def _worst(
@@ -179,4 +174,4 @@ def _distance(a: Events, b: Events) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -18,7 +18,6 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import argparse
 import json
 import resource
 import sys
@@ -31,6 +30,7 @@ from statistics import median
 import numpy as np
 from scipy.spatial import cKDTree
 
+from _report import parser_of
 from circuits.die import NOMINAL, Die
 from circuits.silicon import Silicon
 from system.curved_openspace import Arcs, Bat, arcs_of
@@ -60,9 +60,7 @@ class Row:
 
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer samples")
+    parser = parser_of(__doc__, "fewer samples")
     parser.add_argument("--alone", action="store_true", help="nothing else runs: measure two threads too")
     options = parser.parse_args()
     samples, turns = (40, 1) if options.quick else (200, 3)

@@ -12,10 +12,9 @@ region of the inversion coefficient. Nothing here is a pass or a failure.
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -25,6 +24,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from _report import Row, parser_of, report
 from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.process import (
@@ -52,18 +52,6 @@ LAWS: tuple[Law, ...] = ("ekv", "ekv-gamma")
 PROBE = 1e-9  # A, at which gate voltages are compared
 PROBES = (1e-10, 1e-8, 1e-6, 1e-5)  # A, at which g_m / I_D is compared
 REGIONS = {"weak": (1e-4, 0.1), "moderate": (0.1, 10.0), "strong": (10.0, 100.0)}  # inversion coefficients
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One line of the table."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,11 +204,9 @@ def draw_case(case: Case, current: Axes, ratio: Axes, body: Axes) -> None:
         axes.legend(fontsize="small")
 
 
-def main() -> None:
+def main() -> int:
     """Measure and print all rows; draw them on request."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="the same: it takes seconds")
+    parser = parser_of(__doc__, "the same: it takes seconds")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="picture of the currents")
     options = parser.parse_args()
     cases = [measure(polarity) for polarity in POLARITIES]
@@ -230,14 +216,13 @@ def main() -> None:
         figure = Figure(figsize=(13.0, 7.5))
         draw(cases, figure)
         figure.savefig(options.plot)
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-        return
-    for row in rows:
-        print(
-            f"{row.name:60} law {row.ours:10.4g}  foundry {row.peer:10.4g}  {row.ratio:6.3f}  {row.accuracy}"
-        )
+    return report(rows, options, figures)
+
+
+def figures(row: Row) -> str:
+    """The law's value, the foundry's, and their ratio."""
+    return f"law {row.ours:10.4g}  foundry {row.peer:10.4g}  {row.ratio:6.3f}"
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -25,7 +25,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -33,6 +32,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from _report import Row, parser_of, report
 from chips.nef_build import Built, build
 from chips.nef_chip import NefChip
 from chips.nef_network import Connection, EnsembleArray, Network, Neurons, Probe, join
@@ -55,30 +55,9 @@ SENSES: dict[str, Any] = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure. least, most: what is claimed of `ratio`."""
-
-    name: str
-    ours: float
-    peer: float | None
-    ratio: float
-    accuracy: str
-    cores: int = 1
-    least: float = 0.0
-    most: float = float("inf")
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim holds."""
-        return self.least <= self.ratio <= self.most
-
-
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="a shorter run, one turn")
+    parser = parser_of(__doc__, "a shorter run, one turn")
     parser.add_argument("--nengo", metavar="PATH", help="interpreter that has nengo")
     parser.add_argument("--print-hash", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -88,15 +67,10 @@ def main() -> int:
     duration, turns = (1.0, 1) if options.quick else (4.0, 3)
     rows = [row for agent in CLAIMS for row in measure(agent, duration, turns, options.nengo)]
     rows.append(_repeats())
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f"at least {row.least:g}" if row.least else f"at most {row.most:g}"
-            print(f"{row.name:44} {row.ratio:8.4g}, claim {claim}; {row.accuracy}")
-        if options.nengo is None:
-            print("nengo is not compared: give its interpreter, --nengo PATH")
-    return int(not all(row.holds for row in rows))
+    status = report(rows, options)
+    if options.nengo is None and not options.json:
+        print("nengo is not compared: give its interpreter, --nengo PATH")
+    return status
 
 
 def measure(agent: str, duration: float, turns: int, interpreter: str | None) -> Iterator[Row]:

@@ -6,11 +6,11 @@ are then compared, and the first once more with one transistor changed, which mu
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 import time
 from dataclasses import replace
 
+from _report import Row, parser_of, report
 from chips.registry import load_chip
 from circuits.circuit import Circuit, InstanceArray, Node
 from circuits.die import Die
@@ -55,7 +55,7 @@ def read_again(bench: Testbench, dialect: str) -> tuple[Imported, float]:
     return read_netlist(text), time.perf_counter() - start
 
 
-def measure(name: str, bench: Testbench, limit: float) -> list[dict[str, object]]:
+def measure(name: str, bench: Testbench, limit: float) -> list[Row]:
     """Rows of one circuit: import, and comparison."""
     (a, reading), (b, _) = read_again(bench, "ngspice"), read_again(bench, "hspice")
     start = time.perf_counter()
@@ -68,28 +68,24 @@ def measure(name: str, bench: Testbench, limit: float) -> list[dict[str, object]
         raise SystemExit(f"{name}: equal {same.equal}, found {other.differences} where {path} was changed")
     told = f"equal, and 1 uV in {path} found among {same.devices[0]} devices"
     return [
-        {"name": f"compare {name}", "ours": seconds, "peer": limit, "ratio": limit / seconds,
-         "accuracy": told, "cores": 1},
-        {"name": f"import {name}", "ours": reading, "peer": None, "ratio": None, "accuracy": "-", "cores": 1},
-    ]  # fmt: skip
+        Row(f"compare {name}", seconds, limit, limit / seconds, told),
+        Row(f"import {name}", reading, None, None, "-"),
+    ]
 
 
-def main() -> None:
+def main() -> int:
     """Measure both circuits and print the rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help=f"{QUICK_NEURONS} neurons instead of {NEURONS}")
-    options = parser.parse_args()
+    options = parser_of(__doc__, f"{QUICK_NEURONS} neurons instead of {NEURONS}").parse_args()
     count = QUICK_NEURONS if options.quick else NEURONS
     rows = measure("13 neurons", chip(), LIMITS["13 neurons"])
     rows += measure(f"{count} neurons", array(count), LIMITS["array"])
-    if options.json:
-        print(json.dumps(rows, indent=2))
-        return
-    for row in rows:
-        allowed = "" if row["peer"] is None else f" of {row['peer']} s allowed"
-        print(f"{row['name']:22} {row['ours']:7.3f} s{allowed}; {row['accuracy']}")
+    return report(rows, options, figures)
+
+
+def figures(row: Row) -> str:
+    """The time, and what is allowed."""
+    return f"{row.ours:7.3f} s" + ("" if row.peer is None else f" of {row.peer} s allowed")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -9,15 +9,15 @@ with the wall time beside it; medians of a few turns.
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from statistics import median
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from chips import ranging_chip
 from circuits.blocks import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
@@ -31,37 +31,17 @@ NEURONS = 1000
 STIMULI: Mapping[str, float | None] = {"delay": 6.4e-3, "call": 1.0, "echo": 1.0, "duration": None}
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One line of the table; `ours` and `peer` in s of CPU."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int
-
-
-def main() -> None:
+def main() -> int:
     """Time both exports and print the rows; 1 where one takes longer than allowed."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="one turn of each")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "one turn of each").parse_args()
     turns = 1 if options.quick else 5
     bench = testbench()
     rows = [
         row("nominal", bench, Silicon(), turns),
         row("die A/1003", bench, Silicon(die=Die("A", 1003)), turns),
     ]
-    if options.json:
-        print(json.dumps([asdict(r) for r in rows], indent=2))
-    else:
-        for r in rows:
-            print(f"{r.name:36} {r.ours:6.3f} s of CPU, {r.peer:g} s allowed; {r.accuracy}")
-    if any(r.ours > ALLOWED for r in rows):
-        raise SystemExit(1)
+    report(rows, options, lambda r: f"{r.ours:6.3f} s of CPU, {r.peer:g} s allowed")
+    return int(any(r.ours > ALLOWED for r in rows))
 
 
 def testbench() -> Testbench:
@@ -101,8 +81,8 @@ def row(name: str, bench: Testbench, silicon: Silicon, turns: int) -> Row:
     accuracy = f"{text.count(chr(10)):,} lines, {len(text) / 1e6:.1f} MB, wall time {median(wall):.2f} s"
     if len(texts) > 1:
         raise SystemExit(f"{name}: the same circuit gave {len(texts)} texts")
-    return Row(f"{NEURONS} neurons, {name}", seconds, ALLOWED, ALLOWED / seconds, accuracy, 1)
+    return Row(f"{NEURONS} neurons, {name}", seconds, ALLOWED, ALLOWED / seconds, accuracy)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -15,18 +15,18 @@ Cards: the figures published for MOSIS run n88z (AMI 1.5 um); what is not publis
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import json
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from statistics import median
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from circuits.bias import bias_voltages
 from circuits.blocks import rebound_neuron
 from circuits.devices import Capacitor, Source, Transistor
@@ -84,18 +84,6 @@ class Events:
         return found if np.isfinite(found) else float("inf")
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One line of the table; `ours` and `peer` in s of CPU."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int
-
-
 FINEST = Setting("gear", 1e-6, 2e-6)
 SETTINGS = tuple(
     Setting(method, reltol, tmax)
@@ -107,21 +95,19 @@ SETTINGS = tuple(
 QUICK = tuple(Setting("trap", reltol, tmax) for reltol in (5e-4, 3e-4, 1e-4) for tmax in (100e-6, 50e-6))
 
 
-def main() -> None:
+def main() -> int:
     """Search both sides' cheapest qualifying settings, time them and print the ratios."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer settings of ngspice, one repetition")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "fewer settings of ngspice, one repetition").parse_args()
     # ngspice's BSIM3 leaves a log file where it runs
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         rows = list(measure(QUICK if options.quick else SETTINGS, 3 if options.quick else 9))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-        return
-    for row in rows:
-        times = f"{1e3 * row.ours:.2f} ms, peer {1e3 * row.peer:.0f} ms, {row.ratio:.0f} times"
-        print(f"{row.name:68} {times}; {row.cores} core\n    {row.accuracy}")
+    return report(rows, options, figures)
+
+
+def figures(row: Row) -> str:
+    """Both CPU times, and on how many cores."""
+    times = f"{1e3 * row.ours:.2f} ms, peer {1e3 * row.peer:.0f} ms, {row.ratio:.0f} times"
+    return f"{times}, {row.cores} core"
 
 
 def measure(settings: tuple[Setting, ...], repetitions: int) -> Iterator[Row]:
@@ -148,7 +134,7 @@ def measure(settings: tuple[Setting, ...], repetitions: int) -> Iterator[Row]:
         )
         for part, mine, its in (("transient", transient, spent - rest), ("whole run", whole, spent)):
             title = f"rebound neuron, 16 ms, {part}, ngspice with {name}"
-            yield Row(title, mine, its, its / mine, accuracy, 1)
+            yield Row(title, mine, its, its / mine, accuracy)
 
 
 def neuron() -> Testbench:
@@ -346,4 +332,4 @@ def _first(times: np.ndarray) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

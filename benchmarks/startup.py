@@ -6,14 +6,14 @@ kernel cache in a folder of its own.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
 from statistics import median
+
+from _report import Row, parser_of, report
 
 COMMAND = [sys.executable, "-c", "import sys; from system.command_line import main; sys.exit(main())"]
 
@@ -25,12 +25,9 @@ def seconds(arguments: list[str], environment: dict[str, str] | None = None) -> 
     return time.perf_counter() - start
 
 
-def main() -> None:
+def main() -> int:
     """Time the help text, and a simulation with an empty and with a filled cache."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="one repetition less of each")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "one repetition less of each").parse_args()
     repetitions = 3 if options.quick else 5
     helping = median(seconds(["--help"]) for _ in range(repetitions))
     with tempfile.TemporaryDirectory() as cache:
@@ -39,29 +36,17 @@ def main() -> None:
         first = seconds(simulate, environment)
         later = median(seconds(simulate, environment) for _ in range(repetitions))
     rows = [
-        {
-            "name": "noctule --help",
-            "ours": helping,
-            "peer": 0.5,
-            "ratio": 0.5 / helping,
-            "accuracy": "-",
-            "cores": 1,
-        },
-        {
-            "name": "simulate rebound-neuron, kernels cached, against compiling them",
-            "ours": later,
-            "peer": first,
-            "ratio": first / later,
-            "accuracy": "same bits",
-            "cores": 1,
-        },
+        Row("noctule --help", helping, 0.5, 0.5 / helping, "-"),
+        Row(
+            "simulate rebound-neuron, kernels cached, against compiling them",
+            later,
+            first,
+            first / later,
+            "same bits",
+        ),
     ]
-    if options.json:
-        print(json.dumps(rows, indent=2))
-        return
-    for row in rows:
-        print(f"{row['name']:64} {row['ours']:6.2f} s against {row['peer']:6.2f} s, ratio {row['ratio']:.1f}")
+    return report(rows, options, lambda r: f"{r.ours:6.2f} s against {r.peer:6.2f} s, ratio {r.ratio:.1f}")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -11,15 +11,14 @@ interactions, and from chance correlation of devices on so many dies, it is 1.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
+import sys
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from _report import Row, parser_of, report
 from circuits.die import Die
 from system.silicon_choice import SiliconChoice
 from system.study.breakdown import Breakdown, breakdowns
@@ -40,31 +39,12 @@ SHOWN = 5
 CORES = os.cpu_count() or 1
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int
-
-
-def main() -> None:
+def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="20 dies instead of 200, the facts' biases only")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "20 dies instead of 200, the facts' biases only").parse_args()
     quick: bool = options.quick
     rows = [row for biases in ("facts", None)[: 2 - quick] for row in compare(biases, 20 if quick else 200)]
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-        return
-    for row in rows:
-        print(f"{row.name:66} {row.ours:8.4f}, peer {row.peer:8.4f}; {row.accuracy}")
+    return report(rows, options, lambda row: f"{row.ours:8.4f}, peer {row.peer:8.4f}")
 
 
 def compare(biases: str | None, dies: int) -> Iterator[Row]:
@@ -124,4 +104,4 @@ def one_at_a_time(study: Study, target: Target) -> tuple[dict[str, float], float
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

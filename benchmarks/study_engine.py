@@ -8,8 +8,6 @@ Values are compared bit by bit between all runs of the same dies.
 
 from __future__ import annotations
 
-import argparse
-import json
 import resource
 import subprocess
 import sys
@@ -19,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from circuits.blocks import rebound_neuron, tuning
 from circuits.die import Die
 from circuits.lowering.kernel import Machine
@@ -33,7 +32,7 @@ from system.study.table import Condition, Table
 from system.study.target import Subject
 
 FIRST = 1000
-HERE = "benchmarks.study_engine"
+HERE = "study_engine"
 
 
 def threshold(machine: Machine) -> float:
@@ -70,8 +69,9 @@ def peak(count: int) -> float:
     """Peak resident size of a process that runs a quick study of `count` dies, MB."""
     quick = f"b.study('{HERE}:threshold', {count}, 500)"
     code = f"import {HERE} as b; b.timed_study({quick}, 1); print(b.resident())"
-    root = Path(__file__).resolve().parents[1]
-    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    folder = Path(__file__).resolve().parent
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
     return float(done.stdout)
 
 
@@ -80,12 +80,9 @@ def resident() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-def main() -> None:
+def main() -> int:
     """Print the three rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer dies")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "fewer dies").parse_args()
     count, many = (96, 20_000) if options.quick else (320, 100_000)
     timed_study(study("best_delay", 8), 1)  # compiles the kernels
     batch, expected = bare(count)
@@ -97,24 +94,12 @@ def main() -> None:
     accuracy = "all values identical" if same else "VALUES DIFFER"
     few, most = peak(1000), peak(many)
     rows = [
-        {
-            "name": f"study of {count} dies by the bare batch",
-            "ours": one,
-            "peer": batch,
-            "ratio": one / batch,
-        },
-        {"name": "one worker by two", "ours": two, "peer": one, "ratio": one / two},
-        {"name": f"memory, {many} samples by 1,000, MB", "ours": most, "peer": few, "ratio": most / few},
+        Row(f"study of {count} dies by the bare batch", one, batch, one / batch, accuracy),
+        Row("one worker by two", two, one, one / two, accuracy, cores=2),
+        Row(f"memory, {many} samples by 1,000, MB", most, few, most / few, accuracy),
     ]
-    rows = [{**row, "accuracy": accuracy, "cores": 2 if "two" in str(row["name"]) else 1} for row in rows]
-    if options.json:
-        print(json.dumps(rows, indent=2))
-        return
-    for row in rows:
-        print(
-            f"{row['name']:40} {row['ours']:9.3f} against {row['peer']:9.3f}: {row['ratio']:.3f}; {accuracy}"
-        )
+    return report(rows, options, lambda r: f"{r.ours:9.3f} against {r.peer:9.3f}: {r.ratio:.3f}")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -14,10 +14,8 @@ A row's `ours` is what was measured, `peer` what is claimed or true, `ratio` our
 
 from __future__ import annotations
 
-import argparse
-import json
+import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -26,6 +24,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import brentq
 
+from _report import Row, parser_of, report
 from circuits.errors import SolverError
 from system.study.confidence_sequence import StopRule, first_stop, log_martingale, sequence_interval
 from system.study.interval import (
@@ -53,24 +52,9 @@ DIMENSIONS, RARE, SAMPLES = 68, 1e-4, 5_000
 SEEDS = range(1000, 1020)  # the methods were tuned on smaller ones
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int
-
-
-def main() -> None:
+def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer experiments, resamples and samples")
-    options = parser.parse_args()
+    options = parser_of(__doc__, "fewer experiments, resamples and samples").parse_args()
     quick: bool = options.quick
     rows = [
         *intervals(*((200, 399, (100, 200)) if quick else (1000, 999, (100, 200, 1000)))),
@@ -78,11 +62,7 @@ def main() -> None:
         *sequences(*((300, 1000) if quick else (1000, 4000))),
         *rare(),
     ]
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-        return
-    for row in rows:
-        print(f"{row.name:58} {row.ours:9.4g}, claimed or true {row.peer:7.4g}; {row.accuracy}")
+    return report(rows, options, lambda row: f"{row.ours:9.4g}, claimed or true {row.peer:7.4g}")
 
 
 def intervals(experiments: int, resamples: int, sizes: tuple[int, ...]) -> Iterator[Row]:
@@ -106,7 +86,7 @@ def intervals(experiments: int, resamples: int, sizes: tuple[int, ...]) -> Itera
                 error = np.sqrt(LEVEL * (1.0 - LEVEL) / experiments)
                 claim = "no claim" if what in {"sigma", "skew"} else "claim 0.93 to 0.97"
                 note = f"{claim}; standard error {error:.3f}"
-                yield Row(f"coverage of {what}, {name}, n = {n}", found, LEVEL, found / LEVEL, note, 1)
+                yield Row(f"coverage of {what}, {name}, n = {n}", found, LEVEL, found / LEVEL, note)
 
 
 def proportions() -> Iterator[Row]:
@@ -119,7 +99,7 @@ def proportions() -> Iterator[Row]:
             for p in np.linspace(0.0, 1.0, 2001)
         )
         note = "claim at least 0.95; exact sum"
-        yield Row(f"least coverage of a yield, n = {n}", least, LEVEL, least / LEVEL, note, 1)
+        yield Row(f"least coverage of a yield, n = {n}", least, LEVEL, least / LEVEL, note)
 
 
 def sequences(experiments: int, longest: int) -> Iterator[Row]:
@@ -129,7 +109,7 @@ def sequences(experiments: int, longest: int) -> Iterator[Row]:
         counts, samples = passed.cumsum(axis=1), np.arange(1, longest + 1)
         never = float((log_martingale(counts, samples, true) < -np.log(1.0 - LEVEL)).all(axis=1).mean())
         note = f"guaranteed 0.95; after each of {longest} samples"
-        yield Row(f"sequence holds at all times, yield {true:g}", never, LEVEL, never / LEVEL, note, 1)
+        yield Row(f"sequence holds at all times, yield {true:g}", never, LEVEL, never / LEVEL, note)
         rule = StopRule(half_width=0.02, required=true - 0.3 * (1.0 - true))
         stops = [first_stop(each, rule) for each in passed]
         held = [
@@ -139,7 +119,7 @@ def sequences(experiments: int, longest: int) -> Iterator[Row]:
         ended = [stop.samples for stop in stops if stop is not None]
         found = float(np.mean(held))
         note = f"claim at least 0.93; {len(ended)} of {experiments} stopped, half by {np.median(ended):.0f}"
-        yield Row(f"coverage where a rule stopped, yield {true:g}", found, LEVEL, found / LEVEL, note, 1)
+        yield Row(f"coverage where a rule stopped, yield {true:g}", found, LEVEL, found / LEVEL, note)
 
 
 def rare() -> Iterator[Row]:
@@ -165,7 +145,7 @@ def rare() -> Iterator[Row]:
         if name == "mean-shift":
             note += f", effective samples at least {min(each.effective_samples for each in found):.0f}"
         median = float(np.median(ratio))
-        yield Row(f"{name}, 1e-4 in 68 dimensions, median", median * RARE, RARE, median, note, 1)
+        yield Row(f"{name}, 1e-4 in 68 dimensions, median", median * RARE, RARE, median, note)
 
 
 def planted() -> tuple[F64, F64]:
@@ -185,4 +165,4 @@ def tail(linear: F64, square: F64, x: float) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -17,7 +17,6 @@ Times are process CPU time on one thread, medians of turns that alternate. Retur
 
 from __future__ import annotations
 
-import argparse
 import json
 import subprocess
 import sys
@@ -33,6 +32,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from _report import parser_of
 from chips.axon_graph import AxonGraph, grid_graph
 from chips.wave_kernel import Waves, graph_wave, graph_waves, integer_wave, real_wave
 from chips.wavefront_model import chip_model, dies_delays
@@ -65,9 +65,7 @@ class Row:
 
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer turns")
+    parser = parser_of(__doc__, "fewer turns")
     parser.add_argument("--large", action="store_true", help="only the large plan; prints its bytes a cell")
     options = parser.parse_args()
     if options.large:
