@@ -4,7 +4,8 @@ Stands for envelope detector, onset neuron and high-threshold neuron. A sound is
 edges, its onset (s) and peak at the microphone before clipping (V). Equations in `chips.board_kernel`,
 thresholds, latencies and recoveries from `chips.hearing_measurement`. Sounds that overlap add up with a phase
 that is not known here: a sound that begins while another lasts is counted as undecided, and so is one within
-5 % of a threshold or of a recovery. Noise is not modelled.
+5 % of a threshold or of a recovery. Noise of the devices moves thresholds from sound to sound
+(`chips.hearing_noise`).
 
 Local mismatch moves both thresholds. It also decides whether the resting onset neuron hears at all: on a die
 whose rest margin is below zero no refractory ends at rest, and a loud sound, whose tail ends it, must come
@@ -16,7 +17,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -31,6 +32,8 @@ from chips.board_record import (
     temperature_weights,
 )
 from chips.hearing_mismatch import RATIO, deviations
+from chips.hearing_noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
+from chips.rebound_jitter import SiliconNoise
 from circuits.blocks import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
 from circuits.silicon import Silicon
@@ -46,19 +49,24 @@ class Deafened(UserWarning):
 
 @dataclass(frozen=True, slots=True)
 class HearingState:
-    """sounds: (onset s, peak V) of the past 20 ms and to come; due: (time s, neuron) of spikes to come."""
+    """sounds: (onset s, peak V) of the past 20 ms and to come; due: (time s, neuron) of spikes to come.
+
+    heard: how many sounds there were.
+    """
 
     sounds: tuple[tuple[float, float], ...] = ()
     due: tuple[tuple[float, str], ...] = ()
     undecided: int = 0
+    heard: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class HearingModel:
-    """Both neurons' numbers."""
+    """Both neurons' numbers, and their noise."""
 
     onset: Hearing
     high_threshold: Hearing
+    noise: HearingNoise = field(default_factory=no_hearing_noise)
 
 
 @cache
@@ -67,8 +75,8 @@ def circuits() -> tuple[Circuit, ...]:
     return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
 
 
-def hearing_on(silicon: Silicon, path: str = "hearing") -> HearingModel:
-    """The model on `silicon`.
+def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | None = None) -> HearingModel:
+    """The model on `silicon`; noise: of its devices, none unless given.
 
     Raises `ParameterError` outside the record and `DataError` where the record is stale.
     """
@@ -83,7 +91,8 @@ def hearing_on(silicon: Silicon, path: str = "hearing") -> HearingModel:
             Deafened,
             stacklevel=2,
         )
-    return HearingModel(*(_neuron(data, name, silicon, own) for name in NEURONS))
+    onset, high = (_neuron(data, name, silicon, own) for name in NEURONS)
+    return HearingModel(onset, high, hearing_noise(onset, high, silicon, noise))
 
 
 def rest_margin_on(silicon: Silicon) -> float:
@@ -116,10 +125,14 @@ def _neuron(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> H
 
 def hear(model: HearingModel, state: HearingState, sounds: Sequence[tuple[float, float]]) -> HearingState:
     """Add sounds (onset s, peak V), none of which begins before those that are already known."""
-    known, due, undecided = state.sounds, list(state.due), state.undecided
+    known, due, undecided, heard = state.sounds, list(state.due), state.undecided, state.heard
     for sound in sorted(sounds):
         known = (*(s for s in known if s[0] > sound[0] - MEMORY), sound)
-        *times, unsure = hear_sound(model.onset, model.high_threshold, np.array(known), len(known))
+        by = threshold_factors(model.noise, heard)
+        both = model.onset, model.high_threshold
+        onset, high = (m._replace(threshold=m.threshold * x) for m, x in zip(both, by, strict=True))
+        *times, unsure = hear_sound(onset, high, np.array(known), len(known))
+        heard += 1
         due += [(float(t), name) for t, name in zip(times, NEURONS, strict=True) if t < math.inf]
         undecided += unsure
-    return HearingState(known, tuple(sorted(due)), undecided)
+    return HearingState(known, tuple(sorted(due)), undecided, heard)

@@ -123,7 +123,7 @@ def moved(membrane: Membrane, volts: float, given: float, taken: float, time: fl
 
 def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror: Mirror) -> F64:
     """Spikes (s) of an LSO neuron whose membrane is at ground before any of its steps."""
-    edges, given, sums = _segments(excitation, turned(inhibition, membrane.turn))
+    edges, given, sums = segments(excitation, inhibition, membrane)
     taken = [mirrored(mirror, current) for current in sums]
     spikes: list[float] = []
     volts, free = 0.0, -math.inf  # V, and from when the membrane is let go, s
@@ -161,10 +161,12 @@ def turned(inhibition: Steps, charge: float) -> Steps:
     return Steps(begin, last, inhibition.current)
 
 
-def _segments(excitation: Steps, inhibition: Steps) -> tuple[list[float], list[float], list[float]]:
+def segments(
+    excitation: Steps, inhibition: Steps, membrane: Membrane
+) -> tuple[list[float], list[float], list[float]]:
     """Edges (s), and sums of both sides' currents (A) between them."""
     marks: list[tuple[float, float, float]] = []
-    for k, steps in enumerate((excitation, inhibition)):
+    for k, steps in enumerate((excitation, turned(inhibition, membrane.turn))):
         on = np.isfinite(steps.start)
         for start, last, amperes in zip(steps.start[on], steps.last[on], steps.current[on], strict=True):
             change = (float(amperes), 0.0) if k == 0 else (0.0, float(amperes))

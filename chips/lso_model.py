@@ -104,13 +104,20 @@ def level_times(head: Head, crossed: F64, slope: F64) -> F64:
 
 def side_spikes(head: Head, side: int, level: F64, *, inhibited: bool = True) -> F64:
     """Spikes (s) of an LSO neuron after level units' spikes, float64[SIDES, LEVELS], inf for none."""
+    return lso_spikes(*side_inputs(head, side, level, inhibited=inhibited))
+
+
+def side_inputs(
+    head: Head, side: int, level: F64, *, inhibited: bool = True
+) -> tuple[Steps, Steps, Membrane, Mirror]:
+    """Steps of excitation and inhibition, membrane and mirror of an LSO neuron, as of `side_spikes`."""
     far = level[1 - side] if inhibited else np.full(level.shape[1], np.inf)
     excitation = Steps(level[side] + head.onset, head.excite_step[side], head.excite[side])
     inhibition = Steps(far + head.onset, head.inhibit_step[side], head.inhibit[side])
     charge = float(head.charge[side])
     membrane = Membrane(charge / REFERENCE, REFERENCE, head.dead, head.u_t, head.turn)
     mirror = Mirror(float(head.mirror_in[side]), float(head.mirror_out[side]), float(head.mirror_shift[side]))
-    return lso_spikes(excitation, inhibition, membrane, mirror)
+    return excitation, inhibition, membrane, mirror
 
 
 class _Maker:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.rebound_kernel import F64, I64, Neurons
+from chips.rebound_law import F64, I64, Neurons
 from chips.rebound_model import ReboundModel, devices_on, gates_on, inhibition_current
 from circuits.compiled import compiled
 from circuits.devices import Transistor
@@ -87,12 +87,13 @@ def no_jitter() -> Jitter:
 
 
 def new_jitter(
-    model: ReboundModel, neurons: Neurons, silicon: Silicon, noise: SiliconNoise, shortest: float
-) -> Jitter:
+    model: ReboundModel, neurons: Neurons, silicon: Silicon, noise: SiliconNoise, shortest: float,
+    area: float = 1.0,
+) -> Jitter:  # fmt: skip
     """Jitter of the neurons of `model` on `silicon`, before any call.
 
     shortest: s, an inhibition that says how fast relaxations are told apart: the same for all temperatures
-    between which a state goes on.
+    between which a state goes on. area: of the drawn devices over the circuit's, for flicker.
     """
     gate = gates_on(model, silicon)
     devices = devices_on(model, silicon, gate)
@@ -101,7 +102,7 @@ def new_jitter(
     rate, variance = relaxations(flicker, shortest / _FASTEST)
     mean = mean_variance(rate * neurons.t_inh[:, None])
     slope = neurons.t_inh * neurons.kappa_n / silicon.thermal_voltage
-    at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), _areas(model))
+    at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), area * _areas(model))
     n, blocks = slope.size, 1 + -(-rate.size // _PER_BLOCK)
     keys = noise_keys(noise.seed, noise.trial, _paths(model, silicon))
     counters = np.zeros((4, n * blocks), np.uint32)

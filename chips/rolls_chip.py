@@ -10,7 +10,9 @@ filter at the beginning of a step, a spike of a neuron those of the next step.
 
 A program with a plastic array (`chips.rolls_plastic_program`) has 256 x 256 synapses more that learn:
 columns 0 to 255, weights that are read and set between runs, and the learning circuits' own part of the
-kernel (`chips.rolls_plastic_kernel`). Without one nothing of that is built, compiled or run.
+kernel (`chips.rolls_plastic_kernel`). In one with short-term depression (`chips.rolls_depression_program`)
+excitatory weights fall with every event and come back (`chips.rolls_depression_kernel`). Without the one or
+the other nothing of it is built, compiled or run.
 """
 
 from __future__ import annotations
@@ -31,7 +33,6 @@ from chips.rolls_chip_layout import (
     HELD,
     LAST,
     NEVER,
-    OCTAVE_BITS,
     READ,
     SHUT,
     SINCE,
@@ -40,17 +41,26 @@ from chips.rolls_chip_layout import (
     V_AHP,
     WRITTEN,
     ZETA,
-    ChipTables,
     Traffic,
     Z,
     new_scratch,
 )
+from chips.rolls_chip_state import converted, zeta_of
 from chips.rolls_circuit import Params
+from chips.rolls_depression_layout import Depressing
+from chips.rolls_depression_state import (
+    DepressionState,
+    converted_depression,
+    depressing_of,
+    depression_cautions,
+    rest_of_depression,
+)
+from chips.rolls_depression_state import state_of as depression_state
+from chips.rolls_depression_tables import with_depression
 from chips.rolls_input_check import check_inputs
 from chips.rolls_kernel import rest_of
 from chips.rolls_lumped import settled
 from chips.rolls_noise import with_noise
-from chips.rolls_noise_layout import NoiseTables
 from chips.rolls_plastic import (
     PlasticState,
     arrays_of,
@@ -78,7 +88,6 @@ I64 = NDArray[np.int64]
 Temperature = float | Callable[[float], float]
 
 STEP = 0.4e-3  # s, ours
-PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
 ROOM = 1 << 16  # spikes that one call of the kernel writes
 LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
 STRONGEST_MEASURED = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
@@ -109,6 +118,7 @@ class ChipState:
     temperature_c: float
     waiting: Inputs = NO_INPUTS
     plastic: PlasticState | None = None
+    depression: DepressionState | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +175,7 @@ class RollsChip:
                     self.params, self.learning, self.program, self.kind, on, self.step, built.tables.membranes
                 )
                 built = replace(built, plastic=found)
-            self._built[at] = built
+            self._built[at] = with_depression(built, self.params, self.program, self.kind, on)
         return self._built[at]
 
     def with_tables(self, built: Built) -> RollsChip:
@@ -180,6 +190,7 @@ class RollsChip:
     def cautions(self) -> tuple[str, ...]:
         """Where this chip is outside of what its step was measured for, a sentence each."""
         found, plastic = cautions_of(self.built(), self.step), self.built().plastic
+        found += depression_cautions(self.program, self.built().depression, self.built().levels, self.step)
         return found if plastic is None else found + plastic_cautions(self.program.biases, plastic)
 
     def at_rest(self) -> ChipState:
@@ -195,7 +206,8 @@ class RollsChip:
         values[SHUT] = NEVER
         restless = resting[:, 0] >= built.neurons.top
         values[ZETA] = zeta_of(built, np.where(restless, 0.0, resting[:, 0]))
-        state = ChipState(0.0, values, np.empty(0, np.int64), self.silicon.temperature_c)
+        spent = None if built.depression is None else rest_of_depression(built.depression)
+        state = ChipState(0.0, values, np.empty(0, np.int64), self.silicon.temperature_c, depression=spent)
         if self.program.plastic is None or built.plastic is None:
             return state
         return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
@@ -274,11 +286,15 @@ class RollsChip:
         mine = words >> 8 >= NEURONS
         events = times[mine], _kernel_columns(words[mine] >> 8), words[mine] & 255
         plastic = self._array(state, times[~mine], words[~mine])
+        depressing = depressing_of(self.built(at).depression, state.depression)
         while done < steps:
             wanted = self._temperature(temperature, now)
             if wanted != at:
                 old, new = self.built(at), self.built(wanted)
-                values, at = _converted(values, old, new), wanted
+                values, at = converted(values, old, new), wanted
+                depressing = converted_depression(
+                    old.depression, new.depression, depressing, round(now / self.step)
+                )
                 if plastic is not None and old.plastic is not None and new.plastic is not None:
                     plastic = convert(old.plastic, new.plastic, plastic)
             length = steps - done
@@ -286,7 +302,7 @@ class RollsChip:
                 length = min(length, max(round(LOOK / self.step), 1))
             built = self.built(at)
             left = events[0][cursor:], events[1][cursor:], events[2][cursor:]
-            out = self._call(built.tables, values, senders, length, now, left, built.noise, plastic)
+            out = self._call(built, values, senders, length, now, left, plastic, depressing)
             written = out.counts[WRITTEN]
             found.append((out.sent[:written], out.senders[:written]))
             senders = out.last[: out.counts[LAST]]
@@ -300,7 +316,7 @@ class RollsChip:
             late = np.sort(np.concatenate((late, np.flatnonzero(~mine)[plastic.arrays.read[0] :])))
             kept, held = state_of(plastic.arrays), held + int(plastic.arrays.held[0])
         waiting = Inputs(times[late], words[late] & 255, words[late] >> 8)
-        after = ChipState(now, values, senders, at, waiting, kept)
+        after = ChipState(now, values, senders, at, waiting, kept, depression_state(depressing))
         if not found:
             return np.empty(0), np.empty(0, np.int64), after, held
         times = np.concatenate([t for t, _ in found])
@@ -322,9 +338,10 @@ class RollsChip:
         return temperature
 
     def _call(
-        self, tables: ChipTables, values: F64, senders: I64, steps: int, now: float,
-        events: tuple[F64, I64, I64], noise: NoiseTables | None, plastic: Plastic | None,
+        self, built: Built, values: F64, senders: I64, steps: int, now: float,
+        events: tuple[F64, I64, I64], plastic: Plastic | None, depressing: Depressing | None,
     ) -> Traffic:  # fmt: skip
+        tables = built.tables
         most = spikes_a_step(tables)
         room = max(ROOM, 2 * max(most * NEURONS, senders.size))
         # those of a step at another temperature may be more than a step has at this one
@@ -333,7 +350,7 @@ class RollsChip:
         last[: senders.size], counts[LAST] = senders, senders.size
         traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
         bits = values[ZETA].view(np.int64)
-        run_chip(tables, values, bits, steps, now, traffic, self._scratch, plastic, noise)
+        run_chip(tables, values, bits, steps, now, traffic, self._scratch, plastic, built.noise, depressing)
         return traffic
 
 
@@ -360,33 +377,3 @@ def _kernel_columns(columns: I64) -> I64:
     """Columns as the kernel counts them: virtual ones first, 0 to 7, then 8 + presynaptic neuron."""
     virtual = columns - VIRTUAL_EXCITATORY
     return np.where(virtual >= 0, virtual, columns - NONPLASTIC + 8)
-
-
-def zeta_of(built: Built, v: F64) -> F64:
-    """Zeta of membrane voltages, float64[256], V."""
-    lines = built.tables.membranes.lines
-    rows = lines.shape[1]
-    edge = np.exp2(np.arange(rows) // PER) * (1.0 + (np.arange(rows) % PER) / PER)
-    found = np.empty(v.size)
-    for k in range(v.size):
-        found[k] = np.interp(v[k], lines[k, :, 6] + lines[k, :, 7] * edge, edge)
-    return found
-
-
-def voltage_of(built: Built, zeta: F64) -> F64:
-    """Membrane voltages, V."""
-    mantissa, exponent = np.frexp(zeta)
-    row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * PER).astype(np.int64)
-    lines = built.tables.membranes.lines[np.arange(zeta.size), row]
-    return np.asarray(lines[:, 6] + lines[:, 7] * zeta)
-
-
-def _converted(values: F64, old: Built, new: Built) -> F64:
-    """State at another temperature: voltages stay."""
-    out = values.copy()
-    out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
-    for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
-        before, after = old.shapes[k], new.shapes[k]
-        depth = f.fold * (before.log_of(values[Z + k]) - f.start)
-        out[Z + k] = after.brought_at(g.start + depth / g.fold)
-    return out

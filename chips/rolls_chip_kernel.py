@@ -32,6 +32,8 @@ import numpy as np
 from chips import (
     noise_draw,
     rolls_chip_layout,
+    rolls_depression_kernel,
+    rolls_depression_layout,
     rolls_filter_step,
     rolls_noise_kernel,
     rolls_noise_layout,
@@ -81,6 +83,8 @@ from chips.rolls_chip_layout import (
     Scratch,
     Traffic,
 )
+from chips.rolls_depression_kernel import deliver_depressed
+from chips.rolls_depression_layout import Depressing
 from chips.rolls_filter_step import step_filters
 from chips.rolls_noise_kernel import disturb_filters, disturb_membranes
 from chips.rolls_noise_layout import NoiseTables
@@ -89,8 +93,8 @@ from chips.rolls_plastic_layout import Plastic
 from circuits.compiled import compiled
 
 _CALLEES = (
-    noise_draw, rolls_chip_layout, rolls_filter_step, rolls_noise_kernel, rolls_noise_layout,
-    rolls_plastic_kernel, rolls_plastic_layout,
+    noise_draw, rolls_chip_layout, rolls_depression_kernel, rolls_depression_layout, rolls_filter_step,
+    rolls_noise_kernel, rolls_noise_layout, rolls_plastic_kernel, rolls_plastic_layout,
 )  # fmt: skip
 _compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
 _inlined = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"}, forceinline=True)
@@ -302,12 +306,13 @@ def _spike(m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traf
 @_compiled
 def run_chip(  # noqa: PLR0913, PLR0917 - numba tells None from tables by argument
     c: ChipTables, state: F64, bits: I64, steps: int, now: float, t: Traffic, s: Scratch,
-    plastic: Plastic | None = None, noise: NoiseTables | None = None,
+    plastic: Plastic | None = None, noise: NoiseTables | None = None, depressing: Depressing | None = None,
 ) -> None:  # fmt: skip
     """Run `steps` steps from `now` s, or fewer where `sent` could overflow: t.counts[DONE] tells.
 
     state: float64[STATE_ROWS, n], of which `bits` is the row of zeta as int64. plastic: the
-    plastic array; noise: of the devices; without one numba compiles nothing of it.
+    plastic array; noise: of the devices; depressing: synapses whose charge depends on their past. Of what is
+    not there numba compiles nothing.
     """
     m = c.membranes
     for k in range(steps):
@@ -316,6 +321,8 @@ def run_chip(  # noqa: PLR0913, PLR0917 - numba tells None from tables by argume
         begin = now + k * c.step
         if plastic is not None:
             deliver_plastic(plastic, state, t, begin + c.step)
+        if depressing is not None:
+            deliver_depressed(depressing, t, round(begin / c.step), begin + c.step, s)
         _deliver(c, t, begin + c.step, s)
         if noise is not None:
             disturb_filters(noise, c, state, round(begin / c.step), s)

@@ -3,7 +3,8 @@
 The chip's circuit (`chips.rolls_circuit`) with one row, and of its 256 synapses and columns those that are
 latched: three million devices become some hundreds. Element 0 of `row` stands for the chosen neuron, element
 j of `synapse` and `extender` for the j-th latched column, so that the draws of a die are those of the row's
-own places (`silicon_of`). Left out are synapses that are not latched, which leak picoamperes, and virtual
+own places (`silicon_of`). With short-term depression the cells of a latched synapse come with it, whatever
+its sign. Left out are synapses that are not latched, which leak picoamperes, and virtual
 synapses that no input uses.
 """
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from chips.rolls_address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls_circuit import NAME, SUPPLY, Params, chip, row
+from chips.rolls_depression_circuit import CELLS, check_cell, depressing_chip, depressing_row
 from chips.rolls_program import Program, check_unlearned
 from circuits.blocks import dpi_synapse
 from circuits.circuit import Bias, BiasKind, Circuit, Instance, InstanceArray, Node, Port
@@ -28,7 +30,7 @@ from circuits.sampling import Sampling, labels
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 
-OWN = ("row", "synapse", "extender")  # arrays of which only some elements are kept
+OWN = ("row", "synapse", "extender", *CELLS)  # arrays of which only some elements are kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +58,16 @@ def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Para
     params = replace(Params() if params is None else params, virtual=used)
     columns = np.flatnonzero(program.levels[neuron])
     one = _row_of(row(params, program.biases, kind), columns.size)
+    whole = chip(replace(params, virtual=LAB_VIRTUAL), program.biases, kind)
+    if program.depression is not None:
+        check_cell(program.depression, params.synapse)
+        one = depressing_row(one, program.depression, columns.size)
+        whole = depressing_chip(whole, program.depression, program.biases, kind)
     shape = (columns.size,)
     instances: list[Instance | InstanceArray] = [
         InstanceArray("row", one, (1,), {p.name: p.name for p in one.ports})
     ]
-    biases = _biases(one, chip(replace(params, virtual=LAB_VIRTUAL), program.biases, kind), columns.size)
+    biases = _biases(one, whole, columns.size)
     ports = [replace(p, shape=(1, *p.shape)) for p in one.ports if _is_own(p)]
     ports += [SUPPLY, *(Port(b.port, "bias") for b in biases)]
     if columns.size:

@@ -12,7 +12,7 @@ import numpy as np
 
 from chips.rolls_plastic_tables import BuiltPlastic, zeta_at
 from chips.rolls_tables import Built
-from circuits.errors import unknown_name
+from circuits.errors import ParameterError, unknown_name
 
 GROUPS = ("neurons", "weights", "slow filters", "learning circuits", "teaching")
 _WEIGHTS = ("up", "down", "rise", "fall", "middle", "charge")
@@ -27,10 +27,12 @@ def of_group(group: str, plain: Built, die: Built) -> Built:
     learning circuits: calcium, thresholds, extenders; teaching: virtual and non-plastic synapses with their
     filters. plain, die: of the same chip with a plastic array, without and with mismatch.
 
-    Raises `UnknownNameError` for another group.
+    Raises `UnknownNameError` for another group, `ParameterError` for a chip with depressed synapses.
     """
     if group not in GROUPS:
         raise unknown_name("mismatch group", group, GROUPS)
+    if die.depression is not None:
+        raise ParameterError("group: of a chip with depressed synapses, must be of one without; leave it out")
     if plain.plastic is None or die.plastic is None:
         raise TypeError(group)
     if group == "neurons":

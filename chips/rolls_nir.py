@@ -37,7 +37,13 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
-from chips.rolls_program import HIGHEST_LEVEL, Program, check_unlearned, level_current
+from chips.rolls_program import (
+    HIGHEST_LEVEL,
+    Program,
+    check_undepressed,
+    check_unlearned,
+    level_current,
+)
 from circuits.blocks import dpi_synapse, rolls_neuron
 from circuits.errors import DataError, ParameterError
 from circuits.process import ROLLS_180, at_temperature
@@ -130,9 +136,11 @@ def nir_graph(program: Program, linearisation: Linearisation | None = None) -> A
     """`nir.NIRGraph` of a program, with `LOST` in its metadata.
 
     Inputs `virtual_excitatory` and `virtual_inhibitory`, one channel a neuron; output `spikes`. Raises
-    `DataError` where the package nir is not installed, `ParameterError` for a plastic array.
+    `DataError` where the package nir is not installed, `ParameterError` for a plastic array or depression,
+    which no node of NIR says.
     """
     check_unlearned(program, "a NIR graph")
+    check_undepressed(program, "a NIR graph")
     nir, model = _nir(), linearisation or nominal_linearisation(program)
     scale = model.pulse / model.threshold
     current = model.weights[program.levels.astype(np.int64) + HIGHEST_LEVEL] * scale[:, None]

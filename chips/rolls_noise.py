@@ -14,8 +14,8 @@ synapse, and of the pulse's end, `q / (I_pwlk t)` of the charge squared.
 Flicker: a current varies by `kappa / U_T` of its gate's voltage, whose density is K_F / (W L Cox f)
 (`chips.noise_draw`). Filters of a sign share theirs, and follow it at once.
 Left out: v_o1, the reset and its kT/C, the refractory period, what the followers' noise bandwidth takes off,
-the adaptation's gate, the plastic array's devices, strong inversion's lower noise; pulses of a column end
-together, here each for itself.
+the adaptation's gate, the plastic array's devices, cells of depression, strong inversion's lower noise;
+pulses of a column end together, here each for itself.
 """
 
 from __future__ import annotations

@@ -9,7 +9,8 @@ between spikes because it fires (its comparator crosses slowly). A column's even
 synapses of the column see, latched or not; a latched one takes E_event more.
 
 Not counted: the generator's own reference and splitters, address decoders, arbiters and pads, plastic
-synapses, and the wires' capacitance. Every bias counts once, as its diode-connected copy's branch (ours).
+synapses, cells of depression, and the wires' capacitance. Every bias counts once, as its diode-connected
+copy's branch (ours).
 """
 
 from __future__ import annotations

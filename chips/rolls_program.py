@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chips.rolls_address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
 from chips.rolls_plastic_program import PlasticArray
 from circuits.blocks.rolls_bias import current_of
 from circuits.errors import ParameterError
@@ -59,10 +60,11 @@ class Program:
 
     levels: int8[post, pre], 256 x 256, -4 to 4; a smaller square one holds for the first neurons; biases: by
     code; tau1: neurons whose leak is IF_TAU1, all others have IF_TAU2; inputs: external ones; virtual: how
-    many virtual synapses a neuron has; plastic: the plastic array, None where it is not used.
+    many virtual synapses a neuron has; plastic: the plastic array, depression: short-term depression of the
+    excitatory synapses, both None where not used.
 
     Raises `ParameterError` for a ninth weight, a level or an input whose bias is off, a neuron that the chip
-    does not have, and more virtual inputs than a neuron has virtual synapses.
+    does not have, more virtual inputs than a neuron has virtual synapses, and depression of nothing.
     """
 
     levels: I8
@@ -71,6 +73,7 @@ class Program:
     inputs: tuple[VirtualInput, ...] = ()
     virtual: VirtualSynapses = LAB_VIRTUAL
     plastic: PlasticArray | None = None
+    depression: ShortTermDepression | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "levels", _checked_levels(self.levels))
@@ -80,6 +83,8 @@ class Program:
         _check_inputs(self)
         if self.plastic is not None and not isinstance(self.plastic, PlasticArray):
             raise ParameterError(f"program.plastic: {type(self.plastic).__name__}, must be a PlasticArray")
+        if self.depression is not None:
+            _check_depression(self, self.depression)
 
     def slow_leak(self) -> Flags:
         """Whether the leak of a neuron is IF_TAU1, bool[256]."""
@@ -100,6 +105,12 @@ def check_unlearned(program: Program, what: str) -> None:
     """Raise `ParameterError` where a program has a plastic array, which `what` does not."""
     if program.plastic is not None:
         raise ParameterError(f"program.plastic: given, must be None for {what}; leave the plastic array out")
+
+
+def check_undepressed(program: Program, what: str) -> None:
+    """Raise `ParameterError` where a program has short-term depression, which `what` does not."""
+    if program.depression is not None:
+        raise ParameterError(f"program.depression: given, must be None for {what}; leave depression out")
 
 
 def level_current(biases: BiasTable, level: int) -> float:
@@ -160,6 +171,21 @@ def _check_biases(levels: I8, biases: BiasTable) -> None:
                 f"program.levels[{post}, {pre}]: {level}, must be a level that the biases have; {name} has"
                 " fine code 0: raise it, or take another level"
             )
+
+
+def _check_depression(program: Program, depression: object) -> None:
+    if not isinstance(depression, ShortTermDepression):
+        raise ParameterError(
+            f"program.depression: {type(depression).__name__}, must be a ShortTermDepression"
+        )
+    if program.biases.is_off(STEP_BIAS):
+        raise ParameterError(
+            f"program.depression: {STEP_BIAS} has fine code 0, must be > 0; raise it, or leave depression out"
+        )
+    if not (program.levels > 0).any():
+        raise ParameterError(
+            "program.depression: no excitatory synapse, must have one; inhibitory ones are not depressed"
+        )
 
 
 def _check_neurons(name: str, neurons: Iterable[int]) -> None:

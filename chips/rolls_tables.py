@@ -14,6 +14,7 @@ from chips.rolls_address import NEURONS
 from chips.rolls_charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
 from chips.rolls_chip_layout import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
 from chips.rolls_circuit import FILTERS, Params, chip
+from chips.rolls_depression_layout import BuiltDepression
 from chips.rolls_devices import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls_kernel import Neurons
 from chips.rolls_lumped import Filter, Load, Shape, bank_of, filter_of, line_voltage, lines_of, shape_of
@@ -65,6 +66,7 @@ class Built:
     gates: Mapping[str, float]
     noise: NoiseTables | None = None
     plastic: BuiltPlastic | None = None
+    depression: BuiltDepression | None = None
 
 
 @lru_cache(maxsize=8)
@@ -159,7 +161,7 @@ def _filter(params: Params, silicon: Silicon, k: int, gates: tuple[tuple[str, fl
 
 
 @lru_cache(maxsize=2)
-def _synapses(params: Params, silicon: Silicon) -> DieDevices:
+def synapse_devices(params: Params, silicon: Silicon) -> DieDevices:
     """Weight devices of the whole array, without their gates."""
     place = row_place(NEURONS, ("synapse", (NEURONS,)))
     return devices_at(dpi_synapse.synapse(params.synapse), place, silicon, {}, WEIGHT_DEVICES, "synapse.")
@@ -185,7 +187,7 @@ def _draws(
     filters: Sequence[Filter],
 ) -> _Draws:  # fmt: skip
     gated = {port: np.asarray(v, dtype=np.float64) for port, v in part_gates("synapse", gates).items()}
-    d = _synapses(params, silicon)._replace(gate=gated)
+    d = synapse_devices(params, silicon)._replace(gate=gated)
     extenders = devices_at(
         dpi_synapse.pulse_extender(params.synapse), (("extender", (NEURONS,)),), silicon,
         part_gates("extender", gates), None, "extender.",

@@ -31,6 +31,7 @@ from chips.rolls_address import (
     stimulate_words,
 )
 from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_depression_program import ShortTermDepression
 from chips.rolls_plastic_words import plastic_of_words, plastic_words
 from chips.rolls_program import Program, VirtualInput
 from circuits.errors import ParameterError
@@ -103,10 +104,12 @@ def program_of_words(
     biases: BiasTable | None = None,
     inputs: Iterable[VirtualInput] = (),
     virtual: VirtualSynapses = LAB_VIRTUAL,
+    depression: ShortTermDepression | None = None,
 ) -> Program:
     """Program that latch words, in their order, leave on a chip whose latches were all off.
 
-    It has a plastic array if a word sets a latch or a weight there. Raises `ParameterError` for a word that
+    It has a plastic array if a word sets a latch or a weight there; biases, and depression with them, are
+    not among the words. Raises `ParameterError` for a word that
     writes no latch, one that sets a broadcast latch (not modelled), and where the program itself is refused.
     """
     found = np.asarray(words, dtype=np.int64).ravel()
@@ -130,7 +133,7 @@ def program_of_words(
     table = default_biases() if biases is None else biases
     array = plastic_of_words(found[plastic])
     slow = _slow_neurons(found[leak])
-    return Program(levels.astype(np.int8), table, slow, tuple(inputs), virtual, array)
+    return Program(levels.astype(np.int8), table, slow, tuple(inputs), virtual, array, depression)
 
 
 def programming_time(words: ArrayLike, pause: float = CELL_PAUSE) -> float:

@@ -3,7 +3,8 @@
 Same ports as the circuit, which is enabled from the start on: proximity and amplitude_control (analog) in,
 call (event) and amplitude (analog) out. The phase grows with the measured linear rate; a call comes when it
 reaches one, and the next interval begins after the measured length of the call. The amplitude is linear.
-Equations in `chips.board_kernel`, numbers from `chips.vocalization_measurement`.
+Equations in `chips.board_kernel`, numbers from `chips.vocalization_measurement`, noise from
+`chips.vocalization_noise`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from numpy.typing import NDArray
 from chips.board_kernel import Vocalization, vocalization_run
 from chips.board_record import all_on_silicon, check_box, matching_tables, temperature_weights
 from chips.cell import Event, Output
+from chips.rebound_jitter import SiliconNoise
+from chips.vocalization_noise import oscillator_noise, phase_after_call
 from circuits.blocks import vocalization_controller
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
@@ -33,12 +36,16 @@ _SILENT: Polyline = (np.zeros(1), np.zeros(1))
 
 @dataclass(frozen=True, slots=True)
 class VocalizationState:
-    """phase: 1 at a call; free: s, when the next interval begins; lines: analog inputs in force."""
+    """phase: 1 at a call; free: s, when the next interval begins; lines: analog inputs in force.
+
+    calls: so far.
+    """
 
     time: float
     phase: float
     free: float
     lines: Mapping[str, Polyline] = field(default_factory=dict)
+    calls: int = 0
 
 
 @cache
@@ -50,10 +57,13 @@ def circuits() -> tuple[Circuit, ...]:
 class VocalizationModel:
     """A vocalization controller on `silicon`; of its mismatch that of the current mirror counts.
 
-    Raises `ParameterError` outside the record and `DataError` where the record is stale.
+    noise: of its devices, none unless given. Raises `ParameterError` outside the record and `DataError` where
+    the record is stale.
     """
 
-    def __init__(self, silicon: Silicon, path: str = "vocalization_controller") -> None:
+    def __init__(
+        self, silicon: Silicon, path: str = "vocalization_controller", noise: SiliconNoise | None = None
+    ) -> None:
         """Read the record at the silicon's temperature and die."""
         check_box(path, silicon)
         data = matching_tables("vocalization_controller", circuits, silicon.process).values
@@ -66,6 +76,7 @@ class VocalizationModel:
         self.numbers = Vocalization(
             base, slope, dead, first, amplitude, amplitude_slope, silicon.process.v_dd
         )
+        self.noise = oscillator_noise(self.numbers, silicon, noise)
         self.analog: tuple[str, ...] = ("amplitude",)
 
     def begin(self, time: float = 0.0) -> VocalizationState:
@@ -88,14 +99,18 @@ class VocalizationModel:
         oscillator = np.array([state.phase, state.free])
         time, value = lines.get("proximity", _SILENT)
         call = vocalization_run(self.numbers, oscillator, time, value, state.time, until)
-        reached = min(call, until)
+        reached, calls = min(call, until), state.calls
+        if call <= until:
+            rate = self.numbers.base + self.numbers.slope * float(np.interp(call, time, value))
+            oscillator[0] += phase_after_call(self.noise, calls, rate)
+            calls += 1
         control, level = lines.get("amplitude_control", _SILENT)
         inside = control[(control > state.time) & (control < reached)]
         moments = np.concatenate([[state.time], inside, [reached]])
         base, slope = self.numbers.amplitude_base, self.numbers.amplitude_slope
         amplitude = np.clip(base + slope * np.interp(moments, control, level), 0.0, self.numbers.v_dd)
         found = (("call", call),) if call <= until else ()
-        after = VocalizationState(reached, float(oscillator[0]), float(oscillator[1]), lines)
+        after = VocalizationState(reached, float(oscillator[0]), float(oscillator[1]), lines, calls)
         return after, reached, Output(found, moments, amplitude[:, None])
 
 

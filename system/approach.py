@@ -214,12 +214,13 @@ def all_behavioural(scenario: Scenario) -> bool:
 def _models(scenario: Scenario) -> Models:
     """The boxes of a run in which every one is a model."""
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+    noise = silicon_noise(scenario.silicon_noise, scenario.seed)
     fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
     return Models(
-        chip=RangingChip(silicon, noise=silicon_noise(scenario.silicon_noise, scenario.seed)),
+        chip=RangingChip(silicon, noise=noise),
         proximity=CentroidModel(silicon),
         amplitude=None if fourth is None else CentroidModel(silicon, fourth),
-        vocalization=VocalizationModel(silicon),
+        vocalization=VocalizationModel(silicon, noise=noise),
         hearing=_heard(scenario, silicon),
         isolation=IsolationModel(silicon) if scenario.isolation else None,
     )
@@ -259,7 +260,8 @@ def _centroid(scenario: Scenario, silicon: Silicon, lookup: tuple[float, ...] | 
 
 def _vocalization(scenario: Scenario, silicon: Silicon) -> Part:
     if scenario.level_of("vocalization") == "behavioural":
-        return VocalizationModel(silicon)
+        noise = silicon_noise(scenario.silicon_noise, scenario.seed)
+        return VocalizationModel(silicon, noise=noise)
     board = vocalization_controller.build(vocalization_controller.Params())
     held = {"proximity": 0.0, "amplitude_control": 0.0, "enable": 0.0}
     return Cell(board, silicon, ("amplitude",), held=held, rtol=BOARD_RTOL)
@@ -281,7 +283,8 @@ def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
 
 
 def _heard(scenario: Scenario, silicon: Silicon) -> Hearing:
-    return Hearing(_microphone(scenario), scenario.targets, hearing_on(silicon))
+    noise = silicon_noise(scenario.silicon_noise, scenario.seed)
+    return Hearing(_microphone(scenario), scenario.targets, hearing_on(silicon, noise=noise))
 
 
 def _microphone(scenario: Scenario) -> Microphone:

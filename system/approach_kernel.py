@@ -25,8 +25,10 @@ from chips.board_kernel import (
     hear_sound,
     vocalization_line,
 )
+from chips.hearing_noise import HearingNoise, threshold_factors
 from chips.ranging_kernel import PULSE, Chip, Plan, next_due, on_call, on_echo, take
 from chips.rebound_law import Neurons
+from chips.vocalization_noise import OscillatorNoise, phase_after_call
 from circuits.compiled import compiled
 
 F64 = NDArray[np.float64]
@@ -39,7 +41,8 @@ ROW = (
 )
 SPARE = 64  # rows that one event may need
 SOUNDS = 256  # remembered; more than 20 ms can hold with the shortest interval and eight targets
-MERGED, UNDECIDED, CLIPPED = range(3)  # columns of the counts
+MERGED, UNDECIDED, CLIPPED, CALLED, HEARD = range(5)  # columns of the counts
+COUNTS = 5
 _TRIES = 60  # of a delay; a third of the error is left by each at the very worst
 _DELAY_ERROR = 1e-12  # s
 
@@ -68,6 +71,8 @@ class Boards(NamedTuple):
     vocalization: Vocalization
     onset: Hearing
     high_threshold: Hearing
+    interval_noise: OscillatorNoise
+    hearing_noise: HearingNoise
 
 
 class Run(NamedTuple):
@@ -80,7 +85,7 @@ class Run(NamedTuple):
     due: F64  # float64[2 * SOUNDS, 2], time (s) and kind of the hearing's spikes to come, in order
     used: I64  # int64[3], sounds, spikes due, rows of the log
     levels: F64  # float64[3], v_ex_max now, open and isolated, V; NaN where the neurons' own holds
-    counts: I64  # int64[3], merged, undecided, clipped
+    counts: I64  # int64[COUNTS], merged, undecided, clipped; calls and sounds so far
     log: F64  # float64[rows, ROW]
 
 
@@ -131,6 +136,9 @@ def _to_call(b: Boards, r: Run, until: float) -> float:
                 centroid_step(b.amplitude, r.ends[1], r.boards[1], y[0])
         _note(r, BOARD, y[0], y[3] + b.proximity.offset, _amplitude(b, r))
         if called < np.inf:
+            rate = b.vocalization.base + b.vocalization.slope * (y[3] + b.proximity.offset)
+            r.oscillator[0] += phase_after_call(b.interval_noise, r.counts[CALLED], rate)
+            r.counts[CALLED] += 1
             return called
     return np.inf
 
@@ -201,7 +209,9 @@ def _sound(r: Run, onset: float, peak: float) -> None:
 @_compiled
 def _hear(b: Boards, r: Run, count: int) -> None:
     """Put the spikes of the last of `count` sounds among those that are due."""
-    onset, high, unsure = hear_sound(b.onset, b.high_threshold, r.sounds, count)
+    one, other = threshold_factors(b.hearing_noise, r.counts[HEARD])
+    r.counts[HEARD] += 1
+    onset, high, unsure = hear_sound(_moved(b.onset, one), _moved(b.high_threshold, other), r.sounds, count)
     r.counts[UNDECIDED] += unsure
     for time, kind in ((onset, ONSET_HEARD), (high, PULSE_HEARD)):
         if time == np.inf:
@@ -212,6 +222,12 @@ def _hear(b: Boards, r: Run, count: int) -> None:
             i -= 1
         r.due[i, 0], r.due[i, 1] = time, float(kind)
         r.used[1] += 1
+
+
+@_compiled
+def _moved(m: Hearing, by: float) -> Hearing:
+    """The same with its threshold multiplied."""
+    return Hearing(m.threshold * by, m.knots, m.latency, m.recovery_knots, m.recovery)
 
 
 @_compiled

@@ -21,7 +21,7 @@ from chips.ranging_kernel import Chip, doubts, new_chip, new_plan
 from chips.rebound_jitter import SURE, spread
 from chips.vocalization_model import VocalizationModel
 from system.acoustics import speed_of_sound
-from system.approach_kernel import CLIPPED, MERGED, ROW, SOUNDS, UNDECIDED, Boards, Run, Scene, fly
+from system.approach_kernel import CLIPPED, COUNTS, MERGED, ROW, SOUNDS, UNDECIDED, Boards, Run, Scene, fly
 from system.hearing import Hearing
 from system.microphone import direct_amplitude, echo_amplitude, headroom
 from system.targets import Approach, Target, Waypoints, range_at
@@ -68,8 +68,9 @@ def fly_behavioural(models: Models, duration: float, progress: Callable[[float],
     second = models.amplitude or models.proximity
     ears = models.hearing.model
     boards = Boards(
-        models.proximity.numbers, second.numbers, models.vocalization.numbers, ears.onset, ears.high_threshold
-    )
+        models.proximity.numbers, second.numbers, models.vocalization.numbers, ears.onset,
+        ears.high_threshold, models.vocalization.noise, ears.noise,
+    )  # fmt: skip
     rows = []
     reached = 0.0
     while reached < duration:
@@ -97,7 +98,7 @@ def _begin(models: Models) -> Run:
         due=np.zeros((2 * SOUNDS, 2)),
         used=np.zeros(3, np.int64),
         levels=levels,
-        counts=np.zeros(3, np.int64),
+        counts=np.zeros(COUNTS, np.int64),
         log=np.zeros((ROWS, ROW)),
     )
 

@@ -13,15 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import selection_kernel
 from circuits.compiled import compiled
-from system import (
-    curved_openspace,
-    curved_openspace_view,
-    forest_map,
-    forest_senses_kernel,
-    forest_state,
-)
 from system.curved_openspace import ARCS, MIDDLE, Arcs
 from system.curved_openspace_view import add_immediacies, blocked_at, in_view
 from system.forest_map import CELL, SIDE, Cells
@@ -59,17 +51,8 @@ LONGEST = 250_000.0  # s of a run; the paper's
 
 _HALVINGS = 50  # of the way to a touch
 
-# their numbers are compiled in
-_CALLEES = (
-    curved_openspace,
-    curved_openspace_view,
-    forest_map,
-    forest_senses_kernel,
-    forest_state,
-    selection_kernel,
-)
-_compiled = compiled(callees=_CALLEES)
-_inlined = compiled(callees=_CALLEES, forceinline=True)
+_compiled = compiled()
+_inlined = compiled(forceinline=True)
 
 
 @_compiled

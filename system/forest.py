@@ -42,6 +42,7 @@ ROOM_TEMPERATURE = 27.0
 STUDIED: Readers = {
     "map": words, "obstacles": whole, "vmax": number, "ping_rate": number, "ranges": words,
     "selection": words, "reader": words, "area": number, "weights": words, "pings": whole,
+    "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
 
 _PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
@@ -144,7 +145,10 @@ def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def read_sensing(fields: dict[str, Any]) -> Sensing:
     """Take the options of the senses out of `fields`; `azimuth_noise` is in degrees, `area` of both chips."""
-    names = ("ranges", "selection", "occlusion", "multipath", "azimuth_noise", "reader", "bias_kind")
+    names = (
+        "ranges", "selection", "occlusion", "multipath", "azimuth_noise", "reader", "bias_kind",
+        "silicon_noise", "noise_seed",
+    )  # fmt: skip
     given = {name: fields.pop(name) for name in names if name in fields}
     if "azimuth_noise" in given:
         given["azimuth_noise"] = math.radians(given["azimuth_noise"])

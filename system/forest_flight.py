@@ -23,6 +23,7 @@ from circuits.errors import ParameterError
 from system.curved_openspace import DIRECTIONS, Arcs
 from system.curved_openspace_kernel import COLLIDED, GOING, OVER, TRAPPED, fly
 from system.forest_map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant
+from system.forest_reader_noise import begun
 from system.forest_senses import EXACT
 from system.forest_senses_kernel import Senses
 from system.forest_state import (
@@ -160,6 +161,7 @@ def _fly_run(
     x, y = begin(arcs, forest, random, start)
     cells = cells_of(forest, margin_of(arcs))
     flight = new_flight(x, y, -math.pi, DIRECTIONS, len(forest.place), rows)
+    begun(senses.reader)
     ended, used = GOING, 0
     while ended == GOING and used < pings:
         ended = fly(arcs, senses, cells, flight, min(_AT_ONCE, pings - used))

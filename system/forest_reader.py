@@ -26,7 +26,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import ranging_chip, ranging_kernel
+from chips import ranging_chip
 from chips.behavioural_ranging_chip import RangingChip
 from chips.ranging_kernel import (
     Chip,
@@ -40,7 +40,7 @@ from chips.ranging_kernel import (
     start,
     take,
 )
-from chips.rebound_kernel import Neurons
+from chips.rebound_law import Neurons
 from chips.rebound_model import ReboundModel, model_of, neurons_on
 from circuits.bias import rebias
 from circuits.circuit import BiasKind
@@ -59,9 +59,9 @@ LONGEST = 30.5e-3  # s, beyond the echo of R_MAX
 WINDOW = 3.5e-3  # s; ours
 REFERENCE = 27.0  # degC, of look-up values
 NOBODY = -1
-_CALL = 50e-3  # s, after which the chip is at rest
+CALL = 50e-3  # s, after which the chip is at rest
 
-_compiled = compiled(callees=(ranging_kernel,))
+_compiled = compiled()
 
 
 class Table(NamedTuple):
@@ -84,18 +84,26 @@ def neurons_of(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind | None =
     """
     if not (np.isfinite(area) and area > 0.0):
         raise ParameterError(f"ranging.area: {area:g} times the circuit's, must be > 0")
-    process = silicon.process
+    model = model_of_chip(silicon.process, bias_kind)
     if area == 1.0:
-        circuit = _model(process, bias_kind).circuit
-        return RangingChip(silicon, circuit, outside_box="warn").neurons_at(silicon.temperature_c)
+        return RangingChip(silicon, model.circuit, outside_box="warn").neurons_at(silicon.temperature_c)
+    return neurons_on(model, silicon_of(silicon, area))
+
+
+def silicon_of(silicon: Silicon, area: float) -> Silicon:
+    """The same with mismatch of devices `area` times as large."""
+    if area == 1.0:
+        return silicon
+    process = silicon.process
     larger = replace(
         process, pair_a_vt=process.pair_a_vt / np.sqrt(area), pair_a_beta=process.pair_a_beta / np.sqrt(area)
     )
-    return neurons_on(_model(process, bias_kind), replace(silicon, process=larger))
+    return replace(silicon, process=larger)
 
 
 @lru_cache(maxsize=4)
-def _model(process: Process, bias_kind: BiasKind | None) -> ReboundModel:
+def model_of_chip(process: Process, bias_kind: BiasKind | None) -> ReboundModel:
+    """The model of the ranging chip with all biases of a kind, or as built."""
     return model_of(rebias(ranging_chip.build(), kind=bias_kind), process)
 
 
@@ -125,15 +133,28 @@ def readings(
 
     Raises `ParameterError` for a calibration or an area that is none.
     """
+    table = first_neurons(neurons_of(silicon, area, bias_kind))
+    values = values_of(silicon, calibration, area, bias_kind, table)
+    return np.where(table.first == NOBODY, np.nan, values[table.first]), table.doubts
+
+
+def values_of(
+    silicon: Silicon, calibration: Calibration, area: float = 1.0, bias_kind: BiasKind | None = None,
+    table: Table | None = None,
+) -> F64:  # fmt: skip
+    """Look-up value (s) of each neuron; table: of the chip on `silicon`, worked out unless given.
+
+    Raises `ParameterError` for a calibration that is none.
+    """
     if calibration not in CALIBRATIONS:
         raise ParameterError(f"--reader: {calibration}, must be {' or '.join(CALIBRATIONS)}")
     values = _nominal_lookup(silicon.process)
-    table = first_neurons(neurons_of(silicon, area, bias_kind))
-    if calibration == "calibrated":
-        there = replace(silicon, temperature_c=REFERENCE)
-        own = table if silicon == there else first_neurons(neurons_of(there, area, bias_kind))
-        values = lookup(own, values)
-    return np.where(table.first == NOBODY, np.nan, values[table.first]), table.doubts
+    if calibration == "nominal":
+        return values
+    there = replace(silicon, temperature_c=REFERENCE)
+    if table is None or silicon != there:
+        table = first_neurons(neurons_of(there, area, bias_kind))
+    return lookup(table, values)
 
 
 @lru_cache(maxsize=4)
@@ -151,7 +172,7 @@ def share_alike(neurons: Neurons, table: Table, trains: list[F64]) -> tuple[int,
     chip = new_chip(neurons, plan)
     alike, total, now = 0, 0, 0.0
     for train in trains:
-        now += 2.0 * _CALL
+        now += 2.0 * CALL
         found = np.full(train.size, NOBODY)
         _hear_train(neurons, plan, chip, now, train, found)
         index = np.rint(train / STEP).astype(np.int64)
@@ -164,14 +185,14 @@ def share_alike(neurons: Neurons, table: Table, trains: list[F64]) -> tuple[int,
 def _fill(m: Neurons, p: Plan, c: Chip, when: F64, found: I64) -> None:
     """First neuron after an echo of each delay, alone after its call."""
     for k in range(when.size):
-        now = 2.0 * _CALL * (k + 1)
+        now = 2.0 * CALL * (k + 1)
         _hear_train(m, p, c, now, when[k : k + 1], found[k : k + 1])
 
 
 @_compiled
 def _hear_train(m: Neurons, p: Plan, c: Chip, now: float, train: F64, found: I64) -> None:
     """First neuron within `WINDOW` after each echo of a train whose call is at `now` s; -1 for none."""
-    start(m, p, c, now - _CALL)
+    start(m, p, c, now - CALL)
     _go_on(m, p, c, now, now, train, found)
     on_call(m, p, c, now)
     for k in range(train.size):

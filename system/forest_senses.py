@@ -39,7 +39,9 @@ from system.acoustics import AIR_TEMPERATURE, speed_of_sound
 from system.curved_openspace import ARCS, Bat
 from system.ear import CALL_DURATION
 from system.forest_reader import CALIBRATIONS, STEP, Calibration, readings
+from system.forest_reader_noise import no_reader, reader_of
 from system.forest_senses_kernel import Senses
+from system.silicon_noise import Noisy, check_noise, silicon_noise
 
 F64 = NDArray[np.float64]
 
@@ -56,7 +58,9 @@ class Sensing:
 
     occlusion, multipath: of `sonar` and `chip`; azimuth_noise: rad, standard deviation; reader: look-up
     values of the ranging chip; bias_kind: of its biases, as built unless given; ranging_area, selection_area:
-    of the chips' drawn devices over the circuits', which moves their mismatch alone.
+    of the chips' drawn devices over the circuits', which moves their mismatch and flicker alone;
+    silicon_noise: of the ranging chip's devices, by noise_seed (or the run's); the selection has none.
+    has none.
     """
 
     ranges: str = "exact"
@@ -68,6 +72,8 @@ class Sensing:
     bias_kind: BiasKind | None = None
     ranging_area: float = 1.0
     selection_area: float = 1.0
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the option that breaks its rule."""
@@ -75,6 +81,7 @@ class Sensing:
             raise ParameterError(f"--ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
         if self.selection not in SELECTIONS:
             raise ParameterError(f"--selection: {self.selection}, must be {' or '.join(SELECTIONS)}")
+        check_noise(self.silicon_noise, self.noise_seed)
         if self.reader not in CALIBRATIONS:
             raise ParameterError(f"--reader: {self.reader}, must be {' or '.join(CALIBRATIONS)}")
         if not 0.0 <= self.azimuth_noise < math.pi:
@@ -90,10 +97,11 @@ class Sensing:
             "azimuth-noise": (self.azimuth_noise > 0.0, self.ranges != "exact"),
             "reader": (self.reader != "nominal", self.ranges == "chip"),
             "bias-kind": (self.bias_kind is not None, self.ranges == "chip"),
+            "silicon-noise": (self.silicon_noise != "off", self.ranges == "chip"),
         }
         for name, (given, used) in asked.items():
             if given and not used:
-                wanted = "chip" if name in {"reader", "bias-kind"} else "sonar or chip"
+                wanted = "chip" if name in {"reader", "bias-kind", "silicon-noise"} else "sonar or chip"
                 raise ParameterError(f"--{name}: not with --ranges {self.ranges}; give --ranges {wanted}")
 
     @property
@@ -110,15 +118,20 @@ def senses_of(
 ) -> Senses:
     """Arrays for the compiled loop; both chips are on one die at one temperature (degC).
 
+    seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites.
+
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
     """
     silicon = Silicon(temperature_c=temperature_c, die=die)
     speed = speed_of_sound(AIR_TEMPERATURE)
-    reading = np.empty(0)
+    reading, reader = np.empty(0), no_reader()
     if sensing.ranges == "chip":
         delays = readings(silicon, sensing.reader, sensing.ranging_area, sensing.bias_kind)[0]
         reading = 0.5 * speed * delays
+        own = seed[0] if sensing.noise_seed is None else sensing.noise_seed
+        noise = silicon_noise(sensing.silicon_noise, own)
+        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, sensing.bias_kind)
     chip = _NO_CHIP
     if sensing.selection == "chip":
         chip = selection(silicon, projection(bat), area=sensing.selection_area)
@@ -133,6 +146,7 @@ def senses_of(
         noise=_noise(sensing.azimuth_noise, seed),
         reading=reading,
         per_second=1.0 / STEP,
+        reader=reader,
         selecting=int(sensing.selection == "chip"),
         unit=UNIT,
         deadline=DEADLINE,

@@ -27,12 +27,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import selection_kernel
 from chips.selection_kernel import NOBODY, Selection, decide
 from circuits.compiled import compiled
-from system import curved_openspace, curved_openspace_view, forest_state
 from system.curved_openspace import ARCS, Arcs
 from system.curved_openspace_view import add_immediacies
+from system.forest_reader_noise import Reader, next_ping, read
 from system.forest_state import (
     ARC,
     AVOIDED,
@@ -53,6 +52,7 @@ from system.forest_state import (
     OCCLUDED,
     OTHER,
     TIES,
+    TIME,
     WINNER,
     Flight,
 )
@@ -70,8 +70,9 @@ class Senses(NamedTuple):
     exact: 1 for places as they are; occlusion, multipath: 1 to have them; sound_speed: m/s; overlap: s, 0 to
     tell all echoes apart; radius: m, of an obstacle's shadow; strength: m, s above; noise: float64[n], rad,
     of bearings, taken in turn, heard after heard; reading: float64[delays], m, NaN for none, empty for the
-    range itself; per_second: entries of it a second of delay; selecting: 1 for the chip's selection; unit: A
-    a unit of desirability; deadline: s; margin: ln of the best two merits below which the model is unsure.
+    range itself; per_second: entries of it a second of delay; reader: of a chip that makes noise, in place
+    of `reading`; selecting: 1 for the chip's selection; unit: A a unit of desirability; deadline: s; margin:
+    ln of the best two merits below which the model is unsure.
     """
 
     exact: int
@@ -84,6 +85,7 @@ class Senses(NamedTuple):
     noise: F64
     reading: F64
     per_second: float
+    reader: Reader
     selecting: int
     unit: float
     deadline: float
@@ -91,9 +93,7 @@ class Senses(NamedTuple):
     chip: Selection
 
 
-_compiled = compiled(
-    callees=(curved_openspace, curved_openspace_view, forest_state, selection_kernel),
-)
+_compiled = compiled()
 
 
 @_compiled
@@ -120,6 +120,8 @@ def hear(a: Arcs, s: Senses, f: Flight, n: int) -> int:
     if s.multipath:
         n = _reflect(a, s, f, n)
         _sort(f.echo, n)
+    if s.reader.value.size > 0:
+        next_ping(s.reader, f.pose[TIME])
     last, heard = -math.inf, 0
     pace = a.speed[f.counts[ARC]]
     for k in range(n):
@@ -159,6 +161,8 @@ def _take(a: Arcs, s: Senses, f: Flight, row: F64, distance: float) -> int:
 @_compiled
 def _read(s: Senses, delay: float) -> float:
     """Range (m) of a delay (s); NaN where the chip has none."""
+    if s.reader.value.size > 0:
+        return 0.5 * s.sound_speed * read(s.reader, delay)
     if s.reading.size == 0:
         return 0.5 * s.sound_speed * delay
     k = int(delay * s.per_second + 0.5)

@@ -24,6 +24,7 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from system.forest_reader import CALIBRATIONS, Calibration, readings
+from system.forest_reader_noise import no_reader, reader_of
 from system.robot_arcs import Arcs, arcs_of
 from system.robot_drive import COUNTS, Drive, drive
 from system.robot_forest import FORESTS, Pipes, forest_of, start_of
@@ -31,6 +32,7 @@ from system.robot_localiser import trained
 from system.robot_numbers import DIRECTIONS, Mind, Robot
 from system.robot_picture import draw_robot
 from system.robot_sonar import SPEED, Sonar, noise_of
+from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.study_route import Readers, number, read_route, switch, whole, words
 
 RANGES = ("flight", "exact", "chip")
@@ -41,6 +43,7 @@ SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
 STUDIED: Readers = {
     "forest": words, "ranges": words, "pings": whole, "vmax": number, "ping_rate": number,
     "occlusion": switch, "multipath": switch, "soft_pings": switch, "reader": words,
+    "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
 
 _PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
@@ -51,7 +54,8 @@ class Scenario:
     """What a robot is asked to do.
 
     forest: one of `FORESTS`; start: x, y in m, drawn unless given; pings: after which a run ends undecided;
-    occlusion, multipath, soft_pings: None where there is no sonar to have them.
+    occlusion, multipath, soft_pings: None where there is no sonar to have them; silicon_noise: of the chip's
+    devices, by `noise_seed`, `seed` unless given.
     """
 
     robot: Robot = field(default_factory=Robot)
@@ -63,6 +67,8 @@ class Scenario:
     soft_pings: bool | None = None
     reader: Calibration | None = None
     bias_kind: BiasKind | None = None
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
     start: tuple[float, float] | None = None
     pings: int = PINGS
     seed: int = 0
@@ -79,6 +85,7 @@ class Scenario:
             raise ParameterError(f"--ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
         if self.reader is not None and self.reader not in CALIBRATIONS:
             raise ParameterError(f"--reader: {self.reader}, must be {' or '.join(CALIBRATIONS)}")
+        check_noise(self.silicon_noise, self.noise_seed)
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
         if self.pings < 1:
@@ -96,6 +103,7 @@ class Scenario:
         asked = {
             "reader": self.reader is not None,
             "bias-kind": self.bias_kind is not None,
+            "silicon-noise": self.silicon_noise != "off",
             "temperature": self.temperature_c != ROOM_TEMPERATURE,
             "die": self.die != NOMINAL,
         }
@@ -150,14 +158,15 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[Sonar | N
     s = scenario
     if s.ranges == "exact":
         return None, 0
-    reading, unsure = np.empty(0), 0
+    reading, unsure, reader = np.empty(0), 0, no_reader()
     if s.silicon:
-        delays, unsure = readings(
-            Silicon(temperature_c=s.temperature_c, die=s.die), s.reader or CALIBRATIONS[0], 1.0, s.bias_kind
-        )
+        silicon, values = Silicon(temperature_c=s.temperature_c, die=s.die), s.reader or CALIBRATIONS[0]
+        delays, unsure = readings(silicon, values, 1.0, s.bias_kind)
         reading = 0.5 * SPEED * delays
+        noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed)
+        reader = reader_of(silicon, values, noisy, bias_kind=s.bias_kind)
     noise = noise_of(s.robot, random)
-    return Sonar(s.robot, trained(s.robot), noise, reading, **s.senses), unsure
+    return Sonar(s.robot, trained(s.robot), noise, reading, **s.senses, reader=reader), unsure
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:

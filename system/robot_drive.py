@@ -116,12 +116,13 @@ def _sense(
         found = head[seen]
         counts["echoes"] += len(found)
     else:
-        heard = ping(sonar, head, 2 * counts["pings"], soft=False)
+        heard = ping(sonar, head, 2 * counts["pings"], soft=False, time=state.time)
         found, soft = heard.place, sonar.soft_pings and heard.near > 0
         counts["near"] += heard.near
         both = [heard]
         if soft:
-            both.append(ping(sonar, head, 2 * counts["pings"] + 1, soft=True))
+            later = state.time + robot.blanking + robot.call
+            both.append(ping(sonar, head, 2 * counts["pings"] + 1, soft=True, time=later))
             found = np.concatenate([found, both[1].place])
             counts["soft_pings"] += 1
         counts["echoes"] += len(found)

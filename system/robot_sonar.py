@@ -16,7 +16,7 @@ call, gives the range; the peaks of all three the direction. A pipe's radius is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from system.acoustics import AIR_TEMPERATURE, CARRIER_FREQUENCY, speed_of_sound, tone_envelope
 from system.forest_reader import STEP
+from system.forest_reader_noise import Reader, next_ping, no_reader, read
 from system.robot_localiser import WIDEST, Localiser, beam, hearing, localise, volts
 from system.robot_numbers import PIPE_RADIUS, Robot
 
@@ -48,7 +49,8 @@ class Heard(NamedTuple):
 class Sonar:
     """The head: numbers, network, options; reading: range (m) a `STEP` of delay, NaN for none, or empty.
 
-    noise: complex[3, NOISE_SAMPLES], of the run's seed.
+    noise: complex[3, NOISE_SAMPLES], of the run's seed; reader: of a chip that makes noise, in the place of
+    `reading`; every ping overwrites its state.
     """
 
     robot: Robot
@@ -58,6 +60,7 @@ class Sonar:
     occlusion: bool = True
     multipath: bool = True
     soft_pings: bool = True
+    reader: Reader = field(default_factory=no_reader)
 
 
 class _Echoes(NamedTuple):
@@ -71,8 +74,8 @@ def noise_of(robot: Robot, random: np.random.Generator) -> NDArray[np.complex128
     return np.asarray(robot.noise * (drawn[0] + 1j * drawn[1]))
 
 
-def ping(sonar: Sonar, pipes: F64, number: int, *, soft: bool) -> Heard:
-    """Send ping `number` among pipes, float64[n, 2] in m from the head, x along its axis."""
+def ping(sonar: Sonar, pipes: F64, number: int, *, soft: bool, time: float = 0.0) -> Heard:
+    """Send ping `number`, at `time` s, among pipes, float64[n, 2] in m from the head, x along its axis."""
     r, distance, angle = sonar.robot, np.hypot(*pipes.T), np.arctan2(pipes[:, 1], pipes[:, 0])
     kept = distance < r.max_range + 2.0 * PIPE_RADIUS
     audible = kept & ~shadowed(distance, angle) if sonar.occlusion else kept
@@ -88,7 +91,7 @@ def ping(sonar: Sonar, pipes: F64, number: int, *, soft: bool) -> Heard:
     delay, peak = _peaks(r, when, envelope)
     inside = (delay >= first) & (delay < last)
     angle = localise(sonar.network, volts(r, peak[:, inside]).T)
-    distance, missed = _ranges(sonar, delay[inside])
+    distance, missed = _ranges(sonar, delay[inside], time)
     heard, angle = distance[~np.isnan(distance)], angle[~np.isnan(distance)]
     shown = np.clip(angle, -WIDEST, WIDEST)
     place = np.stack([heard * np.cos(shown), heard * np.sin(shown)], axis=1)
@@ -148,8 +151,12 @@ def _peaks(r: Robot, when: F64, envelope: F64) -> tuple[F64, F64]:
     return when[at] - 0.5 * r.call, about[:, at]
 
 
-def _ranges(sonar: Sonar, delay: F64) -> tuple[F64, int]:
-    """Ranges (m) to the middles of pipes, NaN for none; how many are none."""
+def _ranges(sonar: Sonar, delay: F64, time: float) -> tuple[F64, int]:
+    """Ranges (m) to the middles of pipes of a ping at `time` s, NaN for none; how many are none."""
+    if sonar.reader.value.size:
+        next_ping(sonar.reader, time)
+        found = 0.5 * SPEED * np.array([read(sonar.reader, d) for d in delay]) + PIPE_RADIUS
+        return found, int(np.isnan(found).sum())
     if sonar.reading.size == 0:
         return 0.5 * SPEED * delay + PIPE_RADIUS, 0
     k = np.minimum(np.rint(delay / STEP).astype(np.int64), sonar.reading.size - 1)

@@ -19,3 +19,10 @@ def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
     if noisy == "off":
         return None
     return SiliconNoise(seed, flicker=WHITE_ONLY if noisy == "white" else None)
+
+
+def check_noise(noisy: str, seed: int | None) -> None:
+    """Refuse what is no noise, and a seed of noise (None for the run's own) that is off."""
+    silicon_noise(noisy, 0)
+    if seed is not None and noisy == "off":
+        raise ParameterError(f"--noise-seed: {seed}, there is no noise; give --silicon-noise white or all")

@@ -19,16 +19,18 @@ from matplotlib.figure import Figure
 
 from chips.lso_measurement import circuits
 from chips.lso_model import Head, head_on
+from chips.lso_noise import LsoNoise, noise_of
 from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
+from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.sonar_head_ear import SPEED, hearing
 from system.sonar_head_loop import COUNTS, LOST, WIRINGS, Log, follow
 from system.sonar_head_numbers import Motion, SonarHead
 from system.sonar_head_picture import draw_head
 from system.sonar_head_target import MOTIONS, way_of
-from system.study_route import Readers, number, read_route, seconds, words
+from system.study_route import Readers, number, read_route, seconds, whole, words
 
 ROOM_TEMPERATURE = 27.0  # degC
 DURATION = 20.0  # s, two periods of the sine; ours
@@ -38,7 +40,7 @@ SUMMARY = (
 STUDIED: Readers = {
     "motion": words, "duration": seconds, "wiring": words, "area": number, "ping_rate": number,
     "gain": number, "noise": number, "azimuth": number, "period": seconds, "distance": number,
-    "swing": number,
+    "swing": number, "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
 # options of the command line: field, and its unit in SI
 _HEAD = {"ping_rate": ("ping_rate", 1.0), "gain": ("gain", math.radians(1.0)), "noise": ("ear_noise", 1.0)}
@@ -52,7 +54,8 @@ _MOTION = {
 class Scenario:
     """What a head is asked to do: a motion of `MOTIONS` for a time (s), with one of `WIRINGS`.
 
-    area: of the chip's devices over the circuits'.
+    area: of the chip's devices over the circuits'; silicon_noise: of these, by `noise_seed`, `seed` unless
+    given.
     """
 
     head: SonarHead = field(default_factory=SonarHead)
@@ -62,6 +65,8 @@ class Scenario:
     duration: float = DURATION
     area: float = 1.0
     bias_kind: BiasKind | None = None
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
     seed: int = 0
     die: Die = NOMINAL
     temperature_c: float = ROOM_TEMPERATURE
@@ -76,6 +81,7 @@ class Scenario:
             raise ParameterError(
                 f"--wiring: {self.wiring}, must be {', '.join(WIRINGS[:-1])} or {WIRINGS[-1]}"
             )
+        check_noise(self.silicon_noise, self.noise_seed)
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
         if not (math.isfinite(self.area) and self.area > 0.0):
@@ -102,6 +108,12 @@ class Scenario:
         """Process, temperature and die."""
         return Silicon(temperature_c=self.temperature_c, die=self.die)
 
+    def noise(self, chip: Head) -> LsoNoise | None:
+        """Noise of a chip on the silicon."""
+        seed = self.seed if self.noise_seed is None else self.noise_seed
+        noise = silicon_noise(self.silicon_noise, seed)
+        return None if noise is None else noise_of(chip, self.silicon, noise, self.area)
+
 
 @dataclass(frozen=True, slots=True)
 class Trace:
@@ -118,7 +130,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     chip = head_on(s.silicon, s.bias_kind or "gate", s.area)
     way_random, noise_random = (np.random.default_rng((s.seed, k)) for k in range(2))
     way = way_of(s.motion, s.target, s.duration + s.head.period, way_random)
-    return Trace(s, chip, follow(s.head, chip, way, s.duration, noise_random, s.wiring, progress))
+    log = follow(s.head, chip, way, s.duration, noise_random, s.wiring, progress, s.noise(chip))
+    return Trace(s, chip, log)
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.lso_model import SIDES, Head, level_times
+from chips.lso_noise import LsoNoise, level_jitter
 from system.acoustics import AIR_TEMPERATURE, echo_pressure, speed_of_sound
 from system.robot_localiser import beam
 from system.sonar_head_numbers import BEHIND, SonarHead
@@ -52,8 +53,14 @@ def amplitudes(numbers: SonarHead, sent: float, heard: float, distance: float) -
     return np.asarray(numbers.volts * ears * echo_pressure(distance))
 
 
-def listen(numbers: SonarHead, head: Head, envelope: F64, heard: float) -> Echo:
-    """Spikes of all level units at envelopes (V) of both ears of an echo from an angle (rad)."""
+def listen(
+    numbers: SonarHead, head: Head, envelope: F64, heard: float, noise: LsoNoise | None = None,
+    ping: int = 0,
+) -> Echo:  # fmt: skip
+    """Spikes of all level units at envelopes (V) of both ears of an echo from an angle (rad).
+
+    noise: of the silicon, drawn for the number of a ping; `head` has what it does to thresholds.
+    """
     clipped = int((envelope > numbers.rail).sum())
     peak = np.minimum(envelope, numbers.rail)[:, None]
     threshold = np.array(numbers.thresholds)[None, :] + head.offset
@@ -64,7 +71,11 @@ def listen(numbers: SonarHead, head: Head, envelope: F64, heard: float) -> Echo:
     phase = np.arccos(1.0 - 2.0 * share[passed])
     crossed[passed] = numbers.rise / math.pi * phase
     slope[passed] = (peak * np.ones_like(share))[passed] * 0.5 * math.pi / numbers.rise * np.sin(phase)
-    spikes = level_times(head, crossed, np.maximum(slope, 1.0))
+    slope = np.maximum(slope, 1.0)
+    spikes = level_times(head, crossed, slope)
+    if noise is not None:
+        late = np.where(passed, spikes, np.inf) - np.where(passed, crossed, 0.0)
+        spikes += level_jitter(head, noise, ping, late, slope)
     spikes[spikes > numbers.call - crossed] = np.inf  # the envelope was gone before
     sooner = 0.5 * numbers.spacing / SPEED * math.sin(heard)
     return Echo(spikes - sooner * SIGNS[:, None], clipped)

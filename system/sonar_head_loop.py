@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.lso_model import SIDES, Head, side_spikes
+from chips.lso_noise import LsoNoise, head_of_ping, noisy_side_spikes
 from system.sonar_head_ear import SPEED, Echo, amplitudes, listen
 from system.sonar_head_numbers import BEHIND, SonarHead
 from system.sonar_head_target import Way
@@ -77,6 +78,20 @@ class Log:
         return self.target - self.head
 
 
+class _Chip(NamedTuple):
+    """A die's numbers in a ping, and what varies within it."""
+
+    head: Head
+    noise: LsoNoise | None
+    ping: int
+
+    def spikes(self, side: int, level: F64, *, inhibited: bool) -> F64:
+        """Of an LSO neuron, s after the echo."""
+        if self.noise is None:
+            return side_spikes(self.head, side, level, inhibited=inhibited)
+        return noisy_side_spikes(self.head, self.noise, self.ping, side, level, inhibited=inhibited)
+
+
 class _Heard(NamedTuple):
     lost: str
     delay: float
@@ -86,12 +101,12 @@ class _Heard(NamedTuple):
 
 def follow(
     numbers: SonarHead, head: Head, way: Way, duration: float, random: np.random.Generator,
-    wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None,
+    wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None, noise: LsoNoise | None = None,
 ) -> Log:  # fmt: skip
-    """Follow a target for a time (s), with the echoes' noise drawn from `random`."""
+    """Follow a target for a time (s), with the echoes' noise drawn from `random`; noise: the silicon's."""
     pings = max(1, math.floor(duration * numbers.ping_rate + 1e-9))
     time = np.arange(pings) / numbers.ping_rate
-    noise = random.standard_normal((pings, SIDES + 1))
+    echoes = random.standard_normal((pings, SIDES + 1))
     counts = dict.fromkeys(COUNTS, 0)
     neck = Neck(0.0, 0.0, 0.0)
     angles, distances = np.empty(pings), np.empty(pings)
@@ -103,16 +118,17 @@ def follow(
     for k, t in enumerate(time):
         angles[k] = neck.at(t, numbers.neck_speed)
         counts["neck_late"] += int(abs(angles[k] - neck.goal) > 1e-9)
-        found = _ping(numbers, head, way, neck, float(t), noise[k])
+        chip = _Chip(head if noise is None else head_of_ping(head, noise, k), noise, k)
+        found = _ping(numbers, chip, way, neck, float(t), echoes[k])
         distances[k] = found.distance
         lost.append(found.lost)
         if found.lost:
             counts[found.lost] += 1
         if found.echo is not None:
             counts["clipped"] += found.echo.clipped
-            heard[k], late = _answer(numbers, head, found, float(t), wiring, spikes, levels)
+            heard[k], late = _answer(numbers, chip, found, float(t), wiring, spikes, levels)
             counts["late_spikes"] += late
-            last = found.delay + head.onset + longest_step(head, found.echo.level)
+            last = found.delay + head.onset + longest_step(chip.head, found.echo.level)
             counts["steps_over"] += int(last > numbers.period)
         turn = _turn(heard[k], wiring, resting) if not found.lost else 0
         neck = _commanded(numbers, neck, float(t) + numbers.decision * numbers.period, turn, counts)
@@ -137,7 +153,7 @@ def longest_step(head: Head, level: F64) -> float:
     return float(ends[np.isfinite(ends)].max(initial=0.0))
 
 
-def _ping(numbers: SonarHead, head: Head, way: Way, neck: Neck, t: float, noise: F64) -> _Heard:
+def _ping(numbers: SonarHead, chip: _Chip, way: Way, neck: Neck, t: float, noise: F64) -> _Heard:
     distance = float(way.at(t)[1])
     for _ in range(4):  # contracts by the target's speed over that of sound
         distance = float(way.at(t + distance / SPEED)[1])
@@ -150,7 +166,7 @@ def _ping(numbers: SonarHead, head: Head, way: Way, neck: Neck, t: float, noise:
         return _Heard("behind", delay, distance, None)
     loud = np.exp(numbers.glint * noise[-1] + numbers.ear_noise * noise[:SIDES])
     envelope = amplitudes(numbers, sent, heard, distance) * loud
-    echo = listen(numbers, head, envelope, heard)
+    echo = listen(numbers, chip.head, envelope, heard, chip.noise, chip.ping)
     if not np.isfinite(echo.level).any():
         return _Heard("faint", delay, distance, echo)
     if delay + float(echo.level.min()) > numbers.decision * numbers.period:
@@ -159,7 +175,7 @@ def _ping(numbers: SonarHead, head: Head, way: Way, neck: Neck, t: float, noise:
 
 
 def _answer(
-    numbers: SonarHead, head: Head, found: _Heard, t: float, wiring: str,
+    numbers: SonarHead, chip: _Chip, found: _Heard, t: float, wiring: str,
     spikes: list[F64], levels: list[F64],
 ) -> tuple[NDArray[np.int64], int]:  # fmt: skip
     """Spikes of both neurons by the decision, and how many came after it; all are added to the lists."""
@@ -168,7 +184,7 @@ def _answer(
         return counted, late
     level = found.echo.level
     for side in range(SIDES):
-        came = found.delay + side_spikes(head, side, level, inhibited=wiring == "lso")
+        came = found.delay + chip.spikes(side, level, inhibited=wiring == "lso")
         counted[side] = int((came <= numbers.decision * numbers.period).sum())
         late += came.size - int(counted[side])
         spikes.append(np.stack([t + came, np.full(came.size, float(side))], axis=1))

@@ -28,6 +28,9 @@ def head(
     noise: Annotated[float | None, typer.Option(help="Of each ear's echo, relative rms; 0.1.")] = None,
     duration: Annotated[str | None, typer.Option(metavar="TIME", help="20s.")] = None,
     area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative, from 1/16; 1.")] = None,
+    silicon_noise: Annotated[
+        str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
+    ] = None,
     bias_kind: Kind = None,
     silicon: SiliconChoice,
     seed: Seed = 0,

@@ -52,6 +52,7 @@ def _document(system: str, trace: Trace, summary: Mapping[str, float | None]) ->
         "temperature_C": s.temperature_c,
         **describe_die(s.die),
         "area": s.area,
+        "silicon_noise": s.silicon_noise,
         "seed": s.seed,
         "duration_s": s.duration,
         "ping_rate_Hz": s.head.ping_rate,

@@ -76,6 +76,7 @@ def _of_chip(trace: Trace) -> dict[str, Any]:
     return {
         "reader": s.reader or "nominal",
         "bias_kind": s.bias_kind,
+        "silicon_noise": s.silicon_noise,
         "temperature_C": s.temperature_c,
         **describe_die(s.die),
         "unsure_delays": trace.unsure,

@@ -5,19 +5,23 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from chips.rebound_jitter import SiliconNoise
 from chips.rolls_chip_layout import ZETA
+from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.noise import WHITE_ONLY
-from system import bug, pushbot
+from system import bug, pushbot, robot, sonar_head
 from system.arena_file import load_scene
 from system.command_line import main
 from system.pushbot_campaign import drive_each
 from system.pushbot_drive import begin_run
 from system.pushbot_loop import Brain, open_loop
+from system.robot_sonar import _ranges
 from system.rolls import SYSTEM, Scenario, run
+from system.silicon_noise import check_noise
 
 RUN = ["run", "approach", "--level", "behavioural", "--duration", "1s", "--json"]
 
@@ -123,7 +127,9 @@ def test_a_latency_chips_recall_has_noise(capsys: pytest.CaptureFixture[str]) ->
     [
         (["bug"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
         (["bug", "--brain", "ideal"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
-        (["forest"], "--silicon-noise: white, the analog model has none; choose --model"),
+        (["forest"], "--silicon-noise: not with --ranges exact; give --ranges chip"),
+        (["forest", "--selection", "chip"], "--silicon-noise: not with --ranges exact; give --ranges chip"),
+        (["robot"], "--silicon-noise: no chip is in the loop; give --ranges chip, or leave it out"),
         (["forest", "--model", "latency-lif"], "--silicon-noise: only with --model latency-chip"),
         (
             ["forest", "--model", "latency-chip", "--unit", "3,4"],
@@ -140,7 +146,14 @@ def test_runs_without_silicon_refuse_noise(
 
 @pytest.mark.parametrize(
     "command",
-    [["pushbot"], ["bug", "--brain", "chip"], ["forest", "--model", "latency-chip"]],
+    [
+        ["pushbot"],
+        ["bug", "--brain", "chip"],
+        ["forest", "--model", "latency-chip"],
+        ["head"],
+        ["forest", "--ranges", "chip"],
+        ["robot", "--ranges", "chip"],
+    ],
 )
 def test_a_word_that_is_no_noise_is_refused(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", *command, "--silicon-noise", "loud"]) == 2
@@ -164,3 +177,40 @@ def test_what_has_no_noise_refuses_it(
 ) -> None:
     assert main([*RUN, *options]) == 2
     assert text in capsys.readouterr().err
+
+
+def test_a_seed_of_noise_wants_noise() -> None:
+    with pytest.raises(ParameterError, match="--noise-seed: 3, there is no noise; give --silicon-noise"):
+        check_noise("off", 3)
+    check_noise("off", None)
+    check_noise("white", 3)
+
+
+def test_a_head_has_noise() -> None:
+    """The same die, target and echoes: another seed of noise is another run, its own is the same."""
+    quiet = sonar_head.Scenario(duration=3.0, seed=1, die=Die(number=1001))
+    noisy = [replace(quiet, silicon_noise="all", noise_seed=k) for k in (1, 1, 2)]
+    silent, one, same, other = (sonar_head.run(s).log for s in (quiet, *noisy))
+    assert np.array_equal(one.spikes, same.spikes)
+    assert not np.array_equal(one.spikes, other.spikes)
+    # a millisecond is two spikes' distance: microseconds of jitter move none beyond
+    before = min(len(silent.spikes), len(one.spikes), 4)
+    assert one.spikes[:before] == pytest.approx(silent.spikes[:before], abs=20e-6)
+    assert not np.array_equal(one.spikes[:before], silent.spikes[:before])
+
+
+def test_a_robots_chip_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
+    drive = ["run", "robot", "--ranges", "chip", "--pings", "20", "--seed", "3", "--json"]
+    assert main([*drive, "--silicon-noise", "white"]) == 0
+    assert json.loads(capsys.readouterr().out)["silicon_noise"] == "white"
+    scenario = robot.Scenario(ranges="chip", silicon_noise="white", noise_seed=4)
+    delay = np.linspace(3e-3, 12e-3, 400)
+    heard = []
+    for fields in ({}, {}, {"noise_seed": 5}, {"silicon_noise": "off", "noise_seed": None}):
+        sonar, _ = robot.sonar_of(replace(scenario, **fields), np.random.default_rng(0))
+        heard.append([_ranges(sonar, delay, 0.1 * k)[0] for k in range(20)])
+    one, same, other, quiet = np.nan_to_num(np.array(heard))
+    assert np.array_equal(one, same)
+    assert not np.array_equal(one, other)
+    # a few us of jitter move one of some ten borders between neurons: readings rarely differ
+    assert 0.0 < (one != quiet).mean() < 0.05

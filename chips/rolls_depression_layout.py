@@ -1,0 +1,62 @@
+"""Tables and state of depressed synapses in a ROLLS chip's steps (`chips.rolls_depression_kernel`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls_chip_layout import F32, F64, I64
+
+I32 = NDArray[np.int32]
+
+COEFFICIENTS = 4  # of a charge over the share of the weight's current
+
+
+class DepressionTables(NamedTuple):
+    """Synapses in the order of columns, then of neurons; the weight devices of a synapse follow each other.
+
+    start: int64[columns + 1], first synapse of a column; post: int32[synapses]; slot: int32[pre, post],
+    number of a synapse, -1 for none; first: int32[synapses + 1], first device of a synapse. float32 of
+    devices: fall: step of the chip over tau; kept: e^(-d / U_T); scale: E in the middle of a pulse that finds
+    R = 1; bend: (kappa d / U_T)^2 / 48; part: I_S over the level's current at rest. half: float32[1],
+    kappa / 2; shape: float32[synapses, COEFFICIENTS], charge in z over the share.
+    """
+
+    start: I64
+    post: I32
+    slot: I32
+    first: I32
+    fall: F32
+    kept: F32
+    scale: F32
+    bend: F32
+    part: F32
+    half: F32
+    shape: F32
+
+
+class DepressionArrays(NamedTuple):
+    """State: float32[devices], R behind the last pulse; int64[synapses], the step of it, from time 0."""
+
+    resource: F32
+    seen: I64
+
+
+class Depressing(NamedTuple):
+    """The depressed synapses of a chip in a call of its kernel."""
+
+    tables: DepressionTables
+    arrays: DepressionArrays
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltDepression:
+    """Tables, and of each device its step (V) and time constant (s), float64[devices]; u_t: V."""
+
+    tables: DepressionTables
+    step: F64
+    tau: F64
+    u_t: float

@@ -1,0 +1,73 @@
+"""White noise and flicker of a saturated transistor's current, as shares of what it has in weak inversion.
+
+With `I = I_S L^2`, L = ln(1 + e^(u/2)), the channel's white density (`circuits.noise`, without a reverse
+component) and how steeply the current follows its gate are
+
+    S = 2 q I phi(L),    phi = (4 / L^4) [L^3 / 3 - 2 + e^-L (L^2 + 2 L + 2)]
+    d ln I / dv_G = (kappa / U_T) psi(L),    psi = (1 - e^-L) / L
+
+both 1 in weak inversion, where L is small. A current that fills or empties a capacitor for a time T moves its
+charge by `q phi I T`, in squares, and flicker moves the current by `psi kappa / U_T` of the mean of its
+gate's wander over T.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chips.rebound_jitter import SiliconNoise, mean_variance
+from circuits.noise import gate_flicker, noise_model
+from circuits.process import Polarity
+from circuits.silicon import Silicon
+from circuits.solver.noise_transient import relaxations
+
+F64 = NDArray[np.float64]
+
+_WEAK = 0.05  # L below which three terms of the series are exact to 1e-5
+_FASTEST = 0.1  # of the shortest time: a grid up to whose band flicker is summed
+
+
+def shot_share(current: ArrayLike, specific: ArrayLike) -> F64:
+    """Share phi of currents (A) of devices of these specific currents (A), in the shape of both."""
+    root = np.sqrt(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
+    x = np.maximum(root, _WEAK)
+    whole = 4.0 / x**4 * (x**3 / 3.0 - 2.0 + np.exp(-x) * (x * x + 2.0 * x + 2.0))
+    return np.asarray(np.where(root < _WEAK, 1.0 - 0.4 * root + root**2 / 9.0, whole))
+
+
+def steepness(current: ArrayLike, specific: ArrayLike) -> F64:
+    """Steepness psi of currents (A) of devices of these specific currents (A), in the shape of both."""
+    root = np.sqrt(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
+    return np.asarray(-np.expm1(-root) / np.maximum(root, 1e-9))
+
+
+def gate_wander(
+    silicon: Silicon, noise: SiliconNoise, polarity: Polarity, area: float, time: ArrayLike
+) -> F64:
+    """Variance (V^2) of the mean of a gate's flicker over a time (s), in its shape; area: m W L, m^2."""
+    length = np.asarray(time, dtype=np.float64)
+    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
+    rate, variance = relaxations(flicker, _FASTEST * float(length.min()))
+    if rate.size == 0:
+        return np.zeros(length.shape)
+    is_n = np.array([polarity == "n"])
+    at_gate = float(gate_flicker(flicker, silicon.process, is_n, np.array([area]))[0])
+    return np.asarray(at_gate * (mean_variance(rate * length[..., None]) @ variance))
+
+
+def current_wander(
+    silicon: Silicon,
+    noise: SiliconNoise,
+    polarity: Polarity,
+    area: float,
+    time: ArrayLike,
+    steep: ArrayLike = 1.0,
+) -> F64:
+    """Relative variance of the mean of a current over a time (s) by its gate's flicker; steep: psi."""
+    slope = silicon.law(polarity).kappa / silicon.thermal_voltage * np.asarray(steep, dtype=np.float64)
+    if not math.isfinite(float(np.max(slope))):
+        return np.zeros(np.shape(time))
+    return np.asarray(slope**2 * gate_wander(silicon, noise, polarity, area, time))
