@@ -90,35 +90,34 @@ def steps_of(silicon: Silicon) -> tuple[float, float]:
 @lru_cache(maxsize=16)
 def rest_noise(silicon: Silicon, model: NoiseModel) -> tuple[float, float]:
     """Deviation (V) of v_h and of the envelope at rest, by all devices from the microphone on."""
-    circuit = chain()
+    circuit = chain(onset_neuron.build())
     v_dd = silicon.process.v_dd
     sources = Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", Constant(0.5 * v_dd))
     point = operating_point(Testbench("hearing", circuit, sources, 1.0), silicon)
     frequency = np.geomspace(*BAND)
-    nodes = "onset.v_h", "envelope"
+    nodes = "neuron.v_h", "envelope"
     found = [noise_at(point, n, frequency, model=model).variance ** 0.5 for n in nodes]
     return found[0], found[1]
 
 
-def chain() -> Circuit:
-    """Detector and onset neuron on one envelope: ports microphone, biases and the supply."""
-    detector, neuron = envelope_detector.build(), onset_neuron.build()
-    biases = (*detector.biases, *neuron.biases)
+def chain(neuron: Circuit) -> Circuit:
+    """Detector and a neuron that hears its envelope: ports microphone, spike, biases and the supply."""
+    parts = {"detector": envelope_detector.build(), "neuron": neuron}
+    biases = [
+        bias if bias.device is None else replace(bias, device=f"{name}.{bias.device}")
+        for name, part in parts.items()
+        for bias in part.biases
+    ]
     ports = (
         Port("vdd", "supply"),
         Port("microphone", "analog"),
+        Port("spike", "event", "out"),
         *(Port(b.port, "bias") for b in biases),
     )
     instances = tuple(
-        Instance(name, part, {p.name: p.name for p in part.ports})
-        for name, part in (("detector", detector), ("onset", neuron))
+        Instance(name, part, {p.name: p.name for p in part.ports}) for name, part in parts.items()
     )
-    named = [
-        b if b.device is None else replace(b, device=f"{name}.{b.device}")
-        for name, part in (("detector", detector), ("onset", neuron))
-        for b in part.biases
-    ]
-    return Circuit("hearing", ports, instances=instances, biases=tuple(named))
+    return Circuit("hearing", ports, instances=instances, biases=tuple(biases))
 
 
 @compiled()

@@ -2,7 +2,7 @@
 
 A chip with a synapse of each level on one row gets trains of one rate until they have settled, or a step of
 the rate; a population of one input level gets a step of the rate of its inputs. Numbers are ours; those of
-the population were chosen on die 3.
+the population were chosen on dies 3 to 8.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LEVELS = (1, 2, 3, 4)
 ROW, COLUMNS = 5, (17, 18, 19, 20)  # of the levels
 LOW, HIGH, AT, UNTIL = 10.0, 100.0, 0.2, 0.5  # Hz, Hz, s, s: of a rate step
 SIZE, INPUTS = 64, tuple(range(200, 206))  # of the population
-GAIN = {"NPDPIE_TAU_P": (6, 30), "NPDPIE_THR_P": (6, 80)}
+GAIN = {"NPDPIE_TAU_P": (6, 30), "NPDPIE_THR_P": (6, 60)}
 BIN = 0.02  # s
 TABLE = default_biases().with_code("IF_DC_P", 7, 0).with_code(STEP_BIAS, *STEP)
 

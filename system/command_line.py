@@ -237,11 +237,30 @@ def characterise(
 @app.command()
 def reproduce(
     experiment: Annotated[str, typer.Argument(metavar="EXPERIMENT", help="An experiment: see noctule list.")],
+    *,
+    param: Annotated[
+        list[str], typer.Option("--param", metavar="NAME=COUNT", help="Of a campaign, as forests=20.")
+    ] = [],  # noqa: B006
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="FILE", help="Keeps a campaign's runs as it goes.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in --output.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Processes of a campaign.")] = None,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """Make a paper's figure again; status 1 if a row disagrees."""
-    raise typer.Exit(call("reproduce:reproduce_command", experiment, plot=plot, as_json=as_json))
+    status = call(
+        "reproduce:reproduce_command",
+        experiment,
+        params=param,
+        output=output,
+        resume=resume,
+        workers=workers,
+        plot=plot,
+        as_json=as_json,
+    )
+    raise typer.Exit(status)
 
 
 @app.command()

@@ -6,8 +6,8 @@ predicted. Only a predicted row that disagrees makes an experiment fail.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -51,8 +51,13 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """A figure or table of a paper. `run(progress)` reports the fraction done, 0 to 1, as it goes."""
+    """A figure or table of a paper. `run(progress)` reports the fraction done, 0 to 1, as it goes.
+
+    counts: where it is a campaign of many long runs, whole numbers that `run` takes by these names, with what
+    they are unless given; after `progress` it then takes a `system.campaign.Campaign`.
+    """
 
     name: str
     summary: str
-    run: Callable[[Progress], Report]
+    run: Callable[..., Report]
+    counts: Mapping[str, int] = field(default_factory=dict)

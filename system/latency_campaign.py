@@ -15,10 +15,13 @@ The analog model flies with its own loop, its numbers for ten pings a second, on
 
 from __future__ import annotations
 
+import hashlib
 import warnings
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +35,7 @@ from circuits.circuit import BiasKind
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
+from system.campaign import Campaign, Key, One
 from system.curved_openspace import DIRECTIONS, Arcs, Bat, arcs_of
 from system.curved_openspace_kernel import COLLIDED, GOING
 from system.curved_openspace_kernel import fly as fly_analog
@@ -127,7 +131,7 @@ def crossed(make: Maker, seed: int) -> Crossed:
 
 def judged(seed: int, flown: Flown) -> Crossed:
     """What a flight through the forest of a seed came to."""
-    return Crossed(seed, flown.laps, flown.collided, flown.pings, flown.caught)
+    return Crossed(seed, flown.laps, bool(flown.collided), flown.pings, bool(flown.caught))
 
 
 def crossed_by_analog(seed: int) -> Crossed:
@@ -141,15 +145,31 @@ def crossed_by_analog(seed: int) -> Crossed:
         ended = fly_analog(arcs, EXACT, cells, flight, _AT_ONCE)
         been.append(flight.pose[[TIME, X, Y]])
     laps = min(int(flight.counts[LAP]), CROSSINGS)
-    rows, collided = np.array(been), ended == COLLIDED
-    loop = not collided and stays(rows[:, 0], rows[:, 1:])
+    rows, collided = np.array(been), bool(ended == COLLIDED)
+    loop = not collided and bool(stays(rows[:, 0], rows[:, 1:]))
     return Crossed(seed, laps, collided, int(flight.counts[PINGED]), loop)
 
 
-def fly_all(one: Callable[[int], Crossed], seeds: Sequence[int], threads: int = 1) -> tuple[Crossed, ...]:
-    """Flights of all seeds, in their order whatever the number of threads."""
-    with ThreadPoolExecutor(threads) as pool:
-        return tuple(pool.map(one, seeds))
+def fly_all(
+    campaign: Campaign, name: str, one: One, keys: Sequence[Key], progress: Callable[[float], None]
+) -> dict[str, list[Crossed]]:
+    """Flights of keys, their condition and seed, by condition; they do not depend on who makes them."""
+    flights: dict[str, list[Crossed]] = {condition: [] for condition, _ in keys}
+    with closing(campaign.runs(name, decided_by(), one, keys)) as runs:
+        for k, ((condition, _), found) in enumerate(zip(keys, runs, strict=True), 1):
+            flights[condition].append(Crossed(**found))
+            progress(k / len(keys))
+    return flights
+
+
+def decided_by() -> tuple[object, ...]:
+    """What a flight depends on besides its condition and seed: numbers, and the chip's record."""
+    record = (files("chips") / "records" / "latency_chip.nc").read_bytes()
+    arcs, numbers = _arcs(), Numbers()
+    return (
+        version("noctule"), numbers, design_of(arcs, numbers), PINGS, CROSSINGS, WINDOW,
+        hashlib.sha256(record).hexdigest(),
+    )  # fmt: skip
 
 
 def survival(flights: Sequence[Crossed]) -> tuple[F64, F64, F64, F64]:

@@ -77,6 +77,7 @@ EXPERIMENTS: dict[str, str] = {
     "rolls-forms": "system.experiments.rolls_forms:EXPERIMENT",
     "rolls-mismatch": "system.experiments.rolls_mismatch:EXPERIMENT",
     "rolls-learning": "system.experiments.rolls_learning:EXPERIMENT",
+    "rolls-depression": "system.experiments.rolls_depression:EXPERIMENT",
     "milde2017-table1": "system.experiments.milde2017_table1:EXPERIMENT",
     "milde2017-pairs": "system.experiments.milde2017_pairs:EXPERIMENT",
     "milde2017-variability": "system.experiments.milde2017_variability:EXPERIMENT",

@@ -122,18 +122,21 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
     `integrating` may be before the tap's event, below 0; it and `reset` count from the first tap's.
     """
-    taps = [FIRST + k * PERIOD for k in range(PINGS)]
+    first = stimuli["first"] or 0.0
+    if first <= START + WIDTH:
+        raise ParameterError(f"first: {first:g} s, must be after the start's reset, {START + WIDTH:g} s")
+    taps = [first + k * PERIOD for k in range(PINGS)]
     given, again = stimuli["integrating"], stimuli["reset"]
-    if given is not None and FIRST + given <= START + WIDTH:
-        raise ParameterError(f"integrating: {given:g} s, must be above {START + WIDTH - FIRST:g} s, or off")
+    if given is not None and first + given <= START + WIDTH:
+        raise ParameterError(f"integrating: {given:g} s, must be above {START + WIDTH - first:g} s, or off")
     if again is not None and again <= 0.0:
         raise ParameterError(f"reset: {again:g} s, must be > 0 s after the first tap's event, or off")
-    spoken: Waveform = Constant(0.0) if given is None else _events([FIRST + given], v_dd)
+    spoken: Waveform = Constant(0.0) if given is None else _events([first + given], v_dd)
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
         Source("tap", "tap", _events(taps, v_dd)),
         Source("integrating", "integrating", spoken),
-        Source("reset", "reset", latency_tonic.reset_wave(None if again is None else FIRST + again, v_dd)),
+        Source("reset", "reset", latency_tonic.reset_wave(None if again is None else first + again, v_dd)),
     )
     bench = Testbench("latency unit", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
@@ -149,13 +152,19 @@ def measures(result: Result) -> dict[str, float | None]:
     recalls: spikes within the window of a later tap's event.
     """
     spikes = result.spikes["spike"]
-    later = [FIRST + k * PERIOD for k in range(1, PINGS)]
+    first, *later = _taps(result)
     near = [t for t in later if ((spikes >= t) & (spikes < t + 1e-3)).any()]
     return {
-        "latency_s": float(spikes[0]) - FIRST if spikes.size else None,
+        "latency_s": float(spikes[0]) - first if spikes.size else None,
         "recalls": float(len(near)),
         "supply_power_W": supply_power(result),
     }
+
+
+def _taps(result: Result) -> tuple[float, ...]:
+    """Times of the tap's events in a run of the testbench, s."""
+    (wave,) = (s.waveform for s in result.machine.testbench.sources if s.name == "tap")
+    return wave.starts if isinstance(wave, Pulse) else (FIRST,)
 
 
 def outcome(result: Result) -> str:
@@ -171,6 +180,7 @@ BLOCK = Block(
     params=Params,
     build=build,
     stimuli=(
+        Stimulus("first", "s", FIRST, "the first tap's event"),
         Stimulus("integrating", "s", 1e-3, "integrating neuron's spike, after the tap's event",
                  can_be_off=True),
         Stimulus("reset", "s", 160e-3, "reset, after the first tap's event", can_be_off=True),

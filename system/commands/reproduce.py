@@ -2,21 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
+from importlib import import_module
+from pathlib import Path
 
+from circuits.errors import ParameterError
+from system.campaign import Campaign, here
 from system.commands.output import print_json, print_line, print_table, progress_bar
-from system.experiment import Report, Row, Value
+from system.experiment import Experiment, Report, Row, Value
 from system.plot import check_picture, save_picture
 from system.registry import load_experiment
 
 
-def reproduce_command(experiment: str, *, plot: str | None, as_json: bool) -> int:
-    """Run `experiment`, print its rows, draw it into `plot`; 1 if a predicted row disagrees, else 0."""
+def reproduce_command(
+    experiment: str,
+    *,
+    params: Sequence[str] = (),
+    output: str | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    plot: str | None,
+    as_json: bool,
+) -> int:
+    """Run `experiment`, print its rows, draw it into `plot`; 1 if a predicted row disagrees, else 0.
+
+    `params`, `output`, `resume` and `workers` are of campaigns alone.
+    """
     if plot is not None:
         check_picture(plot)
     chosen = load_experiment(experiment)
+    run = chosen.run
+    if chosen.counts:
+        run = partial(run, campaign=_campaign(output, workers, resume=resume), **_counts(chosen, params))
+    else:
+        for option, given in (
+            ("param", params),
+            ("output", output),
+            ("resume", resume),
+            ("workers", workers),
+        ):
+            if given:
+                raise ParameterError(f"--{option}: {chosen.name} is no campaign, it has none; leave it out")
     with progress_bar(chosen.name) as progress:
-        report = chosen.run(progress)
+        report = run(progress)
     if plot is not None:
         save_picture(plot, report.draw)
     if as_json:
@@ -25,6 +55,29 @@ def reproduce_command(experiment: str, *, plot: str | None, as_json: bool) -> in
     else:
         _print(f"{chosen.name}: {chosen.summary}", report)
     return 0 if report.agrees else 1
+
+
+def _campaign(output: str | None, workers: int | None, *, resume: bool) -> Campaign:
+    if resume and output is None:
+        raise ParameterError("--resume: needs the file of --output; add it")
+    hands = here
+    if workers is not None:  # a cluster's library takes a second to import
+        hands = partial(import_module("system.study.cluster").workers_of, workers)
+    return Campaign(None if output is None else Path(output), resume, hands)
+
+
+def _counts(chosen: Experiment, params: Sequence[str]) -> dict[str, int]:
+    """Whole numbers that are given, by name."""
+    found: dict[str, int] = {}
+    for text in params:
+        name, _, value = text.partition("=")
+        if name not in chosen.counts:
+            known = ", ".join(f"{n}={k}" for n, k in chosen.counts.items())
+            raise ParameterError(f"--param: {name}, unknown to {chosen.name}; known are {known}")
+        if not value.isdecimal() or int(value) < 1:
+            raise ParameterError(f'--param: {name} "{value}", must be a whole number of at least 1')
+        found[name] = int(value)
+    return found
 
 
 def _print(title: str, report: Report) -> None:

@@ -9,16 +9,19 @@ the nominal die; both run open loop. The rule: the lower 95 % limit of Cohen's k
 from __future__ import annotations
 
 import itertools
+from contextlib import closing
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from system.campaign import ALONE, Campaign, Found, Key
 from system.curved_openspace import Arcs, Bat, arcs_of
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.wen2022_fig5 import NAMES
 from system.latency_agreement import Recorder, confusion, kappa_interval, replayed, replayed_by
 from system.latency_brain import network_brain
+from system.latency_campaign import decided_by
 from system.latency_chip_brain import chip_brain
 from system.latency_flight import fly
 from system.latency_lif import all_lif
@@ -26,29 +29,28 @@ from system.latency_numbers import Numbers
 from system.latency_run import LatencyScenario, place
 from system.plot import PALE
 
-I64 = NDArray[np.int64]
-
 FIRST_SEED = 1006
 PINGS, FLIGHT = 2000, 250  # in all at least, and of a flight; ours
 LEAST = 0.8  # of kappa's lower limit
 
 
-def reproduce(progress: Progress, pings: int = PINGS, flight: int = FLIGHT) -> Report:
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, pings: int = PINGS, flight: int = FLIGHT
+) -> Report:
     """Fly the network, then play its pings to the chip."""
-    numbers = Numbers()
-    arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
-    theirs: list[I64] = []
-    ours: list[I64] = []
-    simpler: list[I64] = []
-    for seed in itertools.count(FIRST_SEED):
-        if sum(x.size for x in theirs) >= pings:
-            break
-        recorder = recorded(arcs, numbers, seed, flight)
-        theirs.append(np.array([row.group for row in recorder.rows]))
-        ours.append(replayed(chip_brain(arcs, numbers), recorder.rows))
-        simpler.append(replayed_by(network_brain(arcs, numbers, all_lif), recorder.rows))
-        progress(min(1.0, sum(x.size for x in theirs) / pings))
-    network, chip, lif = (np.concatenate(x) for x in (theirs, ours, simpler))
+    found: list[Found] = []
+    count = 0
+    numbers = (*decided_by(), flight)
+    keys = ((f"{flight} pings", seed) for seed in itertools.count(FIRST_SEED))
+    with closing(campaign.runs("latency-agreement", numbers, fly_one, keys)) as runs:
+        while count < pings:
+            found.append(next(runs))
+            count += len(found[-1]["network"])
+            progress(min(1.0, count / pings))
+    network, chip, lif = (
+        np.array([group for each in found for group in each[name]], dtype=np.int64)
+        for name in ("network", "chip", "lif")
+    )
     kappa, low, high = kappa_interval(network, chip)
     other, other_low, other_high = kappa_interval(network, lif)
     table = confusion(network, chip)
@@ -60,11 +62,24 @@ def reproduce(progress: Progress, pings: int = PINGS, flight: int = FLIGHT) -> R
             agrees=other_low >= LEAST),
     )  # fmt: skip
     notes = (
-        f"kappa {kappa:.4f}, interval {low:.4f} to {high:.4f}, {len(theirs)} flights",
+        f"kappa {kappa:.4f}, interval {low:.4f} to {high:.4f}, {len(found)} flights",
         f"integrate-and-fire neurons alone: kappa {other:.4f}, interval {other_low:.4f} to {other_high:.4f}",
         f"the chip's is the same group at {np.trace(table) / table.sum():.2%} of {network.size} pings",
     )
     return Report(rows, lambda figure: _draw(table, figure), notes)
+
+
+def fly_one(key: Key) -> Found:
+    """Winner groups of network, chip and integrate-and-fire network over a flight of the first."""
+    flight, seed = key
+    numbers = Numbers()
+    arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
+    heard = recorded(arcs, numbers, seed, int(flight.split()[0])).rows
+    return {
+        "network": [int(row.group) for row in heard],
+        "chip": replayed(chip_brain(arcs, numbers), heard).tolist(),
+        "lif": replayed_by(network_brain(arcs, numbers, all_lif), heard).tolist(),
+    }
 
 
 def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
@@ -91,4 +106,7 @@ def _draw(table: NDArray[np.float64], figure: Figure) -> None:
     ax.spines[:].set_color(PALE)
 
 
-EXPERIMENT = Experiment("latency-agreement", "the latency chip's winners against the network's", reproduce)
+EXPERIMENT = Experiment(
+    "latency-agreement", "the latency chip's winners against the network's", reproduce,
+    {"pings": PINGS, "flight": FLIGHT},
+)  # fmt: skip

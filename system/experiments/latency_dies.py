@@ -12,14 +12,26 @@ lost against the nominal die on the same forests.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from chips.latency_calibration import PARTS
+from system.campaign import ALONE, Campaign, Found, Key
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.latency_forests import described
-from system.latency_campaign import Build, Crossed, block_builds, chip_maker, crossed, mean_crossings
+from system.latency_campaign import (
+    Build,
+    Crossed,
+    Maker,
+    block_builds,
+    chip_maker,
+    crossed,
+    fly_all,
+    mean_crossings,
+)
 from system.plot import COLOURS
 
 FIRST = 1006
@@ -47,21 +59,31 @@ RULES = (
 Flights = Mapping[str, Sequence[Crossed]]
 
 
-def reproduce(progress: Progress, dies: int = DIES, block_dies: int = BLOCK_DIES) -> Report:
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, dies: int = DIES, block_dies: int = BLOCK_DIES
+) -> Report:
     """Fly all builds, then single blocks."""
-    builds = {name: (build, dies) for name, build in BUILDS.items()}
-    alone = block_builds(Build("generator", process=False))
-    builds |= {f"only {name}": (build, block_dies) for name, build in alone.items()}
-    work, done = sum(count for _, count in builds.values()), 0
-    flights: dict[str, list[Crossed]] = {}
-    for name, (build, count) in builds.items():
-        make = chip_maker(build)
-        flights[name] = []
-        for k in range(count):
-            flights[name].append(crossed(make, FIRST + k))
-            done += 1
-            progress(done / work)
+    counts = {name: dies if name in BUILDS else block_dies for name in _builds()}
+    keys = [(name, FIRST + k) for name, count in counts.items() for k in range(count)]
+    flights = fly_all(campaign, "latency-dies", fly_one, keys, progress)
     return Report(rows(flights), lambda figure: _draw(flights, figure), notes(flights))
+
+
+def fly_one(key: Key) -> Found:
+    """The flight of a build on the die of a number, through the forest of that seed."""
+    name, number = key
+    return asdict(crossed(_maker(name), number))
+
+
+def _builds() -> dict[str, Build]:
+    """All builds: of whole dies, and with the deviations of one block each."""
+    alone = block_builds(Build("generator", process=False))
+    return {**BUILDS, **{f"only {name}": build for name, build in alone.items()}}
+
+
+@lru_cache(maxsize=2)  # a build's dies follow each other
+def _maker(name: str) -> Maker:
+    return chip_maker(_builds()[name])
 
 
 def rows(flights: Flights) -> tuple[Row, ...]:
@@ -94,4 +116,7 @@ def _draw(flights: Flights, figure: Figure) -> None:
     ax.set_xlabel("crossings without a collision, mean up to 8 (product limit)")
 
 
-EXPERIMENT = Experiment("latency-dies", "crossings by latency chips on dies", reproduce)
+EXPERIMENT = Experiment(
+    "latency-dies", "crossings by latency chips on dies", reproduce,
+    {"dies": DIES, "block_dies": BLOCK_DIES},
+)  # fmt: skip

@@ -1,4 +1,4 @@
-"""Chunks of a study on a Dask cluster, one elsewhere or a local one of processes."""
+"""Chunks of a study, and runs of a campaign, on a Dask cluster, one elsewhere or a local one of processes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 from distributed import Client, LocalCluster
 
 from circuits.errors import ParameterError
-from system.study.engine import AHEAD, Submit, Waiting, measure_dies
+from system.campaign import Hands, Key, One, Pending
+from system.study.engine import AHEAD, Submit, Waiting, interrupts, measure_dies
 from system.study.manifest import Study
 
 RETRIES = 3  # of a chunk whose worker died
@@ -22,18 +23,37 @@ def on_cluster(address: str | None, workers: int | None = None) -> Iterator[tupl
 
     A chunk whose worker dies is done again elsewhere. Raises `ParameterError` where no scheduler answers.
     """
-    if workers is not None and workers < 1:
-        raise ParameterError(f"--workers: {workers}, must be at least 1")
-    with _local(workers) if address is None else nullcontext(address) as cluster, _client(cluster) as client:
-        count = len(client.scheduler_info()["workers"])
-        if count == 0:
-            raise ParameterError(f"--scheduler: {address} has no workers; start some (dask worker {address})")
+    with _clients(address, workers) as (client, count):
 
         def submit(study: Study, dies: range) -> Waiting:
             chunk: Waiting = client.submit(measure_dies, study, dies, pure=False, retries=RETRIES)
             return chunk
 
         yield submit, AHEAD * count
+
+
+@contextmanager
+def workers_of(workers: int) -> Iterator[Hands]:
+    """Hand runs of a campaign to so many processes; one whose process dies is made again."""
+    with interrupts() as asked, _clients(None, workers) as (client, count):
+
+        def submit(one: One, key: Key) -> Pending:
+            run: Pending = client.submit(one, key, pure=False, retries=RETRIES)
+            return run
+
+        yield submit, AHEAD * count, asked
+
+
+@contextmanager
+def _clients(address: str | None, workers: int | None) -> Iterator[tuple[Any, int]]:
+    """A client of a cluster, and the number of its workers."""
+    if workers is not None and workers < 1:
+        raise ParameterError(f"--workers: {workers}, must be at least 1")
+    with _local(workers) if address is None else nullcontext(address) as cluster, _client(cluster) as client:
+        count = len(client.scheduler_info()["workers"])
+        if count == 0:
+            raise ParameterError(f"--scheduler: {address} has no workers; start some (dask worker {address})")
+        yield client, count
 
 
 def _local(workers: int | None) -> Any:

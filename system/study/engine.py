@@ -149,7 +149,7 @@ def run_study(
     tables: list[Table] = []
     read, redone, stopped = 0, [], False
     chunks = study.chunks()
-    with _interrupts() as asked, closing(_ordered(study, chunks, folder, submit, ahead, asked)) as source:
+    with interrupts() as asked, closing(_ordered(study, chunks, folder, submit, ahead, asked)) as source:
         for dies, table, note in source:
             if note == "":
                 read += 1
@@ -205,7 +205,7 @@ def _take(entry: tuple[range, Table | Waiting, str], asked: threading.Event) -> 
 
 
 @contextmanager
-def _interrupts() -> Iterator[threading.Event]:
+def interrupts() -> Iterator[threading.Event]:
     """Inside, Ctrl-C sets an event, so that it is not lost where a library takes the exception for its own.
 
     A second one interrupts at once. Other threads than the main one cannot catch signals, and get none.

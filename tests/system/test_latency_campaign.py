@@ -12,10 +12,7 @@ from system.latency_campaign import (
     Build,
     Crossed,
     block_builds,
-    chip_maker,
-    crossed,
     crossed_by_analog,
-    fly_all,
     mean_crossings,
     sign_test,
     survival,
@@ -60,12 +57,6 @@ def test_blocks_alone_leave_the_rest_nominal() -> None:
     assert chip.lumped.tap.std() > 0.0
     assert (chip.lumped.hold == chip.lumped.hold[0, 0]).all()
     assert ideal.lumped.hold[0, 0] == pytest.approx(float(chip.lumped.hold[0, 0]))
-
-
-def test_flights_are_the_same_from_any_number_of_threads() -> None:
-    make = chip_maker(Build())  # fixed gates, uncalibrated: short flights
-    one, two = (fly_all(lambda seed: crossed(make, seed), (1012, 1013), threads) for threads in (1, 2))
-    assert one == two
 
 
 def test_the_analog_model_ends_as_it_is_told() -> None:

@@ -37,7 +37,7 @@ def test_the_equations_hold_within_2_percent(tmp_path: Path) -> None:
 
 
 def test_few_pings_do_not_show_agreement(tmp_path: Path) -> None:
-    report = latency_agreement.reproduce(silent, 6, 6)
+    report = latency_agreement.reproduce(silent, pings=6, flight=6)
     found = {row.name: row for row in report.rows}
     assert found["pings"].ours == 6.0
     assert not found["pings"].agrees

@@ -1,0 +1,124 @@
+"""Campaigns: the same file from any interruption, and what is refused."""
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from itertools import count
+from pathlib import Path
+from threading import Event
+
+import pytest
+
+from circuits.errors import DataError, ParameterError
+from system.campaign import Campaign, Found, Key
+from system.command_line import main
+
+KEYS = [("a", 1), ("a", 2), ("b", 1)]
+
+
+@pytest.fixture
+def made() -> tuple[Callable[[Key], Found], list[Key]]:
+    """A run that notes what it was asked for."""
+    asked: list[Key] = []
+
+    def one(key: Key) -> Found:
+        asked.append(key)
+        return {"value": f"{key[0]}{0.1 * key[1]}"}
+
+    return one, asked
+
+
+def runs(campaign: Campaign, one: Callable[[Key], Found], mark: object = 1) -> list[Found]:
+    return list(campaign.runs("ours", (mark,), one, KEYS))
+
+
+def test_a_campaign_goes_on_where_it_was_interrupted(
+    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
+) -> None:
+    one, asked = made
+    whole, part = tmp_path / "whole.jsonl", tmp_path / "part.jsonl"
+    expected = runs(Campaign(whole), one)
+    begun = Campaign(part).runs("ours", (1,), one, KEYS)
+    next(begun)
+    begun.close()
+    with part.open("a") as file:
+        file.write('{"key": ["a", 2], "fo')  # killed while it wrote
+    asked.clear()
+    assert runs(Campaign(part, resume=True), one) == expected
+    assert asked == KEYS[1:]
+    assert part.read_bytes() == whole.read_bytes()
+    assert runs(Campaign(whole, resume=True), one) == expected
+    assert asked == KEYS[1:]  # none was made again
+
+
+def test_an_endless_campaign_is_asked_as_far_as_needed(
+    made: tuple[Callable[[Key], Found], list[Key]],
+) -> None:
+    one, asked = made
+    found = Campaign().runs("ours", (), one, (("a", k) for k in count()))
+    assert [next(found)["value"] for _ in range(2)] == ["a0.0", "a0.1"]
+    assert len(asked) == 2
+
+
+def test_runs_handed_out_ahead_come_in_order(
+    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
+) -> None:
+    one, asked = made
+
+    class Late:
+        def __init__(self, key: Key) -> None:
+            self.key, self.waits = key, KEYS[::-1].index(key)
+
+        def result(self, timeout: float | None = None) -> Found:
+            if self.waits:
+                self.waits -= 1
+                raise TimeoutError
+            return one(self.key)
+
+    hands = (lambda _, key: Late(key), 2, Event())
+    file = tmp_path / "ahead.jsonl"
+    assert runs(Campaign(file, hands=lambda: nullcontext(hands)), one) == runs(Campaign(), one)
+    assert asked == KEYS + KEYS
+    stopped = (hands[0], 2, Event())
+    stopped[2].set()
+    with pytest.raises(KeyboardInterrupt):
+        runs(Campaign(hands=lambda: nullcontext(stopped)), one)
+
+
+def test_what_is_not_its_own_is_refused(
+    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
+) -> None:
+    one, _ = made
+    file = tmp_path / "runs.jsonl"
+    with pytest.raises(ParameterError, match=r"--resume: .* is not there"):
+        runs(Campaign(file, resume=True), one)
+    runs(Campaign(file), one)
+    with pytest.raises(ParameterError, match=r"--output: .* is there; add --resume"):
+        runs(Campaign(file), one)
+    with pytest.raises(ParameterError, match="other numbers; name another file"):
+        runs(Campaign(file, resume=True), one, mark=2)
+    with file.open("a") as opened:
+        opened.write("[1]\n")
+    with pytest.raises(DataError, match="line 5 is broken"):
+        runs(Campaign(file, resume=True), one)
+    with pytest.raises(DataError, match="cannot be written"):
+        runs(Campaign(tmp_path / "none" / "runs.jsonl"), one)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("wen2022-fig5 --resume", "--resume: wen2022-fig5 is no campaign, it has none"),
+        ("latency-dies --param forests=3", "--param: forests, unknown to latency-dies; known are dies=100"),
+        ("latency-forests --param forests=0", '--param: forests "0", must be a whole number of at least 1'),
+        ("latency-forests --param forests=2 --param network=3", "network: 3 forests, must be at most the 2"),
+        ("latency-agreement --resume", "--resume: needs the file of --output; add it"),
+        ("latency-agreement --workers 0", "--workers: 0, must be at least 1"),
+    ],
+)
+def test_the_command_refuses_in_a_line(
+    arguments: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["reproduce", *arguments.split()]) != 0
+    found = capsys.readouterr().err
+    assert words in found
+    assert found.count("\n") == 1
