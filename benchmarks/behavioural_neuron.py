@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips.rebound_model import UNDECIDED, Tunings, join, model_of, neurons_on, tune
+from chips.rebound_model import model_of, neurons_on
+from chips.rebound_response import UNDECIDED, Tunings, join, tune
 from circuits.bias import rebias
 from circuits.blocks import rebound_neuron, tuning
 from circuits.circuit import BiasKind

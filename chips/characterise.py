@@ -22,7 +22,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.rebound_model import ReboundModel, check_law, model_of, neurons_on, stimulated, tune
+from chips.model_law import check_law
+from chips.rebound_model import ReboundModel, model_of, neurons_on, stimulated
+from chips.rebound_response import tune
 from chips.record import GRID, Box, Grid, Quantity, Record, record_key
 from circuits.bias import gate_voltage, rebias
 from circuits.blocks import rebound_neuron

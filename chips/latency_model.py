@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from chips.board_record import all_on_silicon, check_box, matching_tables, temperature_weights
 from chips.latency_design import NAME, REACH, Biases, Charges, Design, gate_voltages, lines_of
 from chips.latency_measurement import COMPARATOR, QUANTITIES, SYNAPSES, circuits
-from chips.rebound_model import check_law
+from chips.model_law import check_law
 from circuits.blocks.latency_coincidence import INPUTS, SHARE
 from circuits.blocks.latency_synapse import WIDTH, comparator
 from circuits.circuit import BiasKind

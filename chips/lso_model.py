@@ -28,7 +28,7 @@ from chips.board_record import all_on_silicon, check_box, matching_tables, tempe
 from chips.lso_law import Membrane, Mirror, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso_measurement import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
 from chips.lso_place import NAME, area_of, line_volts, of_area, square_of, transistor_of
-from chips.rebound_model import check_law
+from chips.model_law import check_law
 from circuits.blocks.latency_synapse import WIDTH
 from circuits.blocks.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit

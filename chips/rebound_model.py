@@ -9,7 +9,7 @@ circuit's capacitances (`chips.rebound_law`). What is smooth comes from the reco
 for ln(t_inh I_inh), the comparator's threshold, the charge that fires the axon, the width of a spike and the
 step of v_ex at the end of an echo; I_inh is the current of this die's mi5. x: V_T0 (V) and ln beta of each
 device, what all of a polarity share, and by how much the gate voltage of a bias differs from the record's.
-A spike that the margin of the threshold would undo, or bring about, is `undecided`.
+What these neurons do is `chips.rebound_response`'s.
 """
 
 from __future__ import annotations
@@ -20,19 +20,17 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from chips.rebound_kernel import COLUMNS, respond_all
-from chips.rebound_law import F64, I64, Neurons, Pull, pull_low
-from chips.rebound_tuning_kernel import CLASSES, tune_all
+from chips.model_law import check_law
+from chips.rebound_law import F64, Neurons, Pull, pull_low
 from chips.record import Record, record_key, shipped_record
 from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant
-from circuits.errors import DataError, ParameterError
+from circuits.errors import DataError
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
@@ -41,10 +39,7 @@ from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
 
-STATES = 65  # kept after a call while a neuron is tuned
-ROOM = 256  # spikes of a neuron that a response keeps
 NODES = ("v_mem", "membrane.v_r", "excitation.v_ex")
-UNDECIDED = "undecided"
 
 # Devices whose gate is a bias port: the port's difference from the record's counts as their threshold's.
 GATED = {
@@ -92,30 +87,6 @@ class Devices(NamedTuple):
     log_beta: dict[str, F64]
 
 
-@dataclass(frozen=True, slots=True)
-class Tunings:
-    """Outcome of n neurons. `first`, `last`: s, NaN where not defined; `peak`: V, after a call alone."""
-
-    outcome: I64
-    undecided: NDArray[np.bool_]
-    first: F64
-    last: F64
-    t_inh: F64
-    peak: F64
-
-    @property
-    def classes(self) -> list[str]:
-        """Class of each, or `undecided`."""
-        return [UNDECIDED if u else CLASSES[o] for o, u in zip(self.outcome, self.undecided, strict=True)]
-
-
-class Response(NamedTuple):
-    """spikes: s, of each neuron; undecided: int64[n], moments at which a spike was too near to call."""
-
-    spikes: tuple[F64, ...]
-    undecided: I64
-
-
 def model_of(circuit: Circuit, process: Process, record: Record | None = None) -> ReboundModel:
     """Prepare the model of `circuit`, a rebound neuron or an array of them.
 
@@ -158,17 +129,6 @@ def model_of(circuit: Circuit, process: Process, record: Record | None = None) -
             for name, q in record.quantities.items()
         },
     )
-
-
-def check_law(process: Process) -> None:
-    """Raise `ParameterError` unless the transistors have constant kappa, no Early effect and no leakage."""
-    for polarity in POLARITIES:
-        law = process.model(polarity)
-        if law.law != "ekv" or law.early != 0.0 or law.junction_leakage != 0.0:
-            raise ParameterError(
-                f"{process.name}.{polarity}: {law.law}, Early {law.early:g}/V, leakage"
-                f" {law.junction_leakage:g} A/m, must be ekv without either; use the transistor level"
-            )
 
 
 def neuron_of(circuit: Circuit) -> Circuit:
@@ -393,35 +353,6 @@ def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) 
     rest = (("vdd", silicon.process.v_dd), ("call", 0.0), ("echo", 0.0))
     sources = (*(Source(n, n, Constant(v)) for n, v in rest if n not in taken), *extra)
     return to_kernel(Testbench("rebound neuron", neuron, sources, np.inf, watch=("spike",)), silicon)
-
-
-def join(parts: Sequence[Neurons]) -> Neurons:
-    """Neurons of several dies of one model as one."""
-    shared = {n: getattr(parts[0], n) for n in ("inverse_capacitance", "follow")}
-    columns = {n: np.concatenate([getattr(p, n) for p in parts]) for n in Neurons._fields if n not in shared}
-    return Neurons(**columns, **shared)
-
-
-def tune(neurons: Neurons) -> Tunings:
-    """Outcome class and facilitating interval of every neuron, as `circuits.blocks.tuning.tune` has them."""
-    n = neurons.t_inh.size
-    outcome, undecided, out = np.zeros(n, np.int64), np.zeros(n, np.bool_), np.zeros((n, 3))
-    tune_all(neurons, np.zeros((STATES, COLUMNS)), np.zeros(COLUMNS), outcome, undecided, out)
-    return Tunings(outcome, undecided, out[:, 0], out[:, 1], neurons.t_inh, out[:, 2])
-
-
-def respond(neurons: Neurons, calls: Sequence[float], echoes: Sequence[float], until: float) -> Response:
-    """Spikes up to `until` (s) of neurons that rest before the first of the calls and echoes (s)."""
-    events = sorted([*((t, True) for t in calls), *((t, False) for t in echoes)])
-    n = neurons.t_inh.size
-    spikes, counts = np.zeros((n, ROOM)), np.zeros((n, 2), np.int64)
-    times = np.array([t for t, _ in events])
-    is_call = np.array([c for _, c in events], dtype=np.bool_)
-    respond_all(neurons, times, is_call, until, np.zeros(COLUMNS), spikes, counts)
-    if counts[:, 0].max(initial=0) > ROOM:
-        raise ParameterError(f"response: {counts[:, 0].max()} spikes, must be <= {ROOM}; end it earlier")
-    kept = tuple(spikes[k, : counts[k, 0]].copy() for k in range(n))
-    return Response(kept, counts[:, 1])
 
 
 def outside(model: ReboundModel, silicon: Silicon, path: str = "") -> list[str]:

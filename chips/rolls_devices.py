@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.rebound_model import check_law
+from chips.model_law import check_law
 from chips.rolls_static import inverter_threshold
 from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, InstanceArray

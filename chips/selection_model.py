@@ -51,7 +51,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.board_record import matching_tables
-from chips.rebound_model import check_law
+from chips.model_law import check_law
 from chips.selection_kernel import NOBODY, Selection, decide, inversion
 from circuits.bias import bias_voltages
 from circuits.blocks import winner_take_all as circuit_of

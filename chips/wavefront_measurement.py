@@ -34,7 +34,7 @@ from chips.board_record import (
     on_silicon,
     write_board_record,
 )
-from chips.rebound_model import check_law
+from chips.model_law import check_law
 from chips.wavefront_model import axon_delays, axon_model
 from chips.wavefront_record import GRID, SHARED, AxonGrid, AxonRecord, axon_key, write_axon_record
 from circuits.bias import gate_voltage, rebias

@@ -42,7 +42,7 @@ from chips.axon_conditions import (
 )
 from chips.axon_graph import AxonGraph
 from chips.board_record import matching_record, temperature_weights
-from chips.rebound_model import check_law
+from chips.model_law import check_law
 from chips.wavefront_record import AxonRecord, axon_key, lagrange_weights, shipped_axon_record
 from circuits.bias import rebias
 from circuits.blocks import axon_delay, wavefront_cell, wavefront_grid

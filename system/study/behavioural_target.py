@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import final
 
-from chips.rebound_model import UNDECIDED, ReboundModel, Tunings, model_of, neurons_on, tune
+from chips.rebound_model import ReboundModel, model_of, neurons_on
+from chips.rebound_response import UNDECIDED, Tunings, tune
 from circuits.die import Die
 from circuits.errors import ParameterError
 from system.study.table import Condition

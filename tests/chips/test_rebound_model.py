@@ -8,18 +8,8 @@ import numpy as np
 import pytest
 
 from chips import ranging_chip
-from chips.rebound_model import (
-    ReboundModel,
-    devices_on,
-    gates_on,
-    join,
-    model_of,
-    neurons_on,
-    outside,
-    respond,
-    stimulated,
-    tune,
-)
+from chips.rebound_model import ReboundModel, devices_on, gates_on, model_of, neurons_on, outside, stimulated
+from chips.rebound_response import join, respond, tune
 from circuits.bias import rebias
 from circuits.blocks import rebound_neuron, tuning
 from circuits.circuit import BiasKind

@@ -15,7 +15,8 @@ import pytest
 
 from chips import ranging_chip
 from chips.rebound_law import Neurons
-from chips.rebound_model import model_of, neurons_on, respond, tune
+from chips.rebound_model import model_of, neurons_on
+from chips.rebound_response import respond, tune
 from chips.rebound_sheet import rebound_sheet
 from circuits.blocks import rebound_neuron
 from circuits.circuit import Circuit
