@@ -7,7 +7,7 @@ temperature. No value is fitted, and the paper has none.
 The chip is the ranging chip with its bias chain inside, 566 transistors fully coupled on both sides. ngspice
 runs it with trapezoidal integration from the solver's rest state; the operating point that is compared is the
 one that it finds without that start. The last rows are the solver's alone: by how much the fully coupled chip
-differs from its separately stepped neurons (`chips.coupling`), against the figures of docs/model.md.
+differs from its separately stepped neurons (`chips.coupling`), against the figures of docs/circuits.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rows about a chip's coupling: fully coupled beside separately stepped, held to what docs/model.md says.
+"""Rows about a chip's coupling: fully coupled beside separately stepped, held to what docs/circuits.md says.
 
 Both sides are the solver's (`chips.coupling`). The rules hold the documentation to what is measured.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from chips.coupling import Coupling
 from system.experiment import Row
 
-# docs/model.md: the worst neuron's inhibition and spike come this much earlier on the coupled chip
+# docs/circuits.md: the worst neuron's inhibition and spike come this much earlier on the coupled chip
 SHARE, INHIBITION, SPIKE = 0.0491, 0.364e-3, 0.290e-3  # of t_inh, s, s
 SHARE_TOLERANCE, TIME_TOLERANCE = 5e-4, 2e-6  # of t_inh, s
 
@@ -44,7 +44,7 @@ def coupling_note(coupling: Coupling) -> str:
 
 def _row(name: str, values: np.ndarray, said: float, text: str, tolerance: float) -> Row:
     worst = float(np.nanmax(np.abs(values)))
-    rule = f"worst neuron as in docs/model.md: {text}"
+    rule = f"worst neuron as in docs/circuits.md: {text}"
     agrees = abs(worst - said) <= tolerance
     return Row(f"coupling_{name}", None, worst, rule, tolerance, fitted=False, agrees=agrees)
 

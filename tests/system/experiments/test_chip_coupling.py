@@ -11,7 +11,7 @@ from chips.coupling import Coupling
 from system.experiments import chip_coupling
 from system.experiments.chip_coupling import coupling_note, coupling_rows
 
-DOCS = Path(__file__).parents[3] / "docs" / "model.md"
+DOCS = Path(__file__).parents[3] / "docs" / "circuits.md"
 
 
 def coupling(earlier: float = chip_coupling.INHIBITION) -> Coupling:
