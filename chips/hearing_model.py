@@ -128,8 +128,8 @@ def hear(model: HearingModel, state: HearingState, sounds: Sequence[tuple[float,
     known, due, undecided, heard = state.sounds, list(state.due), state.undecided, state.heard
     for sound in sorted(sounds):
         known = (*(s for s in known if s[0] > sound[0] - MEMORY), sound)
-        by = threshold_factors(model.noise, heard)
         both = model.onset, model.high_threshold
+        by = threshold_factors(model.noise, heard, *(sound[1] / m.threshold for m in both))
         onset, high = (m._replace(threshold=m.threshold * x) for m, x in zip(both, by, strict=True))
         *times, unsure = hear_sound(onset, high, np.array(known), len(known))
         heard += 1

@@ -67,6 +67,10 @@ class Unit(Protocol):
         """A reset at a time, s."""
         ...
 
+    def move(self, temperature_c: float, now: float) -> None:
+        """Go on at another temperature, degC, from `now` on, s."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Said:
@@ -140,16 +144,12 @@ class LatencyChip:
     def moved(self, memory: Memory, temperature_c: float, now: float) -> LatencyChip:
         """The same chip at another temperature (degC) from `now` (s) on, what it keeps going on.
 
-        A charge that is partly taken up is taken up at the new rate from then on. Raises `ParameterError`
-        where units are at transistor level, whose machines have one temperature.
+        A charge that is partly taken up is taken up at the new rate from then on.
         """
-        if self.units:
-            raise ParameterError(
-                f"{NAME}.temperature: {temperature_c:g} degC, units at transistor level keep the temperature"
-                " that they began with; leave them out"
-            )
         chip = self.at(temperature_c)
         move(memory, self.lumped, chip.lumped, now)
+        for unit in self.units.values():
+            unit.move(temperature_c, now)
         return chip
 
     def check_unit(self, memory: int, unit: int) -> None:

@@ -2,13 +2,16 @@
 
 The unit stands at its place on the chip with the chip's biases. Taps and the integrating neuron are the
 model's events, which become pulses at its ports; the first rise of its output after a ping is its spike.
-Between pings the unit runs on, its tonic neuron and its long inhibition included.
+Between pings the unit runs on, its tonic neuron and its long inhibition included. At another temperature the
+transistors and the lines are that temperature's, and the nodes' voltages go on: charges are kept, the blocks'
+capacitors being the same at all temperatures.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +21,7 @@ from chips.latency_place import UNIT_WIRES, bench_at, line_volts, standing
 from circuits.blocks import latency_unit
 from circuits.blocks.latency_synapse import EDGE, WIDTH
 from circuits.devices.source import Polyline
-from circuits.lowering.kernel import to_kernel
+from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
@@ -36,15 +39,34 @@ class TransistorUnit:
         self, biases: Biases, silicon: Silicon, memory: int, unit: int, record: tuple[str, ...] = ()
     ) -> None:
         """Build the machine and its state of rest; record: nodes whose voltages are kept in `kept`."""
-        volts = line_volts(biases, silicon, UNIT_WIRES, {})
+        self.biases, self.silicon, self.place, self.record = biases, silicon, (memory, unit), record
         self.v_dd = silicon.process.v_dd
-        bench = bench_at("latency unit", latency_unit.build(), volts, {}, math.inf, self.v_dd)
-        placed = standing(silicon, ("memory", (memory,)), ("unit", (unit,)))
-        machine = to_kernel(bench, placed)
+        machine = self._machine(silicon)
         self.runner = Runner(machine, record)
         self.kept: list[tuple[F64, F64]] = []
         self.state = self.runner.begin(operating_point(machine))
         self.resets: list[float] = [SETTLE]
+
+    def _machine(self, silicon: Silicon) -> Machine:
+        memory, unit = self.place
+        volts = line_volts(self.biases, silicon, UNIT_WIRES, {})
+        bench = bench_at("latency unit", latency_unit.build(), volts, {}, math.inf, self.v_dd)
+        return to_kernel(bench, standing(silicon, ("memory", (memory,)), ("unit", (unit,))))
+
+    def move(self, temperature_c: float, now: float) -> None:
+        """Go on at another temperature (degC) from `now` (s) on, which is after the last ping's run."""
+        self.advance(now)
+        self.silicon = replace(self.silicon, temperature_c=temperature_c)
+        self.runner = Runner(self._machine(self.silicon), self.record)
+        volts = line_volts(self.biases, self.silicon, UNIT_WIRES, {})
+        lines = {name: (np.array([self.state.now]), np.array([v])) for name, v in volts.items()}
+        self.state, _ = self.runner.advance(self.state, self.state.now, lines, stop_at_event=False)
+
+    def advance(self, until: float) -> tuple[tuple[str, float], ...]:
+        """Run on to a time, s, with the resets that were asked for; its spikes."""
+        inputs = {"reset": self._pulses(self.resets)}
+        self.resets = []
+        return self._run(until, inputs)
 
     def ping(self, start: float, tap: float, spoken: float) -> float:
         """Latency of its spike after a ping at `start`, s, or inf; tap, spoken: its inputs', s, or inf."""
@@ -55,12 +77,15 @@ class TransistorUnit:
             "reset": self._pulses(self.resets),
         }
         self.resets = []
-        until = start + max(heard) + AFTER
+        spikes = self._run(start + max(heard) + AFTER, inputs)
+        mine = [t - start for _, t in spikes if t >= start]
+        return mine[0] if mine else math.inf
+
+    def _run(self, until: float, inputs: Mapping[str, Polyline]) -> tuple[tuple[str, float], ...]:
         self.state, segment = self.runner.advance(self.state, until, inputs, stop_at_event=False)
         if segment.voltage.shape[1]:
             self.kept.append((segment.time, segment.voltage))
-        mine = [t - start for _, t in segment.spikes if t >= start]
-        return mine[0] if mine else math.inf
+        return segment.spikes
 
     def reset(self, at: float) -> None:
         """A reset at a time, s, which has to be after the last ping's run."""

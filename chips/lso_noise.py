@@ -7,7 +7,8 @@ k T C. With phi of `chips.shot_noise` the charge's variance since the reset is
     V = q int [phi I_exc + phi sum I_inh + phi_in (taken^2 / sum I_inh) + phi_out taken] dt + k T C
 
 and a spike comes where the membrane passes V_ref + xi sqrt(V) / C. Step: sigma(T) = T sqrt(q phi / Q_t).
-Level unit: on a ramp the pair's currents I_1, I_2 part, z = kappa S t / U_T, and its axon's input takes up
+Level unit: on a ramp the pair's currents I_1, I_2 part, z = psi kappa S t / U_T (psi: how steep the pair is
+beside weak inversion), and its axon's input takes up
 
     int (1/2) S dt,  S = 2 q [4 phi I_1 I_2 / I + 2 phi_m I_1 + phi_t I tanh^2(z / 2)]
 
@@ -26,7 +27,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from chips.board_record import all_on_silicon, matching_tables
 from chips.lso_law import Membrane, Mirror, Steps, mirrored, moved, rise_time, segments
@@ -53,18 +54,26 @@ class Grain(NamedTuple):
     inhibiting: float
 
 
+class LevelGrain(NamedTuple):
+    """Shares phi of a level unit's pair, mirror and tail; psi kappa / U_T of the pair, 1/V."""
+
+    pair: float
+    mirror: float
+    tail: float
+    per_volt: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LsoNoise:
     """Relative deviations of fields of a head's numbers, arrays as they have, and what draws them.
 
-    offset: V, of level units' thresholds; grain: of the neurons' currents; level: phi of a level unit's
-    pair, mirror and tail.
+    offset: V, of level units' thresholds; grain: of the neurons' currents; level: of the level units'.
     """
 
     spread: dict[str, F64]
     offset: F64
     grain: Grain
-    level: tuple[float, float, float]
+    level: LevelGrain
     draws: dict[str, Draws]
 
 
@@ -96,7 +105,8 @@ def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.
     count = {**{n: s.size for n, s in spread.items()}, "offset": head.offset.size, LEVEL: head.offset.size}
     count |= {f"{SPIKES}{side}": _ROOM for side in range(SIDES)}
     draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", size) for n, size in count.items()}
-    return LsoNoise(spread, _offsets(head, silicon, noise, area), grain, _level_shares(head, silicon), draws)
+    own = level_grain(float(head.level_current.mean()), silicon)
+    return LsoNoise(spread, _offsets(head, silicon, noise, area), grain, own, draws)
 
 
 def head_of_ping(head: Head, noise: LsoNoise, number: int) -> Head:
@@ -124,20 +134,23 @@ def level_jitter(head: Head, noise: LsoNoise, number: int, delay: F64, slope: F6
     """
     spread = np.zeros(delay.shape)
     on = np.isfinite(delay)
-    spread[on] = level_spread(head, noise.level, delay[on], slope[on], head.level_current[on])
+    spread[on] = level_spread(noise.level, delay[on], slope[on], head.level_current[on])
     return spread * normals(noise.draws[LEVEL], number, spread)
 
 
-def level_spread(head: Head, shares: tuple[float, float, float], delay: F64, slope: F64, current: F64) -> F64:
-    """Deviation (s) of a level unit's spike; shares: phi of pair, mirror and tail; arrays of one shape."""
-    steep = head.kappa * slope / head.u_t
+def level_spread(grain: LevelGrain, delay: F64, slope: F64, current: ArrayLike) -> F64:
+    """Deviation (s) of a level unit's spike, arrays of one shape.
+
+    delay: s after a ramp of `slope` V/s passed the threshold; current: of the tail, A.
+    """
+    steep = grain.per_volt * slope
     z = steep * delay
     pair = 0.5 - 1.0 / (1.0 + np.exp(z))
     mirror = z - np.logaddexp(z, 0.0) + math.log(2.0)
     tail = z - 2.0 * np.tanh(0.5 * z)
-    phi, phi_m, phi_t = shares
-    charge = ELEMENTARY_CHARGE * current / steep * (4.0 * phi * pair + 2.0 * phi_m * mirror + phi_t * tail)
-    return np.asarray(np.sqrt(charge) / (current * np.tanh(0.5 * z)))
+    whole = np.asarray(current, dtype=np.float64)
+    taken = 4.0 * grain.pair * pair + 2.0 * grain.mirror * mirror + grain.tail * tail
+    return np.asarray(np.sqrt(ELEMENTARY_CHARGE / whole / steep * taken) / np.tanh(0.5 * z))
 
 
 def noisy_side_spikes(
@@ -216,12 +229,18 @@ def _offsets(head: Head, silicon: Silicon, noise: SiliconNoise, area: float) -> 
     return np.asarray(np.sqrt(2.0 * own + 2.0 * turned * (steep[1] / steep[0]) ** 2))
 
 
-def _level_shares(head: Head, silicon: Silicon) -> tuple[float, float, float]:
-    """Shares phi of a level unit's pair, mirror (half of the tail's current each) and tail."""
+def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
+    """Noise of a level unit with this current (A) of its tail; pair and mirror carry half of it each."""
     _, level = circuits()
-    whole = float(head.level_current.mean())
-    found = []
-    for name, current in (("mc1", 0.5 * whole), ("mc4", 0.5 * whole), ("mc3", whole)):
-        square = silicon.law("n" if name == "mc4" else "p").square_current
-        found.append(float(shot_share(current, square * square_of(level, f"{_COMPARATOR}.{name}"))))
-    return found[0], found[1], found[2]
+    half = 0.5 * whole
+    specific = {
+        name: silicon.law("n" if name == "mc4" else "p").square_current
+        * square_of(level, f"{_COMPARATOR}.{name}")
+        for name in ("mc1", "mc3", "mc4")
+    }
+    pair, mirror, tail = (
+        float(shot_share(i, specific[name])) for name, i in (("mc1", half), ("mc4", half), ("mc3", whole))
+    )
+    law = silicon.law("p")
+    steep = float(steepness(half, specific["mc1"])) * law.kappa / silicon.thermal_voltage
+    return LevelGrain(pair, mirror, tail, steep)

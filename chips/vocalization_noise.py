@@ -103,7 +103,7 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
     top, feedback = 1.0 / p.threshold_top_resistance, 1.0 / p.threshold_feedback_resistance
     total = top + feedback + 1.0 / p.threshold_bottom_resistance
     half, output = 0.5 * v_dd, 1.0 / board.COMPARATOR_RESISTANCE
-    start = v_dd * (top + feedback) / total
+    start = board.thresholds(p, v_dd)[1]
 
     def at(t: float, y: F64) -> tuple[F64, float]:
         u = board.GAIN * (y[0] - start + AHEAD - slope * t) / half

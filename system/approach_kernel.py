@@ -209,7 +209,10 @@ def _sound(r: Run, onset: float, peak: float) -> None:
 @_compiled
 def _hear(b: Boards, r: Run, count: int) -> None:
     """Put the spikes of the last of `count` sounds among those that are due."""
-    one, other = threshold_factors(b.hearing_noise, r.counts[HEARD])
+    peak = r.sounds[count - 1, 1]
+    one, other = threshold_factors(
+        b.hearing_noise, r.counts[HEARD], peak / b.onset.threshold, peak / b.high_threshold.threshold
+    )
     r.counts[HEARD] += 1
     onset, high, unsure = hear_sound(_moved(b.onset, one), _moved(b.high_threshold, other), r.sounds, count)
     r.counts[UNDECIDED] += unsure

@@ -61,8 +61,6 @@ class ChipChoice:
     silicon_noise: Noisy = "off"
 
     def __post_init__(self) -> None:
-        if self.course and self.units:
-            raise ParameterError("--temperature: a course, not with --unit, which has one; leave one out")
         if silicon_noise(self.silicon_noise, 0) is not None and self.units:
             raise ParameterError(
                 f"--silicon-noise: {self.silicon_noise}, not with --unit, whose transistors make none here;"

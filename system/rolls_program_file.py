@@ -4,7 +4,9 @@
     5,17,4
     5,40,-2
 
-The header may be missing; blank lines are skipped. Synapses that no row names are off.
+The header may be missing; blank lines are skipped. Synapses that no row names are off. A row
+`depression,7,27` turns short-term depression on, with the coarse and fine code of its recovery; its step is
+NPA_WEIGHT_STD_N of the bias file.
 """
 
 from __future__ import annotations
@@ -17,12 +19,14 @@ import numpy as np
 from chips.pushbot_network import pushbot_network
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
+from chips.rolls_depression_program import ShortTermDepression
 from chips.rolls_network import network_program
 from chips.rolls_program import HIGHEST_LEVEL, Program
-from circuits.errors import DataError
+from circuits.errors import DataError, ParameterError
 
 PUSHBOT = "pushbot"
 COLUMNS = ("post", "pre", "level")
+DEPRESSION = "depression"
 
 
 def read_program(text: str, biases: BiasTable) -> Program:
@@ -41,9 +45,13 @@ def read_program(text: str, biases: BiasTable) -> Program:
         raise DataError(f"{path}: {reason}, must be a CSV of post,pre,level, or {PUSHBOT}") from error
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
     given = np.zeros((NEURONS, NEURONS), dtype=np.bool_)
+    depression: ShortTermDepression | None = None
     for number, cells in enumerate(csv.reader(lines), start=1):
         fields = [cell.strip() for cell in cells]
         if not any(fields) or (number == 1 and tuple(fields) == COLUMNS):
+            continue
+        if fields[0] == DEPRESSION:
+            depression = _depression(fields, f"{path}, line {number}", depression)
             continue
         post, pre, level = _row(fields, f"{path}, line {number}")
         if given[post, pre]:
@@ -51,7 +59,19 @@ def read_program(text: str, biases: BiasTable) -> Program:
         levels[post, pre], given[post, pre] = level, True
     if not given.any():
         raise DataError(f"{path}: no synapse, must have rows as 5,17,4; write one a synapse")
-    return Program(levels, biases)
+    return Program(levels, biases, depression=depression)
+
+
+def _depression(fields: list[str], where: str, before: ShortTermDepression | None) -> ShortTermDepression:
+    if before is not None:
+        raise DataError(f"{where}: {DEPRESSION} stands twice, must once; remove one row")
+    try:
+        _, coarse, fine = fields
+        return ShortTermDepression((int(coarse), int(fine)))
+    except ValueError as error:
+        reason = f"; {error}" if isinstance(error, ParameterError) else ""
+        text = ",".join(fields)[:40]
+        raise DataError(f'{where}: "{text}", must be {DEPRESSION},coarse,fine as in 7,27{reason}') from None
 
 
 def _row(fields: list[str], where: str) -> tuple[int, int, int]:

@@ -1,17 +1,17 @@
-"""Jitter of the behavioural chips beside that of their blocks' transistors: ROLLS, NEF and latency chip.
+"""Jitter of the behavioural chips beside that of their transistors: ROLLS, NEF, latency and sonar chips.
 
 Nothing is fitted, and the papers have none of it: in the place of their values stand the transistors, in
 transients with the noise of all devices (`circuits.solver.noise_transient`). Interspike intervals of a ROLLS
 neuron on a direct current at 20, 50 and 100 Hz, near its threshold and above; those of a NEF neuron on an
-ideal current; the delay of a tap. Nominal devices at 27 degC, white noise; of ROLLS at 50 Hz flicker too,
-whose coefficient is ours. The models are taken where they have the transistors' rate. The tolerance was set
-after first runs: three deviations of what so many intervals know, and a few per cent of the models' own.
+ideal current; the delay of a tap; times of the sonar's parts (`chip_noise_sonar`). Nominal devices at 27
+degC, white noise; of ROLLS at 50 Hz flicker too, whose coefficient is ours. The models are taken where they
+have the transistors' rate. The tolerance was set after first runs: three deviations of what so many intervals
+know, and a few per cent of the models' own; of the sonar's it is that for each row's own count.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -36,11 +36,24 @@ from circuits.process import AMI_1500, ELEMENTARY_CHARGE, ROLLS_180
 from circuits.silicon import Silicon
 from circuits.solver.noise_transient import NoiseRun, simulate_noisy
 from system.experiment import Experiment, Progress, Report, Row
+from system.experiments.chip_noise_sonar import (
+    LSO,
+    PEAKS,
+    SLOPES,
+    call_beside,
+    hearing_beside,
+    level_beside,
+    lso_beside,
+    step_beside,
+)
+from system.experiments.jitter_beside import Beside, known
 from system.plot import COLOURS
 
 F64 = NDArray[np.float64]
 
 ALLOWED = 0.1  # of the transistors' deviation
+LEFT_OUT = 0.05  # of it, by what the sonar's models leave out; and three deviations of what the trials know
+TRIALS = 200  # of a row of the sonar's
 SEED = 1000
 COARSE = 5  # coarse current of IF_DC_P, 0.82 nA
 # fine code, length of the transistors' run (s), and the grid of their noise (s): 20, 50 and 100 Hz
@@ -49,22 +62,6 @@ CHIP_STEP, CHIP_TIME = 0.1e-3, 4.0  # s, of the behavioural ROLLS
 NEF = ((1.5, 25.0, 50e-6), (2.5, 12.0, 20e-6))  # thresholds, s, s
 NEF_NEURONS, NEF_STEPS = 64, 8000
 TAP_TRIALS, TAP_STOP, TAP_STEP = 150, 3.3e-3, 2e-6
-
-
-@dataclass(frozen=True, slots=True)
-class Beside:
-    """Deviation (s) of `count` times of the transistors, and the model's."""
-
-    name: str
-    mean: float
-    transistors: float
-    count: int
-    model: float
-
-    @property
-    def ratio(self) -> float:
-        """The model's over the transistors'."""
-        return self.model / self.transistors
 
 
 def run(progress: Progress) -> Report:
@@ -77,9 +74,12 @@ def run(progress: Progress) -> Report:
     found += [nef_beside(*each) for each in NEF]
     progress(0.9)
     found.append(tap_beside(TAP_TRIALS))
+    sonar = sonar_besides(TRIALS)
     progress(1.0)
-    shown = [*found, flicker]
-    return Report(tuple(rows(found, flicker)), lambda figure: draw(shown, figure), (note(shown),))
+    shown = [*found, *sonar, flicker]
+    return Report(
+        (*rows(found, flicker), *sonar_rows(sonar)), lambda figure: draw(shown, figure), (note(shown),)
+    )
 
 
 def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None) -> Beside:
@@ -96,7 +96,7 @@ def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None
     at = np.log(np.array(points))
     model = float(np.exp(np.interp(np.log(gaps.mean()), at[:, 0], at[:, 1])))
     kind = "flicker" if flicker is None else "white"
-    return Beside(f"rolls_{1.0 / gaps.mean():.0f}_Hz_{kind}", *_known(gaps), model)
+    return Beside(f"rolls_{1.0 / gaps.mean():.0f}_Hz_{kind}", *known(gaps), model)
 
 
 def rolls_intervals(fine: int, noise: SiliconNoise, duration: float = CHIP_TIME) -> tuple[float, float]:
@@ -119,7 +119,7 @@ def nef_beside(thresholds: float, stop: float, grid: float) -> Beside:
     )
     gaps = np.diff(result.spikes["spike"])[1:]
     return Beside(
-        f"nef_{thresholds:g}_thresholds", *_known(gaps), float(nef_intervals(thresholds).std(ddof=1))
+        f"nef_{thresholds:g}_thresholds", *known(gaps), float(nef_intervals(thresholds).std(ddof=1))
     )
 
 
@@ -156,11 +156,7 @@ def tap_beside(trials: int) -> Beside:
     ])  # fmt: skip
     charge = charges_on(Silicon())["tap"]
     model = float(delays.mean()) * float(np.sqrt(ELEMENTARY_CHARGE / charge))
-    return Beside("tap", *_known(delays), model)
-
-
-def _known(times: F64) -> tuple[float, float, int]:
-    return float(times.mean()), float(times.std(ddof=1)), times.size
+    return Beside("tap", *known(delays), model)
 
 
 def rows(found: Sequence[Beside], flicker: Beside) -> list[Row]:
@@ -178,11 +174,33 @@ def rows(found: Sequence[Beside], flicker: Beside) -> list[Row]:
     return [*held, Row(name, 1.0, flicker.ratio, beside, None, fitted=False, agrees=True)]
 
 
+def sonar_besides(trials: int) -> list[Beside]:
+    """All of the sonar's."""
+    return [
+        *(lso_beside(name, trials) for name in LSO),
+        step_beside(trials),
+        *(level_beside(slope, trials) for slope in SLOPES),
+        *(hearing_beside(name, ratio, trials) for name, ratio in PEAKS),
+        call_beside(trials),
+    ]
+
+
+def sonar_rows(found: Sequence[Beside]) -> list[Row]:
+    """A row a measurement, held to what its trials know."""
+    made = []
+    for b in found:
+        allowed = LEFT_OUT + 3.0 * b.known
+        rule = f"of the transistors' deviation, within {100 * allowed:.0f} %"
+        agrees = abs(b.ratio - 1.0) <= allowed
+        made.append(Row(f"jitter_{b.name}", 1.0, b.ratio, rule, allowed, fitted=False, agrees=agrees))
+    return made
+
+
 def note(found: Sequence[Beside]) -> str:
     """Deviations in words."""
     each = (
         f"{b.name} {1e6 * b.transistors:.3g} us of {1e3 * b.mean:.4g} ms"
-        f" (+- {50 * np.sqrt(2 / b.count):.1f} %), model {1e6 * b.model:.3g} us"
+        f" (+- {100 * b.known:.1f} %), model {1e6 * b.model:.3g} us"
         for b in found
     )
     return f"{'; '.join(each)}. The paper column is the transistors'."
@@ -190,24 +208,24 @@ def note(found: Sequence[Beside]) -> str:
 
 def draw(found: Sequence[Beside], figure: Figure) -> None:
     """Fill `figure` with deviations over means, the transistors' with what is known of them."""
-    figure.set_size_inches(7.0, 3.6)
+    figure.set_size_inches(max(7.0, 0.55 * len(found)), 4.2)
     ax = figure.subplots()
     at = np.arange(len(found))
     theirs = np.array([b.transistors / b.mean for b in found])
-    known = theirs / np.sqrt(2.0 * np.array([b.count for b in found]))
+    spread = theirs * np.array([b.known for b in found])
     ax.errorbar(
-        at, 100 * theirs, 100 * known, color=COLOURS[0], marker="o", linestyle="", label="transistors"
+        at, 100 * theirs, 100 * spread, color=COLOURS[0], marker="o", linestyle="", label="transistors"
     )
     model = [100 * b.model / b.mean for b in found]
     ax.plot(at, model, color=COLOURS[1], marker="x", linestyle="", label="chip's model")
     ax.set_yscale("log")
-    ax.set_xticks(at, [b.name.replace("_", " ") for b in found], rotation=20, ha="right", fontsize=8)
+    ax.set_xticks(at, [b.name.replace("_", " ") for b in found], rotation=30, ha="right", fontsize=7)
     ax.set_ylabel("jitter (% of the time)")
     ax.legend(loc="best")
 
 
 EXPERIMENT = Experiment(
     name="chip-noise",
-    summary="jitter of ROLLS, NEF and latency chip beside that of their transistors",
+    summary="jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
     run=run,
 )

@@ -73,7 +73,7 @@ def test_a_level_unit_jitters_as_the_transistors():
     current = HEAD.level_current[0, :1]
     delay = ramp_delay(slope, HEAD.level_charge, current, HEAD.kappa, HEAD.u_t)
     assert theirs.mean() - crossing(slope) == pytest.approx(float(delay[0]), rel=0.05)
-    ours = level_spread(HEAD, WHITE.level, delay, np.array([slope]), current)[0]
+    ours = level_spread(WHITE.level, delay, np.array([slope]), current)[0]
     # some 10 % below, without what comes before the crossing; 24 trials know 15 %
     assert 0.5 < ours / theirs.std(ddof=1) < 1.3
 

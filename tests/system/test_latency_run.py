@@ -45,5 +45,5 @@ def test_a_course_of_temperature_is_flown_and_said() -> None:
     assert document(still)["temperature_C"] == 27.0
     # with fixed gates currents grow with temperature: other latencies, other ways
     assert not np.array_equal(warm.flown.path, still.flown.path)
-    with pytest.raises(ParameterError, match="--temperature: a course, not with --unit"):
-        ChipChoice(course=course, units=((16, 5),))
+    unit = ChipChoice(bias_kind="gate", course=course, units=((16, 5),))
+    assert run(LatencyScenario("latency-chip", seed=1003, pings=5, chip=unit)).flown.pings == 5

@@ -7,6 +7,7 @@ import pytest
 
 from chips.pushbot_network import pushbot_network
 from chips.rolls_bias_file import default_biases
+from chips.rolls_cut import cut_row
 from circuits.errors import DataError, ParameterError
 from system.rolls_program_file import read_program
 
@@ -25,6 +26,17 @@ def test_the_pushbot_s_network_has_a_name() -> None:
     assert found.inputs
 
 
+def test_a_row_turns_depression_on_and_the_row_as_a_circuit_has_it(tmp_path: Path) -> None:
+    path = tmp_path / "program.csv"
+    path.write_text("post,pre,level\ndepression,7,20\n5,17,4\n")
+    program = read_program(str(path), default_biases().with_code("NPA_WEIGHT_STD_N", 5, 36))
+    assert program.depression is not None
+    assert program.depression.recovery == (7, 20)
+    assert any(i.name == "depression_exc" for i in cut_row(program, 5).circuit.instances[0].circuit.instances)
+    with pytest.raises(ParameterError, match="NPA_WEIGHT_STD_N has fine code 0"):
+        read_program(str(path), default_biases())
+
+
 @pytest.mark.parametrize(
     ("text", "error"),
     [
@@ -35,6 +47,9 @@ def test_the_pushbot_s_network_has_a_name() -> None:
         ("5,-1,1\n", "line 1: pre -1, must be 0 to 255"),
         ("5,17,1\n5,17,2\n", "line 2: 17 to 5 stands twice"),
         ("post,pre,level\n", "no synapse"),
+        ("depression,7\n", 'line 1: "depression,7", must be depression,coarse,fine as in 7,27'),
+        ("depression,7,0\n", "line 1.*recovery: fine code 0"),
+        ("depression,7,27\ndepression,7,27\n", "line 2: depression stands twice"),
     ],
 )
 def test_a_bad_row_is_refused_with_its_line(tmp_path: Path, text: str, error: str) -> None:

@@ -1,0 +1,112 @@
+"""Claim: a ROLLS chip whose 52,388 excitatory synapses are all depressed runs 25 times real time at 60 Hz.
+
+The chip of `rolls_chip.py`, 256 neurons and 65,536 synapses of which four of five excite, with short-term
+depression and without, one core, CPU time of the thread, best of some turns of 1 s. Every spike is an event
+of 205 depressed synapses, of one weight device each; a sparse chip of 20 excitatory synapses a neuron of
+level 4, three devices each, stands beside. The peer column has the same chip without depression.
+
+Returns 1 where the claim is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from chips.rolls_address import NEURONS
+from chips.rolls_chip import RollsChip
+from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
+from chips.rolls_program import Program
+from circuits.blocks.depressing_synapse import STEP
+from circuits.die import Die
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
+from rolls_chip import program
+
+CLAIM = 25.0  # times real time, all synapses depressed
+DIE = 1000
+FAN_IN = 20
+TURNS, QUICK = 15, 5
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One measurement: seconds of ours, of the chip without depression, ratio of the two."""
+
+    name: str
+    ours: float
+    peer: float | None
+    ratio: float
+    accuracy: str
+    cores: int = 1
+    least: float = 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether the claim holds."""
+        return self.ratio >= self.least
+
+
+def sparse() -> Program:
+    """FAN_IN synapses of level 4 a neuron, as strong together as the full matrix, and its direct current."""
+    draw = np.random.default_rng(1)
+    levels = np.zeros((NEURONS, NEURONS), np.int8)
+    for row in levels:
+        row[draw.choice(NEURONS, FAN_IN, replace=False)] = 4
+    weak = program().biases
+    for name in ("NPA_WEIGHT_EXC_P", "NPA_WEIGHT_EXC0_P", "NPA_WEIGHT_EXC1_P"):
+        weak = weak.with_code(name, 5, 255)
+    return Program(levels, weak)
+
+
+def measure(turns: int) -> Iterator[Row]:
+    """All rows."""
+    for name, plain, least in (("all synapses", program(), CLAIM), ("20 a neuron, level 4", sparse(), 0.0)):
+        biases = plain.biases.with_code(STEP_BIAS, *STEP)
+        depressed = replace(plain, biases=biases, depression=ShortTermDepression())
+        without, _, _ = _best(plain, turns)
+        taken, rate, events = _best(depressed, turns)
+        note = f"{rate:.1f} Hz mean, {events / 1e6:.2f} million depressed events in 1 s"
+        yield Row(f"{name}, times real time", taken, without, 1.0 / taken, note, least=least)
+        each = (taken - without) / events
+        yield Row(f"{name}, ns an event more", each * 1e9, None, each * 1e9, "other rates aside")
+
+
+def _best(chosen: Program, turns: int) -> tuple[float, float, float]:
+    """Seconds of 1 s, mean rate (Hz), and events of excitatory synapses."""
+    chip = RollsChip(chosen, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "generator")
+    _, state = chip.run(chip.at_rest(), 0.2)
+    best, events, spikes = float("inf"), 0.0, 0
+    for _ in range(turns):
+        start = time.thread_time()
+        found, _ = chip.run(state, 1.0)
+        best = min(best, time.thread_time() - start)
+        spikes = found.times.size
+        events = float((chosen.levels > 0).sum(axis=0)[found.neurons].sum())
+    return best, spikes / NEURONS, events
+
+
+def main() -> int:
+    """Measure and print all rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--quick", action="store_true", help="fewer turns")
+    options = parser.parse_args()
+    rows = list(measure(QUICK if options.quick else TURNS))
+    if options.json:
+        print(json.dumps([asdict(row) for row in rows], indent=2))
+    else:
+        for row in rows:
+            claim = f", at least {row.least:g}" if row.least else ""
+            print(f"{row.name:40} {row.ratio:8.4g}{claim}; {row.accuracy}")
+    return int(not all(row.holds for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,37 @@
+"""Times that vary from trial to trial: how transistors' deviation and a model's are held side by side."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """Deviation (s) of `count` times of the transistors, and the model's."""
+
+    name: str
+    mean: float
+    transistors: float
+    count: int
+    model: float
+
+    @property
+    def ratio(self) -> float:
+        """The model's over the transistors'."""
+        return self.model / self.transistors
+
+    @property
+    def known(self) -> float:
+        """Deviation, relative, of a deviation that so many times give."""
+        return 1.0 / math.sqrt(2.0 * self.count)
+
+
+def known(times: F64) -> tuple[float, float, int]:
+    """Mean and deviation of times, and how many they are."""
+    return float(times.mean()), float(times.std(ddof=1)), times.size
