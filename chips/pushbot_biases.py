@@ -10,8 +10,12 @@ hand on the nominal die, with the generator's currents and noise of seeds below 
 * exc holds itself up once started, at what the refractory period lets through, and sp fires nearly as it
   does, at the 280 Hz that are 0.37 m/s at speed factor 0.5 (equation (2), the robot's wheels);
 * obstacle populations slow sp down; the stronger of two drives silences the other, and a drive lowers both
-  obstacle populations, so that events of the robot's own turn make it turn less long. At 23 nA they still
-  keep it turning with walls and blocks near on all sides; at 76 nA it does not turn enough for one block.
+  obstacle populations, so that events of the robot's own turn make it turn less long. With 23 nA it
+  spins for two thirds of the time in clutter, with 29 nA for half; with 76 nA it does not turn enough for one
+  block, and where obstacles slow it by 17 instead of 23 nA it comes too near to blocks at speed factor 1.5;
+* a drive that has won holds the other off until its own rate is less than half of what would drive the
+  other: the robot's own turn makes as many events on either side, and with as weak an inhibition as the
+  excitation (82 and 85 nA) the drives change places every second before a wall, until the robot touches it.
 
 Levels of the networks follow the currents: of the exciting levels 3 is weaker than 2.
 """
@@ -28,7 +32,7 @@ from circuits.blocks.rolls_bias import current_of
 STEP = 0.2e-3  # s, of the chip: exc fires at 300 Hz and excites itself, 11 % less with steps of 0.4 ms; ours
 
 LEVELS = PushbotLevels(
-    obstacle_to_drive=3, obstacle_to_speed=-2, drive_to_drive=-4, drive_to_obstacle=-2, exc_to_exc=4,
+    obstacle_to_drive=3, obstacle_to_speed=-1, drive_to_drive=-4, drive_to_obstacle=-2, exc_to_exc=4,
     exc_to_speed=2, target_to_drive=3, field_near=(2, 3, 3), field_far=-1,
 )  # fmt: skip
 
@@ -51,21 +55,27 @@ CODES: Mapping[str, tuple[str, int]] = {
     "NPDPIE_THR_P": ("15p", 171),
     "NPDPII_TAU_P": ("15p", 171),
     "NPDPII_THR_P": ("15p", 171),
-    # levels 1 to 4: 10, 90, 85, 165 nA excite, 17, 23, 76, 82 nA inhibit
+    # levels 1 to 4: 10, 90, 85, 165 nA excite, 23, 29, 242, 248 nA inhibit
     "NPA_WEIGHT_EXC_P": ("50n", 51),
     "NPA_WEIGHT_EXC0_P": ("0.4u", 51),
     "NPA_WEIGHT_EXC1_P": ("0.4u", 48),
-    "NPA_WEIGHT_INH_N": ("50n", 87),
+    "NPA_WEIGHT_INH_N": ("50n", 118),
     "NPA_WEIGHT_INH0_N": ("6.5n", 236),
-    "NPA_WEIGHT_INH1_N": ("0.4u", 38),
+    "NPA_WEIGHT_INH1_N": ("0.4u", 140),
 }
 
 # of the modified network, whose obstacle neurons hear one sixteenth of the events: strong connections from
 # the sensor's centre (levels 2 and 4: 0.61 and 0.69 uA), and a leak with which a neuron sums events: at 10
-# events a second it fires 1.2 times an event, at 30 pA three times, and then the sensor's noise steers
+# events a second it fires 1.2 times an event, at 30 pA three times, and then the sensor's noise steers.
+# Inhibiting filters last 60 ms instead of 6, longer than the gaps between spikes of what inhibits: a drive or
+# a speed that one spike stopped does not come back between two; slowing by 39 nA (level -2) then is enough
 MODIFIED: Mapping[str, tuple[str, int]] = {
     "NPA_WEIGHT_EXC0_P": ("3.2u", 48),
     "IF_TAU1_N": ("820p", 31),  # 0.10 nA
+    "NPDPII_TAU_P": ("15p", 17),  # 1.0 pA
+    "NPDPII_THR_P": ("15p", 17),
+    "NPA_WEIGHT_INH_N": ("50n", 87),  # 17 nA
+    "NPA_WEIGHT_INH0_N": ("50n", 115),  # 22 nA
 }
 
 

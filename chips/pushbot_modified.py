@@ -3,7 +3,7 @@
 Two more populations, GL and GR, "receive input from the inertia measurement unit of the Pushbot" and
 "suppress obstacle populations when the robot is turning". Homogeneous connections from obstacle to drive
 populations become "graded connections that become stronger for obstacles detected in the center": a neuron of
-an obstacle population owns two or three columns of the sensor, the first at the edge, and from there to the
+an obstacle population owns four columns of the sensor, the first at the edge, and from there to the
 centre each four neurons have the next stronger of the four exciting weights. What owns columns hears few
 events; it has the slower leak, IF_TAU1, and so a lower threshold, as the target field has. It must still sum
 events that come close to one another in time: where each makes spikes, noise near the centre steers.
@@ -26,7 +26,7 @@ from chips.rolls_program import level_current
 GYRO = 16  # neurons of a gyro population; ours
 GYRO_TO_OBSTACLE = -1
 DRIVE_TO_OBSTACLE = -1  # level: the gyro's populations do part of what drives do in the plain network
-SLOWING = -4  # level from obstacle populations to sp, of which few neurons fire at a time
+SLOWING = -2  # level from obstacle populations to sp, 39 nA with the biases of this network
 EXC_TO_SPEED = 3  # level, as strong as the plain network's
 
 

@@ -169,12 +169,12 @@ class RollsChip:
             while len(self._built) >= KEPT:
                 self._built.pop(next(iter(self._built)))
             built = build_tables(self.params, self.program, self.kind, on, self.step)
-            built = with_noise(built, self.params, self.program, on, self.noise)
             if self.program.plastic is not None:
                 found = build_plastic(
                     self.params, self.learning, self.program, self.kind, on, self.step, built.tables.membranes
                 )
                 built = replace(built, plastic=found)
+            built = with_noise(built, self.params, self.program, on, self.noise)
             self._built[at] = with_depression(built, self.params, self.program, self.kind, on)
         return self._built[at]
 

@@ -86,7 +86,7 @@ from chips.rolls_chip_layout import (
 from chips.rolls_depression_kernel import deliver_depressed
 from chips.rolls_depression_layout import Depressing
 from chips.rolls_filter_step import step_filters
-from chips.rolls_noise_kernel import disturb_filters, disturb_membranes
+from chips.rolls_noise_kernel import disturb_filters, disturb_membranes, disturb_plastic
 from chips.rolls_noise_layout import NoiseTables
 from chips.rolls_plastic_kernel import deliver_plastic, step_plastic
 from chips.rolls_plastic_layout import Plastic
@@ -304,7 +304,7 @@ def _spike(m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traf
 
 
 @_compiled
-def run_chip(  # noqa: PLR0913, PLR0917 - numba tells None from tables by argument
+def run_chip(  # noqa: C901, PLR0913, PLR0917 - numba tells None from tables by argument and branch
     c: ChipTables, state: F64, bits: I64, steps: int, now: float, t: Traffic, s: Scratch,
     plastic: Plastic | None = None, noise: NoiseTables | None = None, depressing: Depressing | None = None,
 ) -> None:  # fmt: skip
@@ -328,6 +328,8 @@ def run_chip(  # noqa: PLR0913, PLR0917 - numba tells None from tables by argume
             disturb_filters(noise, c, state, round(begin / c.step), s)
         _currents(c, state, t.counts, s)
         if plastic is not None:
+            if noise is not None:
+                disturb_plastic(noise, plastic, round(begin / c.step))
             step_plastic(plastic, state, bits, c.step, s.excite)
         _rates(m, state[ZETA], bits, s)
         if noise is not None:

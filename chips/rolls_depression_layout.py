@@ -39,10 +39,28 @@ class DepressionTables(NamedTuple):
 
 
 class DepressionArrays(NamedTuple):
-    """State: float32[devices], R behind the last pulse; int64[synapses], the step of it, from time 0."""
+    """State: float32[devices], R behind the last pulse; int32[devices], the step of it, from time 0."""
 
     resource: F32
-    seen: I64
+    seen: I32
+
+
+class DepressionScratch(NamedTuple):
+    """Working space, [devices of the largest column] each; `_bits` are the same numbers as int32."""
+
+    found: F32
+    found_bits: I32
+    mantissa: F32
+    mantissa_bits: I32
+    power: F32
+    share: F32
+
+
+def new_depression_scratch(tables: DepressionTables) -> DepressionScratch:
+    """Working space for the largest column."""
+    most = int(np.diff(tables.first[tables.start]).max())
+    found, mantissa, power, share = np.zeros((4, most), np.float32)
+    return DepressionScratch(found, found.view(np.int32), mantissa, mantissa.view(np.int32), power, share)
 
 
 class Depressing(NamedTuple):
@@ -50,6 +68,7 @@ class Depressing(NamedTuple):
 
     tables: DepressionTables
     arrays: DepressionArrays
+    scratch: DepressionScratch
 
 
 @dataclass(frozen=True, slots=True)

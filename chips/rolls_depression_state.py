@@ -7,9 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.rolls_chip_layout import F32, I64
+from chips.rolls_chip_layout import F32
 from chips.rolls_depression_kernel import recover
-from chips.rolls_depression_layout import BuiltDepression, Depressing, DepressionArrays
+from chips.rolls_depression_layout import (
+    I32,
+    BuiltDepression,
+    Depressing,
+    DepressionArrays,
+    new_depression_scratch,
+)
 from chips.rolls_depression_program import STEP_BIAS
 from chips.rolls_program import Program
 from circuits.errors import ParameterError
@@ -21,16 +27,16 @@ FEWEST_STEPS = 10.0  # of the chip in a time constant; ours
 
 @dataclass(frozen=True, slots=True)
 class DepressionState:
-    """R behind the last event of each weight device, float32[devices]; seen: its step, int64[synapses]."""
+    """R behind the last event of each weight device, float32[devices]; seen: its step, int32[devices]."""
 
     resource: F32
-    seen: I64
+    seen: I32
 
 
 def rest_of_depression(built: BuiltDepression) -> DepressionState:
     """State of synapses that have recovered."""
-    synapses, devices = built.tables.post.size, built.step.size
-    return DepressionState(np.ones(devices, np.float32), np.zeros(synapses, np.int64))
+    devices = built.step.size
+    return DepressionState(np.ones(devices, np.float32), np.zeros(devices, np.int32))
 
 
 def depressing_of(built: BuiltDepression | None, state: DepressionState | None) -> Depressing | None:
@@ -44,7 +50,8 @@ def depressing_of(built: BuiltDepression | None, state: DepressionState | None) 
         raise ParameterError(
             "chip.run.state: of a chip with other depressed synapses, must be of this one; use at_rest"
         )
-    return Depressing(built.tables, DepressionArrays(state.resource.copy(), state.seen.copy()))
+    arrays = DepressionArrays(state.resource.copy(), state.seen.copy())
+    return Depressing(built.tables, arrays, new_depression_scratch(built.tables))
 
 
 def state_of(depressing: Depressing | None) -> DepressionState | None:
@@ -60,7 +67,7 @@ def converted_depression(
         return None
     recover(depressing, now)
     kept = depressing.arrays.resource ** np.float32(old.u_t / new.u_t)
-    return Depressing(new.tables, depressing.arrays._replace(resource=kept))
+    return depressing._replace(tables=new.tables, arrays=depressing.arrays._replace(resource=kept))
 
 
 def depression_cautions(

@@ -44,7 +44,7 @@ class Train:
     """Charges of the pulses over the first one, by level, of the circuit and of the chip.
 
     times: s, of level 1; resource: R that the last pulse of level 1 found in the circuit; closed: where the
-    closed form has it; kappa: of the pFETs.
+    closed form has it, what is left of the train's beginning included; kappa: of the pFETs.
     """
 
     die: int
@@ -123,14 +123,15 @@ def _beside(chip: RollsChip, events: Events, rate: float) -> Train:
     cut, result = simulated(chip, ROW, events)
     theirs, ours, lifted = drawn(cut, result, events), stepped(chip, ROW, events), gates(cut, result, events)
     (spent, tau), first = constants(chip), COLUMNS[0]
-    gone = np.exp(-1.0 / (rate * tau))
+    gone, kept = np.exp(-1.0 / (rate * tau)), np.exp(-spent)
+    settled = (1.0 - gone) / (1.0 - gone * kept)
     level = dict(zip(COLUMNS, LEVELS, strict=True))
     on = chip.silicon
     return Train(
         on.die.number or 0, on.temperature_c, rate, events[first],
         {level[c]: q / q[0] for c, q in theirs.items()}, {level[c]: q / q[0] for c, q in ours.items()},
         float(np.exp(-lifted[first][-1] / on.thermal_voltage)),
-        float((1.0 - gone) / (1.0 - gone * np.exp(-spent))), on.law("p").kappa,
+        float(settled + (1.0 - settled) * (gone * kept) ** (events[first].size - 1)), on.law("p").kappa,
     )  # fmt: skip
 
 

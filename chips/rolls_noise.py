@@ -10,12 +10,13 @@ through. The feedback passes a mirror of gain g, and so does inhibition, `N_inh 
 (1 - e^(-v / U_T))^2`. Where the neuron's own current a carries it to the top, T_0 = int dzeta / a has the
 variance `int D / a^3 dzeta`, and a constant current n moves it by n T_1, T_1 = int dzeta / a^2.
 Filter: shot noise of I_tau, of the charge of a pulse, which its mirror's three devices make in the exciting
-synapse, and of the pulse's end, `q / (I_pwlk t)` of the charge squared.
+synapse, and of the pulse's end, `q / (I_pwlk t)` of the charge squared; the plastic array's slow filters and
+calcium alike, whose pulses are sunk without a mirror.
 Flicker: a current varies by `kappa / U_T` of its gate's voltage, whose density is K_F / (W L Cox f)
 (`chips.noise_draw`). Filters of a sign share theirs, and follow it at once.
 Left out: v_o1, the reset and its kT/C, the refractory period, what the followers' noise bandwidth takes off,
-the adaptation's gate, the plastic array's devices, cells of depression, strong inversion's lower noise;
-pulses of a column end together, here each for itself.
+the adaptation's gate, plastic weights, comparators and the NMDA gate, cells of depression, strong
+inversion's lower noise; pulses of a column end together, here each for itself.
 """
 
 from __future__ import annotations
@@ -48,6 +49,8 @@ from chips.rolls_noise_layout import (
     NoiseTables,
 )
 from chips.rolls_parts import devices_at, part_gates, row_place
+from chips.rolls_plastic_biases import PULSE
+from chips.rolls_plastic_tables import BuiltPlastic
 from chips.rolls_program import Program
 from chips.rolls_tables import Built
 from circuits.blocks import dpi_synapse, rolls_neuron
@@ -58,6 +61,7 @@ from circuits.noise import NoiseModel, gate_flicker, noise_model
 from circuits.process import ELEMENTARY_CHARGE
 from circuits.silicon import Silicon
 
+F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
 MIRRORED = 2.0  # electrons of noise that two more devices of a mirror add
@@ -82,6 +86,7 @@ def with_noise(
         _excess(built, program).astype(np.float32),
         new_draws(noise.seed, noise.trial, f"{NAME} of {die.lot}/{die.number}", NEURONS),
         new_slow(densities, flicker, step, NEURONS),
+        *_plastic_grains(built.plastic, program),
     )
     return replace(built, noise=tables)
 
@@ -161,6 +166,20 @@ def _excess(built: Built, program: Program) -> F64:
         typical = (q * q).sum(axis=0) / np.maximum(q.sum(axis=0), 1e-30) * built.filters[sign].unit
         found[sign] = (MIRRORED if sign % 2 == 0 else 0.0) + typical / pulse
     return found
+
+
+def _plastic_grains(plastic: BuiltPlastic | None, program: Program) -> tuple[F32, F32]:
+    """An electron in z of the array's two filters, and what a pulse's end adds to one of a pulse."""
+    grain, excess = np.zeros((2, 2, NEURONS), np.float32)
+    if plastic is None:
+        return grain, excess
+    pulse, tables = program.biases.current(PULSE) * float(np.mean(plastic.lengths)), plastic.tables
+    sums = tables.charge.sum(axis=0, dtype=np.float64), (tables.charge.astype(np.float64) ** 2).sum(axis=0)
+    typical = sums[1] / np.maximum(sums[0], 1e-30), tables.spike
+    for k, f in enumerate(plastic.filters):
+        grain[k] = ELEMENTARY_CHARGE / f.unit
+        excess[k] = typical[k] * f.unit / pulse
+    return grain, excess
 
 
 def slow_densities(

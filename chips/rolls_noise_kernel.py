@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from chips import noise_draw, rolls_chip_layout, rolls_noise_layout
+from chips import noise_draw, rolls_chip_layout, rolls_noise_layout, rolls_plastic_layout
 from chips.noise_draw import bring, draw
 from chips.rolls_chip_layout import (
     BASE,
@@ -51,13 +51,13 @@ from chips.rolls_noise_layout import (
     WHITE,
     NoiseTables,
 )
+from chips.rolls_plastic_layout import Plastic
 from circuits.compiled import compiled
 
-MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added
+MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added, behind them the plastic array's filters
 
-_compiled = compiled(
-    callees=(noise_draw, rolls_chip_layout, rolls_noise_layout), fastmath={"contract", "nsz", "arcp"}
-)
+_CALLEES = (noise_draw, rolls_chip_layout, rolls_noise_layout, rolls_plastic_layout)
+_compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
 
 
 @_compiled
@@ -78,6 +78,21 @@ def disturb_filters(t: NoiseTables, c: ChipTables, state: F64, number: int, s: S
             more = ONE + c.omega[sign, int(place), VALUE]
             variance = more * (more * np.float32(bank.fall[k]) + charge[k]) + charge[k] * t.excess[sign, k]
             z[k] += math.sqrt(t.grain[sign, k] * variance) * t.draws.normal[k]
+
+
+@_compiled
+def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
+    """Shot noise of step `number` onto the slow filters and the calcium, as in `disturb_filters`."""
+    for k in range(len(p.tables.banks)):
+        draw(t.draws, number, FILTERS + SIGNS + k)
+        z, charge, fall = p.arrays.filters[Z + k], p.scratch.filters.charge[k], p.tables.banks[k].fall
+        grain, excess = t.plastic_grain[k], t.plastic_excess[k]
+        for j in range(z.size):
+            y = max(z[j], LOW)
+            place = (y - LOW) * FINE if y < SPLIT else (y - SPLIT) * (1.0 / COARSE) + FINE_POINTS
+            more = ONE + p.tables.omega[k, int(place), VALUE]
+            variance = more * (more * np.float32(fall[j]) + charge[j]) + charge[j] * excess[j]
+            z[j] += math.sqrt(grain[j] * variance) * t.draws.normal[j]
 
 
 @_compiled

@@ -25,7 +25,8 @@ class NoiseTables(NamedTuple):
     """Noise of n neurons.
 
     rows: float32[n, rows, NOISE_COLUMNS] over zeta; grain: float32[signs, n], an electron in z; excess:
-    float32[signs, n], electrons of noise that an electron of a pulse has beyond the first.
+    float32[signs, n], electrons of noise that an electron of a pulse has beyond the first; plastic_grain,
+    plastic_excess: float32[2, n], the same of the plastic array's filters, where there is one.
     """
 
     rows: F32
@@ -33,3 +34,5 @@ class NoiseTables(NamedTuple):
     excess: F32
     draws: Draws
     slow: Slow
+    plastic_grain: F32
+    plastic_excess: F32

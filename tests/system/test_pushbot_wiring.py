@@ -29,7 +29,7 @@ def test_the_upper_half_reaches_no_obstacle_population(wiring: Wiring) -> None:
 
 
 @pytest.mark.parametrize(
-    ("x", "name", "place"), [(23, "OL", 0), (63, "OL", 15), (64, "OR", 15), (104, "OR", 0)]
+    ("x", "name", "place"), [(0, "OL", 0), (4, "OL", 1), (63, "OL", 15), (64, "OR", 15), (127, "OR", 0)]
 )
 def test_graded_an_event_reaches_the_owner_of_its_column(x: int, name: str, place: int) -> None:
     found = obstacle_inputs(NETWORK, event(x, 10), "graded", 2)
@@ -37,16 +37,16 @@ def test_graded_an_event_reaches_the_owner_of_its_column(x: int, name: str, plac
     assert found.times.size == 2
 
 
-def test_graded_every_neuron_owns_two_or_three_columns() -> None:
-    owners = [int(obstacle_inputs(NETWORK, event(x, 0), "graded", 1).neurons[0]) for x in range(23, 105)]
-    # 41 columns a side for 16 neurons
-    assert set(np.bincount(owners)[: 2 * 16].tolist()) == {2, 3}
+def test_graded_every_neuron_owns_four_columns() -> None:
+    owners = [int(obstacle_inputs(NETWORK, event(x, 0), "graded", 1).neurons[0]) for x in range(128)]
+    # 64 columns a side for 16 neurons
+    assert set(np.bincount(owners)[: 2 * 16].tolist()) == {4}
 
 
-@pytest.mark.parametrize("wiring", ["plain", "graded"])
 @pytest.mark.parametrize("x", [0, 22, 105, 127])
-def test_the_edges_reach_no_obstacle_population(wiring: Wiring, x: int) -> None:
-    assert obstacle_inputs(NETWORK, event(x, 10), wiring, 4).times.size == 0
+def test_the_edges_reach_only_the_graded_populations(x: int) -> None:
+    assert obstacle_inputs(NETWORK, event(x, 10), "plain", 4).times.size == 0
+    assert obstacle_inputs(NETWORK, event(x, 10), "graded", 4).times.size == 4
 
 
 def test_the_field_has_a_neuron_a_column_of_the_upper_half() -> None:

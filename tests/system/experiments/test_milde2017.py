@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 from chips.pushbot_biases import LEVELS
 from chips.pushbot_network import pushbot_network
+from system.arena_geometry import obstacles_of
+from system.dvs import Dvs, open_eye, picture, sensor_of
 from system.experiments import (
     milde2017_clutter,
     milde2017_fig5,
@@ -19,7 +22,10 @@ from system.experiments import (
     milde2017_variability,
 )
 from system.experiments.milde2017_temperature import avoided
+from system.pushbot import Scenario, Trace, scene_of
 from system.pushbot_campaign import Share, Summary
+from system.pushbot_drive import begin_run
+from system.pushbot_wiring import HALF_ROWS
 from system.registry import EXPERIMENTS, load_experiment
 
 NAMES = (
@@ -112,13 +118,50 @@ def test_clutter_tells_standing_still_from_avoiding() -> None:
 
 
 def test_office_counts_by_the_minute() -> None:
-    few = summaries(collided=[1.0, 0.0, 0.0, 0.0], time_s=[60.0] * 4)
-    many = summaries(collided=[1.0] * 20, time_s=[4.0] * 20)
+    few = summaries(collided=[1.0, 0.0, 0.0, 0.0], walked_into=[0.0] * 4, time_s=[60.0] * 4)
+    many = summaries(collided=[1.0] * 20, walked_into=[0.0] * 20, time_s=[4.0] * 20)
+    kicked = summaries(collided=[1.0] * 20, walked_into=[1.0] * 20, time_s=[4.0] * 20)
     assert milde2017_office.rows({"normal": few, "dark": many})[0].agrees
     assert not milde2017_office.rows({"normal": many, "dark": few})[0].agrees
+    # what walks into the robot is no crash of its own, but its time counts
+    crashes, minutes = milde2017_office.crashes_in(kicked)
+    assert crashes == 0
+    assert minutes == pytest.approx(20 * 4.0 / 60.0)
     interval = milde2017_office.poisson(1, 4.0)
     # Garwood's interval of one event: 0.0253 to 5.572
     assert (interval.low, interval.high) == pytest.approx((0.0253 / 4, 5.572 / 4), rel=1e-2)
+
+
+def test_an_office_run_begins_free_at_a_place_of_its_seed() -> None:
+    starts = {milde2017_office.started(Scenario(scene="office", seed=seed)).start for seed in (1, 2, 1)}
+    assert len(starts) == 2
+    obstacles = obstacles_of(scene_of(Scenario(scene="office")))
+    assert all(milde2017_office.is_free(obstacles, start) for start in starts)
+    # the wall at x = 6 m is nearer than a metre
+    assert not milde2017_office.is_free(obstacles, (5.3, 2.2, 0.0))
+
+
+@pytest.mark.parametrize(("heading", "walked_into"), [(0.0, False), (0.5 * math.pi, True), (math.pi, True)])
+def test_a_leg_beside_or_behind_the_robot_has_walked_into_it(heading: float, walked_into: bool) -> None:
+    scene = scene_of(Scenario(scene="office"))
+    leg = next(b for b in scene.bodies if b.name == "person[0].left")
+    # the leg's middle 10 cm ahead along x
+    drive = begin_run(replace(scene, start=(leg.at[0] - 0.10, leg.at[1], heading)), seed=0)
+    drive.touched = leg.name
+    trace = Trace(Scenario(), scene, None, drive, None, None)  # type: ignore[arg-type]
+    assert milde2017_office.is_walked_into(trace) is walked_into
+    drive.touched = "wall"
+    assert not milde2017_office.is_walked_into(trace)
+
+
+def test_every_wall_and_box_of_the_office_shows_an_edge_to_a_robot_that_stands_before_it() -> None:
+    # 12 cm before the lens the floor's edge has left the picture: what is smooth there makes no event
+    sensor, up = sensor_of(Dvs(), scene_of(Scenario(scene="office"))), 0.5 * math.pi
+    walls = [(5.84, 0.1 * k, 0.0) for k in range(3, 38)]
+    for x, y, heading in ((2.2, 0.55, -up), (0.54, 3.0, math.pi), (2.0, 3.84, up), *walls):
+        seen = picture(sensor, open_eye(sensor, 0, (x, y, heading)))[:HALF_ROWS]
+        steps = np.abs(np.diff(np.log(seen), axis=1))
+        assert steps.max() > Dvs().threshold_off, (x, y)
 
 
 def test_the_target_is_reached_or_not() -> None:
