@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import latency_design, latency_model
 from chips.latency_design import REACH
 from chips.latency_model import Lumped
 from circuits.blocks.latency_synapse import WIDTH
@@ -29,7 +28,7 @@ OVERFLOW, UNDECIDED = range(2)  # of `Memory.counts`
 MARGIN = 0.02  # |ln| of a detector's currents over what is taken, within which it does not decide; ours
 STEPS = 64  # of the events of one membrane, at most
 
-_compiled = compiled(callees=(latency_design, latency_model))
+_compiled = compiled()
 
 
 class Memory(NamedTuple):

@@ -29,7 +29,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import latency_hodgkin_huxley
 from chips.latency_hodgkin_huxley import (
     BLOCK,
     LANES,
@@ -102,8 +101,8 @@ class State(NamedTuple):
     counts: I64
 
 
-_compiled = compiled(fastmath={"contract"}, callees=(latency_hodgkin_huxley,))
-_inlined = compiled(fastmath={"contract"}, callees=(latency_hodgkin_huxley,), forceinline=True)
+_compiled = compiled(fastmath={"contract"})
+_inlined = compiled(fastmath={"contract"}, forceinline=True)
 
 
 @_compiled

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import nef_kernel, nef_noise_kernel, noise_draw
+from chips import nef_kernel
 from chips.nef_kernel import DT, Net, State
 from chips.nef_noise_kernel import NefNoise, begin_noise, disturb_filters, disturb_neurons
 from circuits.compiled import compiled
@@ -31,7 +31,7 @@ I64 = NDArray[np.int64]
 
 SPIKES, DROPPED, WAITING, CLIPPED, LOST = range(5)  # of the counters: events, and most that ever waited
 COUNTERS = ("spikes", "dropped", "most_waiting", "clipped", "lost")
-_compiled = compiled(callees=[nef_kernel, nef_noise_kernel, noise_draw])
+_compiled = compiled()
 
 
 class ChipNet(NamedTuple):

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import nef_kernel, noise_draw
 from chips.nef_kernel import DT, Net, State
 from chips.noise_draw import Draws, Slow, bring, draw
 from circuits.compiled import compiled
@@ -24,7 +23,7 @@ I64 = NDArray[np.int64]
 SLOW_LEAK, SLOW_REFRACTORY = range(2)  # slow processes, relative
 LEAST = 0.02 * DT  # s, shortest time for which a noise current is taken to stand still; ours
 
-_compiled = compiled(callees=(nef_kernel, noise_draw))
+_compiled = compiled()
 
 
 class NefNoise(NamedTuple):

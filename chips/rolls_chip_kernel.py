@@ -96,8 +96,8 @@ _CALLEES = (
     noise_draw, rolls_chip_layout, rolls_depression_kernel, rolls_depression_layout, rolls_filter_step,
     rolls_noise_kernel, rolls_noise_layout, rolls_plastic_kernel, rolls_plastic_layout,
 )  # fmt: skip
-_compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"}, forceinline=True)
+_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
+_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
 @_inlined

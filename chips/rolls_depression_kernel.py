@@ -19,14 +19,12 @@ import math
 
 import numpy as np
 
-from chips import rolls_chip_layout, rolls_depression_layout
 from chips.rolls_chip_layout import F32, HALF, LAST, ONE, READ, TWO, VIRTUAL, ZERO, Scratch, Traffic
 from chips.rolls_depression_layout import Depressing, DepressionArrays, DepressionScratch, DepressionTables
 from circuits.compiled import compiled
 
-_CALLEES = (rolls_chip_layout, rolls_depression_layout)
-_compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"}, forceinline=True)
+_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
+_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 LEAST = np.float32(1e-30)  # of R: so that its logarithm is a number
 FARTHEST, SQUARED, OVER = np.float32(40.0), 6, np.float32(1.0 / 64.0)  # of an exponent; e^-x = (e^(-x/64))^64

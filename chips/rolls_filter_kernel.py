@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import rolls_static
 from chips.rolls_static import law
 from circuits.compiled import compiled
 
@@ -64,7 +63,7 @@ class Filters(NamedTuple):
     held: F64  # V, from which the switch's far node is lifted, its nodes' mean
 
 
-_compiled = compiled(fastmath={"contract"}, callees=(rolls_static,))
+_compiled = compiled(fastmath={"contract"})
 _Six = tuple[float, float, float, float, float, float]
 
 

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from chips import rolls_chip_layout
 from chips.rolls_chip_layout import (
     C11,
     C20,
@@ -35,7 +34,7 @@ from chips.rolls_chip_layout import (
 )  # fmt: skip
 from circuits.compiled import compiled
 
-_inlined = compiled(callees=(rolls_chip_layout,), fastmath={"contract", "nsz", "arcp"}, forceinline=True)
+_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
 @_inlined

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import rolls_static
 from chips.rolls_static import pair_share
 from circuits.compiled import compiled
 
@@ -56,9 +55,9 @@ class Neurons(NamedTuple):
     kick: F64  # V, of v_ahp where all of a spike's current enters
 
 
-_compiled = compiled(fastmath={"contract"}, callees=(rolls_static,))
+_compiled = compiled(fastmath={"contract"})
 # part of every step, so that arguments are not copied from function to function
-_inlined = compiled(fastmath={"contract"}, callees=(rolls_static,), forceinline=True)
+_inlined = compiled(fastmath={"contract"}, forceinline=True)
 
 
 @_inlined

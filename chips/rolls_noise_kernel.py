@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 
-from chips import noise_draw, rolls_chip_layout, rolls_noise_layout, rolls_plastic_layout
 from chips.noise_draw import bring, draw
 from chips.rolls_chip_layout import (
     BASE,
@@ -56,8 +55,7 @@ from circuits.compiled import compiled
 
 MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added, behind them the plastic array's filters
 
-_CALLEES = (noise_draw, rolls_chip_layout, rolls_noise_layout, rolls_plastic_layout)
-_compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
+_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
 
 
 @_compiled

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips import rolls_chip_layout, rolls_filter_step, rolls_plastic_layout
 from chips.rolls_chip_layout import (
     BASE,
     F32,
@@ -52,9 +51,8 @@ from chips.rolls_plastic_layout import (
 )
 from circuits.compiled import compiled
 
-_CALLEES = (rolls_chip_layout, rolls_filter_step, rolls_plastic_layout)
-_compiled = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(callees=_CALLEES, fastmath={"contract", "nsz", "arcp"}, forceinline=True)
+_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
+_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
 @_inlined

@@ -20,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips import rolls_static
 from chips.rolls_devices import DieDevices, inverter_lag, inverter_threshold_of
 from chips.rolls_static import amplifier, diode, law, stack, stack_current
 from circuits.compiled import compiled
@@ -59,8 +58,8 @@ class SpikeCircuit(NamedTuple):
     parts: int  # 1: up to the spike; 2: to its end
 
 
-_compiled = compiled(callees=(rolls_static,))
-_allocating = compiled(callees=(rolls_static,), _nrt=True)
+_compiled = compiled()
+_allocating = compiled(_nrt=True)
 
 
 @_compiled

@@ -27,7 +27,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
 
 
-def compiled(*, callees: object = (), **options: Any) -> Callable[[F], F]:
+def compiled(**options: Any) -> Callable[[F], F]:
     """Compile a function on its first call; `options` are numba's.
 
     What it calls must be imported into its module before it, which is where imports stand.

@@ -36,8 +36,8 @@ class Scenario:
     """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
 
     `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
-    `transistors`: boxes at transistor level in a behavioural run. `silicon_noise`: of the chip's devices, at
-    behavioural level; `off`, `white`, or `all` with flicker too; the seed chooses it.
+    `transistors`: boxes at transistor level in a behavioural run. `silicon_noise`: of the devices of
+    `noisy_boxes`; `off`, `white`, or `all` with flicker too; the seed chooses it.
     """
 
     targets: tuple[Target, ...] = field(default_factory=default_scene)
@@ -55,6 +55,13 @@ class Scenario:
     def level_of(self, box: Box) -> Level:
         """Level of a box."""
         return "transistor" if box in self.transistors else self.level
+
+    @property
+    def noisy_boxes(self) -> tuple[Box, ...]:
+        """Boxes whose devices make noise: of the models'; the centroid board's is in the call intervals."""
+        boxes: tuple[Box, ...] = ("chip", "vocalization", "hearing")
+        on = self.silicon_noise != "off"
+        return tuple(box for box in boxes if on and self.level_of(box) == "behavioural")
 
 
 @dataclass(frozen=True, slots=True)

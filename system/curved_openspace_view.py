@@ -17,14 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from system import curved_openspace
 from system.curved_openspace import ARCS, MIDDLE, Arcs
 
 F64 = NDArray[np.float64]
 
 # their numbers are compiled in
-_compiled = compiled(callees=(curved_openspace,))
-_inlined = compiled(callees=(curved_openspace,), forceinline=True)
+_compiled = compiled()
+_inlined = compiled(forceinline=True)
 
 
 @_inlined

@@ -26,7 +26,6 @@ from scipy.special import ndtr
 from circuits.compiled import compiled
 from circuits.die import NOMINAL, Die, standard_normals
 from circuits.errors import ParameterError
-from system import arena_motion, dvs_lamp, dvs_pixel, dvs_render, dvs_stage
 from system.arena import Scene
 from system.arena_motion import go_along_arc, place_bodies
 from system.dvs_event import Events, read_out
@@ -44,7 +43,7 @@ _POSITIVE = (
     "dark", "noise_lux", "bus_rate", "step", "pixels_a_step",
 )  # fmt: skip
 _DECADE = math.log(10.0)
-_compiled = compiled(callees=(arena_motion, dvs_lamp, dvs_pixel, dvs_render, dvs_stage))
+_compiled = compiled()
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from system import dvs_render, dvs_stage
 from system.dvs_render import NEAR, Camera, Sketch, meet
 from system.dvs_stage import Stage
 
@@ -24,7 +23,7 @@ I64 = NDArray[np.int64]
 MOST = 4096  # pixels; those beyond stay dark
 REACH = 4.0  # sigma of the blur that count; a millionth is beyond
 HEIGHT, RADIUS, LUMINANCE, PERIOD, ON, BODY = range(6)
-_compiled = compiled(callees=(dvs_render, dvs_stage))
+_compiled = compiled()
 
 
 class Glow(NamedTuple):

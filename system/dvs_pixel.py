@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from system import dvs_lamp
 from system.dvs_lamp import ON, PERIOD, Glow, is_on
 
 F64 = NDArray[np.float64]
@@ -31,7 +30,7 @@ ACTIVE = -1.0  # in the place of the light on a pixel that is not steady, so tha
 LEAK_TURNS = 8  # steps in which every column is leaked once; ours
 _PIECES = 8  # of a light's period, over which a lit pixel's V is taken as straight; ours
 SPARE = 2.0  # times the rate of a mean pixel: thresholds below half of the mean are no noisier
-_compiled = compiled(callees=(dvs_lamp,))
+_compiled = compiled()
 
 
 class Pixels(NamedTuple):

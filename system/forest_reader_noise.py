@@ -7,7 +7,9 @@ that was; so with L_k(d) how long after an echo of the delay d the neuron spikes
     reading(d) = value of the k with the least L_k(d - delta_k), where that is at most `WINDOW`.
 
 L_k is a table of this die (`STEP`, straight between its entries; next to one without a spike the nearest one
-counts). Each ping is a call, flicker goes on from ping to ping, and a run begins in its stationary state.
+counts). Where all delta are as good as 0, so that the neuron is the same, it reads as `system.forest_reader`
+does, by the nearest entry. Each ping is a call, flicker goes on from ping to ping, and a run begins in its
+stationary state.
 """
 
 from __future__ import annotations
@@ -106,12 +108,21 @@ def next_ping(r: Reader, time: float) -> None:
 @_compiled
 def read(r: Reader, delay: float) -> float:
     """Reading (s) of an echo's delay (s) after the last call, NaN for none."""
+    which = _first(r, delay / STEP, 1.0)
+    if which == _first(r, delay / STEP, 0.0):
+        which = _first(r, math.floor(delay / STEP + 0.5), 0.0)
+    return r.value[which] if which >= 0 else math.nan
+
+
+@_compiled
+def _first(r: Reader, at: float, jitter: float) -> int:
+    """Neuron that spikes first at a place in the tables, -1 for none; jitter: 1 for the drawn, 0 without."""
     least, which = WINDOW, -1
     for k in range(r.value.size):
-        late = _late_at(r.late[k], (delay - (r.t_inh[k] - r.jitter.t_inh[k])) / STEP)
+        late = _late_at(r.late[k], at - jitter * (r.t_inh[k] - r.jitter.t_inh[k]) / STEP)
         if late < least or (late == least and which < 0):
             least, which = late, k
-    return r.value[which] if which >= 0 else math.nan
+    return which
 
 
 @_compiled

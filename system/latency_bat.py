@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from chips.latency_kernel import NOW, State
 from chips.latency_network import Network, Spikes, new_state, run
 from circuits.compiled import compiled
-from system import curved_openspace, curved_openspace_view
 from system.curved_openspace import Arcs
 from system.curved_openspace_kernel import goal_arc
 from system.curved_openspace_view import in_view
@@ -73,7 +72,7 @@ def seen_from(arcs: Arcs, offset: F64, heading: float, head: int) -> F64:
     return found[:count]
 
 
-@compiled(callees=(curved_openspace, curved_openspace_view))
+@compiled()
 def look(arcs: Arcs, offset: F64, heading: float, head: int, found: F64, which: I64) -> int:
     """As `seen_from`, into `found` and, for their numbers, `which`; returns how many are seen."""
     angle = heading + arcs.direction[head]

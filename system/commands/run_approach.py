@@ -102,6 +102,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "amplitude_law": scenario.amplitude_law,
         "noise_rms_V": scenario.noise_rms,
         "silicon_noise": scenario.silicon_noise,
+        "noisy_boxes": scenario.noisy_boxes,
         "seed": scenario.seed,
         "targets": [t.name for t in scenario.targets],
         **{name: getattr(trace, name) for name in arrays},

@@ -7,8 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.hearing_model import hearing_on
+from chips.rebound_jitter import SiliconNoise
+from chips.vocalization_model import VocalizationModel
+from chips.vocalization_noise import phase_after_call
 from circuits.die import Die
 from circuits.errors import ParameterError
+from circuits.silicon import Silicon
 from system import approach, behavioural_approach
 from system.acoustics import echo_delay
 from system.approach import run, run_in_loop
@@ -83,3 +88,25 @@ def test_a_long_flight_forgets_old_sounds() -> None:
     trace = run(Scenario(default_scene(), 8.0, level="behavioural"))
     assert trace.echoes.size > 3 * behavioural_approach.SOUNDS // 2
     assert trace.echoes.size == 3 * trace.pulses.size
+
+
+def test_noise_moves_calls_and_echoes_as_their_models_draw_it() -> None:
+    quiet = replace(BASE, duration=0.4)
+    noisy = replace(quiet, silicon_noise="all", seed=1)
+    plain, jittered = run(quiet), run(noisy)
+    noise = SiliconNoise(1)
+    model = VocalizationModel(Silicon(), noise=noise)
+    # with no target found yet the interval is that of 5 Hz, and lacks the phase that the call left
+    late = -phase_after_call(model.noise, 0, model.numbers.base) / model.numbers.base
+    moved = jittered.calls[:, 0] - plain.calls[:, 0]
+    assert abs(late) > 1e-6
+    assert moved[0] == 0.0
+    assert np.sign(moved[1]) == np.sign(late)
+    assert abs(moved[1]) < 2.0 * abs(late)  # a proximity that rises meanwhile makes intervals shorter
+    ears = hearing_on(Silicon(), noise=noise)
+    assert 1e-9 < abs(jittered.echoes[1] - plain.echoes[1]) < 1e-5
+    assert ears.noise.onset.size > 0
+    assert jittered.pulses[0] != plain.pulses[0]
+    assert quiet.noisy_boxes == ()
+    assert noisy.noisy_boxes == ("chip", "vocalization", "hearing")
+    assert replace(noisy, transistors=frozenset({"hearing"})).noisy_boxes == ("chip", "vocalization")

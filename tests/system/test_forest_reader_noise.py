@@ -28,7 +28,11 @@ def same(a, b):
 
 
 def test_without_jitter_it_reads_as_the_table():
-    assert same(all_of(quiet()), readings(SILICON, "nominal")[0]).all()
+    reader, table = quiet(), readings(SILICON, "nominal")[0]
+    assert same(all_of(reader), table).all()
+    between = np.random.default_rng(0).uniform(0.0, 30e-3, 500)
+    found = np.array([read(reader, d) for d in between])
+    assert same(found, table[np.rint(between / STEP).astype(int)]).all()
     assert reader_of(SILICON, "nominal", None).value.size == no_reader().value.size == 0
 
 
