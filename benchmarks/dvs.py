@@ -12,15 +12,14 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from circuits.die import Die
 from system.arena import Scene
 from system.arena_file import load_scene, scene_names
@@ -36,36 +35,15 @@ DIE, SEED = Die(number=1000), 1000
 QUIET = Dvs(noise=0.0, leak=0.0, hot_share=0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A measured figure: CPU seconds of ours, seconds of the peer, their ratio."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int = 1
-    claim: float = 0.0
-
-
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer turns, three scenes")
+    parser = parser_of(__doc__, "fewer turns, three scenes")
     options = parser.parse_args()
     names = ["single-block", "clutter", "office"] if options.quick else scene_names()
     turns = 2 if options.quick else 5
     rows = [row for name in names for row in of_scene(load_scene(name, seed=SEED), turns)]
     rows.append(whole_body(load_scene("single-block"), turns))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f" (claim {row.claim:g})" if row.claim else ""
-            print(f"{row.name:44} {row.ours:8.4f} s, {row.ratio:6.1f} times real time{claim}; {row.accuracy}")
-    return int(any(row.ratio < row.claim for row in rows))
+    return report(rows, options, lambda row: f"{row.ours:8.4f} s, {row.ratio:6.1f} times real time")
 
 
 def of_scene(scene: Scene, turns: int) -> list[Row]:
@@ -86,7 +64,7 @@ def of_scene(scene: Scene, turns: int) -> list[Row]:
     )
     rate = 100 * Dvs().step
     return [
-        Row(f"{scene.name}, straight", straight, long, long / straight, note, claim=CLAIM),
+        Row(f"{scene.name}, straight", straight, long, long / straight, note, least=CLAIM),
         Row(f"{scene.name}, turning by 1 rad/s", turning, 1.0, 1.0 / turning, "as above"),
         Row(f"{scene.name}, pictures alone", drawn, rate, rate / drawn, f"{1e4 * drawn:.3g} us a picture"),
     ]

@@ -9,12 +9,10 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
-from dataclasses import asdict, dataclass
 
+from _report import Row, parser_of, report
 from circuits.die import Die
 from system.pushbot import Scenario, make_brain, run_with, scene_of
 
@@ -28,34 +26,13 @@ RUNS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A measured figure: CPU seconds of ours, seconds of the peer, their ratio."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int = 1
-    claim: float = 0.0
-
-
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="one turn a scene")
+    parser = parser_of(__doc__, "one turn a scene")
     options = parser.parse_args()
     turns = 1 if options.quick else 3
     rows = [row for scenario in RUNS for row in of_run(scenario, turns)]
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f" (claim {row.claim:g})" if row.claim else ""
-            print(f"{row.name:36} {row.ours:8.4f} s, {row.ratio:6.1f} times real time{claim}; {row.accuracy}")
-    return int(any(row.ratio < row.claim for row in rows))
+    return report(rows, options, lambda row: f"{row.ours:8.4f} s, {row.ratio:6.1f} times real time")
 
 
 def of_run(scenario: Scenario, turns: int) -> list[Row]:
@@ -74,7 +51,7 @@ def of_run(scenario: Scenario, turns: int) -> list[Row]:
     long = trace.drive.time
     note = f"{trace.record.inputs / long:.3g} inputs of the chip a second"
     return [
-        Row(name, best, long, long / best, note, claim=CLAIM),
+        Row(name, best, long, long / best, note, least=CLAIM),
         Row(f"{name}, chip made", made, long, long / made, "once a die and network"),
     ]
 

@@ -20,19 +20,17 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from _report import Row, parser_of, report
 from chips.rolls_address import NEURONS
 from chips.rolls_calibration import code_for
 from chips.rolls_chip import STEP, ChipState, RollsChip, Spikes
@@ -53,25 +51,6 @@ DRIVE = 0.31e-9  # A, direct current; chosen on dies below 1000 for about 70 Hz
 FINER_STEP = 0.2e-3  # s, half the default
 PEER_STEPS = (STEP, 0.1e-3, 0.025e-3)  # s: ours, Brian2's default, and one as exact as ours
 PEER = Path(__file__).parent / "rolls_chip_brian2.py"
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure, and what is claimed of it."""
-
-    name: str
-    ours: float
-    peer: float | None
-    ratio: float
-    accuracy: str
-    cores: int = 1
-    least: float = 0.0
-    most: float = float("inf")
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim holds."""
-        return self.least <= self.ratio <= self.most
 
 
 def program() -> Program:
@@ -238,22 +217,14 @@ def _brian2(interpreter: str, chip: RollsChip, rate: float, step: float) -> tupl
 
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="ten dies, fewer turns")
+    parser = parser_of(__doc__, "ten dies, fewer turns")
     parser.add_argument("--brian2", metavar="PATH", help="interpreter that has Brian2")
     options = parser.parse_args()
     rows = list(measure(quick=options.quick, interpreter=options.brian2))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f", at least {row.least:g}" if row.least else f", at most {row.most:g}"
-            claim = "" if row.least == 0.0 and row.most == float("inf") else claim
-            print(f"{row.name:52} {row.ratio:8.4g}{claim}; {row.accuracy}")
-        if options.brian2 is None:
-            print("Brian2 is not compared: give its interpreter, --brian2 PATH")
-    return int(not all(row.holds for row in rows))
+    status = report(rows, options)
+    if options.brian2 is None and not options.json:
+        print("Brian2 is not compared: give its interpreter, --brian2 PATH")
+    return status
 
 
 if __name__ == "__main__":
