@@ -17,8 +17,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from circuits.blocks.latency_synapse import comparator, step_inhibition, step_synapse
-from circuits.blocks.latency_tap import PULSE_CAPACITANCE
-from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.latency_tap import edge_event
+from circuits.blocks.mos import inverter, mos
 from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
@@ -111,17 +111,7 @@ def edge_pulse() -> Circuit:
         Port("out", "event", "out"),
         Port("v_cmp", "bias"),
     )
-    devices = (
-        *inverter("mp", "level", "going", width=3.0, length=1.5),
-        *inverter("mg", "going", "gone", width=3.0, length=1.5),
-        mos("mdp", "p", "late", "gone", "vdd", 3, 6),
-        mos("mdn", "n", "late", "gone", "starved", 3, 1.5),
-        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
-        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
-        *nand("ma", ("gone", "late"), "none", width=3.0, length=1.5),
-        *inverter("mo", "none", "out", width=3.0, length=1.5),
-    )
-    return Circuit("edge_pulse", ports, devices)
+    return Circuit("edge_pulse", ports, edge_event("level"))
 
 
 def ended(part: Circuit) -> Circuit:

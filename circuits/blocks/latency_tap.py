@@ -26,6 +26,7 @@ from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.process import AMI_1500
@@ -58,6 +59,20 @@ BIASES = (
 )
 
 
+def edge_event(level: str) -> tuple[Device, ...]:
+    """An event at node `out` where node `level` rises, which the starved inverter at `v_cmp` ends."""
+    return (
+        *inverter("mp", level, "going", width=3.0, length=1.5),
+        *inverter("mg", "going", "gone", width=3.0, length=1.5),
+        mos("mdp", "p", "late", "gone", "vdd", 3, 6),
+        mos("mdn", "n", "late", "gone", "starved", 3, 1.5),
+        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
+        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
+        *nand("ma", ("gone", "late"), "none", width=3.0, length=1.5),
+        *inverter("mo", "none", "out", width=3.0, length=1.5),
+    )
+
+
 def delay_tap(timer_capacitance: float) -> Circuit:
     """One tap (F): ports event (in), out (event out), biases."""
     part = comparator()
@@ -69,14 +84,7 @@ def delay_tap(timer_capacitance: float) -> Circuit:
     )
     devices = (
         *timer("event", "v_tap", timer_capacitance),
-        *inverter("mp", "passed", "going", width=3.0, length=1.5),
-        *inverter("mg", "going", "gone", width=3.0, length=1.5),
-        mos("mdp", "p", "late", "gone", "vdd", 3, 6),
-        mos("mdn", "n", "late", "gone", "starved", 3, 1.5),
-        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
-        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
-        *nand("ma", ("gone", "late"), "none", width=3.0, length=1.5),
-        *inverter("mo", "none", "out", width=3.0, length=1.5),
+        *edge_event("passed"),
     )
     connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "passed"}
     return Circuit("delay_tap", ports, devices, (Instance("timer", part, connections),))

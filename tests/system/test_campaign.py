@@ -11,6 +11,7 @@ import pytest
 from circuits.errors import DataError, ParameterError
 from system.campaign import Campaign, Found, Key
 from system.command_line import main
+from system.study import cluster
 
 KEYS = [("a", 1), ("a", 2), ("b", 1)]
 
@@ -82,6 +83,21 @@ def test_runs_handed_out_ahead_come_in_order(
     stopped[2].set()
     with pytest.raises(KeyboardInterrupt):
         runs(Campaign(hands=lambda: nullcontext(stopped)), one)
+
+
+def test_processes_get_runs_by_their_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[tuple[object, ...]] = []
+
+    class Client:
+        def submit(self, *arguments: object, pure: bool, retries: int) -> None:
+            given.append((*arguments, pure, retries))
+
+    monkeypatch.setattr(cluster, "_clients", lambda _, workers: nullcontext((Client(), workers)))
+    with cluster.workers_of(3) as (submit, ahead, asked):
+        submit(len, ("a", 1))  # type: ignore[arg-type]
+    assert given == [(len, ("a", 1), False, cluster.RETRIES)]
+    assert ahead >= 3
+    assert not asked.is_set()
 
 
 def test_what_is_not_its_own_is_refused(
