@@ -8,7 +8,6 @@ import pytest
 from chips.latency_chip import LatencyChip
 from chips.latency_model import usual_biases
 from chips.latency_unit_level import TransistorUnit
-from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from system.curved_openspace import MIDDLE, Bat, arcs_of
 from system.latency_bat import seen_from
@@ -93,10 +92,10 @@ def test_a_course_that_stays_changes_nothing_and_one_that_warms_does() -> None:
         assert warm.detected[memory, unit] < 0.95 * first.detected[memory, unit]
 
 
-def test_a_course_with_a_unit_of_transistors_is_refused() -> None:
+def test_a_unit_of_transistors_follows_the_course() -> None:
     biases = usual_biases(design_of(ARCS, S))
     unit = TransistorUnit(biases, Silicon(), 16, 5)
     chip = LatencyChip(design_of(ARCS, S), biases, units={(16, 5): unit})
     brain = brain_with(chip, ARCS, S, (np.array([0.0, 1.0]), np.array([30.0, 40.0])))
-    with pytest.raises(ParameterError, match=r"latency_chip.temperature: 30 degC, units at transistor level"):
-        brain.ping(2, MIDDLE, NONE)
+    brain.ping(2, MIDDLE, NONE)
+    assert (brain.chip.silicon.temperature_c, unit.silicon.temperature_c) == (30.0, 30.0)

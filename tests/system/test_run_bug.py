@@ -102,7 +102,7 @@ def test_maps_that_are_none(run: Run, tmp_path: Path, text: str, says: str) -> N
 
 
 def test_a_study_of_the_robot(capsys: pytest.CaptureFixture[str]) -> None:
-    where = ("--map", "bug-open", "--agent", "bug0")
+    where = ("--param", "map=bug-open", "--param", "agent=bug0")
     arguments = ("montecarlo", "bug", "-n", "2", *where, "--metric", "reached", "--json")
     assert main(arguments) == 0
     assert json.loads(capsys.readouterr().out)["values"]["reached"] == [1.0, 1.0]
