@@ -65,7 +65,7 @@ NEVER = 1e6 * b.second
 
 def main(folder: Path) -> None:
     """Build, compile, run and write."""
-    b.set_device("cpp_standalone", directory=str(folder / "code"), build_on_run=False)
+    b.set_device("cpp_standalone", build_on_run=False)
     b.prefs.devices.cpp_standalone.openmp_threads = 0
     with np.load(folder / "network.npz") as found:
         net = {name: found[name] for name in found.files}
@@ -74,7 +74,7 @@ def main(folder: Path) -> None:
     monitors = [b.SpikeMonitor(group) for group in groups]
     network = b.Network(*groups, *monitors, *synapses(net, groups))
     network.run(float(net["duration"]) * b.second)
-    b.device.build(run=False, compile=True)
+    b.device.build(directory=str(folder / "code"), run=False, compile=True)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     b.device.run()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

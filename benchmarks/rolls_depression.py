@@ -10,15 +10,14 @@ Returns 1 where the claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from chips.rolls_address import NEURONS
 from chips.rolls_chip import RollsChip
 from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
@@ -33,24 +32,6 @@ CLAIM = 25.0  # times real time, all synapses depressed
 DIE = 1000
 FAN_IN = 20
 TURNS, QUICK = 15, 5
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measurement: seconds of ours, of the chip without depression, ratio of the two."""
-
-    name: str
-    ours: float
-    peer: float | None
-    ratio: float
-    accuracy: str
-    cores: int = 1
-    least: float = 0.0
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim holds."""
-        return self.ratio >= self.least
 
 
 def sparse() -> Program:
@@ -94,18 +75,8 @@ def _best(chosen: Program, turns: int) -> tuple[float, float, float]:
 
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer turns")
-    options = parser.parse_args()
-    rows = list(measure(QUICK if options.quick else TURNS))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f", at least {row.least:g}" if row.least else ""
-            print(f"{row.name:40} {row.ratio:8.4g}{claim}; {row.accuracy}")
-    return int(not all(row.holds for row in rows))
+    options = parser_of(__doc__, "fewer turns").parse_args()
+    return report(measure(QUICK if options.quick else TURNS), options)
 
 
 if __name__ == "__main__":
