@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from circuits.devices.source import Polyline
 from system import microphone as mic
 from system.acoustics import Call
+from system.microphone_waveform import clipped_samples, waveform
 from system.targets import Target
 
 F64 = NDArray[np.float64]
@@ -72,7 +73,7 @@ class Ear:
             calls = (*calls, (moment, amplitude))
         time, voltage = self._listen(sound, until)
         inside = voltage[(time >= sound.time) & (time < until)]
-        clipped = sound.clipped + mic.clipped_samples(self.parameters, inside)
+        clipped = sound.clipped + clipped_samples(self.parameters, inside)
         sound = mic.prune(replace(sound, clipped=clipped), until)
         return EarState(sound, calls), until, Heard(time, voltage[:, None])
 
@@ -86,7 +87,7 @@ class Ear:
         for begin, end in loud:
             first = math.floor(begin * SAMPLE_RATE - 1e-6) / SAMPLE_RATE
             last = (math.ceil(end * SAMPLE_RATE + 1e-6) + 0.5) / SAMPLE_RATE
-            pieces.append(mic.waveform(self.parameters, sound, first, last, SAMPLE_RATE))
+            pieces.append(waveform(self.parameters, sound, first, last, SAMPLE_RATE))
         # where a sound covers an end, its samples around that end take the place of the end itself
         before = [start] if not pieces or pieces[0][0][0] > start else []
         after = [until] if not pieces or pieces[-1][0][-1] < until else []

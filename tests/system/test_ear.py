@@ -7,7 +7,8 @@ import pytest
 
 from system.acoustics import speed_of_sound, two_way_delay
 from system.ear import CALL_DURATION, Ear
-from system.microphone import Microphone, envelope
+from system.microphone import Microphone
+from system.microphone_waveform import envelope
 from system.targets import ConstantVelocity, Target
 
 AMPLITUDE = (np.array([0.0, 1.0]), np.array([4.0, 4.0]))
