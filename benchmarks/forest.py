@@ -18,19 +18,17 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import json
 import resource
 import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
 from statistics import median
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from _report import parser_of
+from _report import Row, parser_of, report
 from circuits.die import NOMINAL, Die
 from circuits.silicon import Silicon
 from system.curved_openspace import Arcs, Bat, arcs_of
@@ -47,17 +45,6 @@ CLAIM, CLAIM_THREADS, CLAIM_CHIPS = 400_000.0, 1.8, 20_000.0
 LOOKS = 2000
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure, with its unit; claim: the least, or 0 where there is none."""
-
-    name: str
-    value: float
-    unit: str
-    claim: float
-    note: str
-
-
 def main() -> int:
     """Measure and print all rows."""
     parser = parser_of(__doc__, "fewer samples")
@@ -69,13 +56,12 @@ def main() -> int:
     rows = [*one_core(arcs, samples, turns), growth(arcs, samples), *with_chips(arcs, samples // 4), *peers()]
     if options.alone:
         rows.append(two_threads(arcs, samples, turns))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f", claim {row.claim:g}" if row.claim else ""
-            print(f"{row.name:44} {row.value:10.4g} {row.unit}{claim}; {row.note}")
-    return int(any(row.value < row.claim for row in rows))
+    return report(rows, options)
+
+
+def figure(name: str, value: float, unit: str, claim: float, note: str, cores: int = 1) -> Row:
+    """A figure without a peer; claim: the least, or 0 where there is none."""
+    return Row(f"{name}, {unit}", value, None, value, note, cores, claim)
 
 
 def one_core(arcs: Arcs, samples: int, turns: int) -> Iterator[Row]:
@@ -83,9 +69,9 @@ def one_core(arcs: Arcs, samples: int, turns: int) -> Iterator[Row]:
     whole = [_whole(arcs, samples) for _ in range(turns)]
     pings = whole[0][0]
     rate = pings / median(taken for _, taken in whole)
-    yield Row("whole loop, forests planted too", rate, "pings/s", 0.0, f"{samples} samples, {pings} pings")
+    yield figure("whole loop, forests planted too", rate, "pings/s", 0.0, f"{samples} samples, {pings} pings")
     alone = median(_loop(arcs, samples) for _ in range(turns))
-    yield Row("whole loop, forests given", alone, "pings/s", CLAIM, f"{1e6 / alone:.3g} us a ping")
+    yield figure("whole loop, forests given", alone, "pings/s", CLAIM, f"{1e6 / alone:.3g} us a ping")
 
 
 def growth(arcs: Arcs, samples: int) -> Row:
@@ -96,7 +82,7 @@ def growth(arcs: Arcs, samples: int) -> Row:
             fly_sample(arcs, planter(), (seed, 0), MOST)
         sizes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     note = f"{samples} samples more; the process has {sizes[1]:.0f} MiB"
-    return Row("growth of memory", sizes[1] - sizes[0], "MiB", 0.0, note)
+    return figure("growth of memory", sizes[1] - sizes[0], "MiB", 0.0, note)
 
 
 def with_chips(arcs: Arcs, samples: int) -> Iterator[Row]:
@@ -111,11 +97,13 @@ def with_chips(arcs: Arcs, samples: int) -> Iterator[Row]:
             senses = senses_of(sensing, Bat(), die)
             fly_sample(arcs, planter(), (0, 0), 10, senses=senses)
             pings, taken = _whole(arcs, samples, senses)
-            yield Row(f"whole loop, {name}, {die}", pings / taken, "pings/s", CLAIM_CHIPS, f"{pings} pings")
+            yield figure(
+                f"whole loop, {name}, {die}", pings / taken, "pings/s", CLAIM_CHIPS, f"{pings} pings"
+            )
     start, dies = time.thread_time(), 10
     for number in range(FIRST_SEED, FIRST_SEED + dies):
         readings(Silicon(die=Die(number=number, process=False)), "calibrated")
-    yield Row("table of a die, calibrated", (time.thread_time() - start) / dies, "s", 0.0, f"{dies} dies")
+    yield figure("table of a die, calibrated", (time.thread_time() - start) / dies, "s", 0.0, f"{dies} dies")
 
 
 def two_threads(arcs: Arcs, samples: int, turns: int) -> Row:
@@ -123,7 +111,7 @@ def two_threads(arcs: Arcs, samples: int, turns: int) -> Row:
     pairs = [tuple(_elapsed(arcs, samples, threads) for threads in (1, 2)) for _ in range(turns)]
     ratio = median(one / two for one, two in pairs)
     note = f"{median(p[0] for p in pairs):.3g} s and {median(p[1] for p in pairs):.3g} s"
-    return Row("two threads over samples", ratio, "times", CLAIM_THREADS, note)
+    return figure("two threads over samples", ratio, "times", CLAIM_THREADS, note, 2)
 
 
 def peers() -> Iterator[Row]:
@@ -142,7 +130,9 @@ def peers() -> Iterator[Row]:
         for point in at:
             look(point)
         taken = (time.process_time() - start) / LOOKS
-        yield Row(f"peer, obstacles within 5 m, {name}", 1e6 * taken, "us", 0.0, "no field of view, no loop")
+        yield figure(
+            f"peer, obstacles within 5 m, {name}", 1e6 * taken, "us", 0.0, "no field of view, no loop"
+        )
 
 
 def _whole(arcs: Arcs, samples: int, senses: Senses = EXACT) -> tuple[int, float]:

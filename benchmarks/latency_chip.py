@@ -11,17 +11,15 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
 from statistics import median
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from chips.latency_chip import LatencyChip, Said
 from chips.latency_model import usual_biases
 from chips.latency_unit_level import TransistorUnit
@@ -39,40 +37,13 @@ DIE = Die(number=1003)
 PLACE = (16, 5)  # of the unit of transistors
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure. least: what is claimed of `ratio`, 0 for nothing."""
-
-    name: str
-    ours: float
-    peer: float | None
-    ratio: float
-    accuracy: str
-    cores: int = 1
-    least: float = 0.0
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim holds."""
-        return self.ratio >= self.least
-
-
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="a shorter run, fewer turns")
+    parser = parser_of(__doc__, "a shorter run, fewer turns")
     parser.add_argument("--network", action="store_true", help="the published network beside it")
     options = parser.parse_args()
     pings, turns = (500, 2) if options.quick else (3000, 5)
-    rows = list(measure(pings, turns, network=options.network))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f"claim at least {row.least:g}" if row.least else "no claim"
-            print(f"{row.name:40} {row.ratio:8.4g}, {claim}; {row.accuracy}")
-    return int(not all(row.holds for row in rows))
+    return report(measure(pings, turns, network=options.network), options)
 
 
 def measure(pings: int, turns: int, *, network: bool) -> Iterator[Row]:

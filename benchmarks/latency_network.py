@@ -14,20 +14,18 @@ Returns 1 where a claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
+from _report import Row, parser_of, report
 from chips.latency_network import Conductors, Integrators, Network, Spikes, new_state, run
 from system.curved_openspace import DIRECTIONS, Bat, arcs_of
 from system.latency_bat import echo_delay, goal_neuron, nearest_place, places, seen_from
@@ -41,43 +39,17 @@ CLAIM, CLAIM_PEER, CLAIM_STEPS = 1.7, 15.0, 2.0
 PEER = Path(__file__).parent / "latency_network_brian2.py"
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure. least, most: what is claimed of `ratio`."""
-
-    name: str
-    ours: float
-    peer: float | None
-    ratio: float
-    accuracy: str
-    least: float = 0.0
-    most: float = float("inf")
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim holds."""
-        return self.least <= self.ratio <= self.most
-
-
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="a shorter run, one turn")
+    parser = parser_of(__doc__, "a shorter run, one turn")
     parser.add_argument("--brian2", metavar="PATH", help="interpreter that has Brian2")
     options = parser.parse_args()
     duration, turns = (0.5, 1) if options.quick else (2.0, 3)
     network = published(arcs_of(Bat(ping_rate=PING_RATE)), Numbers())
-    rows = list(measure(network, inputs_of(network, duration), duration, turns, options.brian2))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f"at least {row.least:g}" if row.least else f"at most {row.most:g}"
-            print(f"{row.name:40} {row.ratio:8.4g}, claim {claim}; {row.accuracy}")
-        if options.brian2 is None:
-            print("Brian2 is not compared: give its interpreter, --brian2 PATH")
-    return int(not all(row.holds for row in rows))
+    if options.brian2 is None:
+        print("Brian2 is not compared: give its interpreter, --brian2 PATH", file=sys.stderr)
+    rows = measure(network, inputs_of(network, duration), duration, turns, options.brian2)
+    return report(rows, options)
 
 
 def inputs_of(network: Network, duration: float) -> I64:
@@ -112,13 +84,13 @@ def measure(
             other.append(peer_taken)
     mine = median(own)
     note = f"{mine:.3g} s of CPU for {duration:g} s, {len(spikes.step)} spikes, one core"
-    yield Row("times real time", mine, duration, duration / mine, note, CLAIM)
+    yield Row("times real time", mine, duration, duration / mine, note, least=CLAIM)
     same = np.array_equal(first.step, spikes.step) and np.array_equal(first.source, spikes.source)
-    yield Row("second run the same to the bit", 1.0, None, float(same), "steps and sources", 1.0)
+    yield Row("second run the same to the bit", 1.0, None, float(same), "steps and sources", least=1.0)
     if peer is not None:
         theirs = median(other)
         note = f"Brian2 {theirs:.3g} s of CPU, {duration / theirs:.3g} times real time"
-        yield Row("times Brian2's speed", mine, theirs, theirs / mine, note, CLAIM_PEER)
+        yield Row("times Brian2's speed", mine, theirs, theirs / mine, note, least=CLAIM_PEER)
         yield from _compare(network, first, peer)
 
 

@@ -11,15 +11,14 @@ Returns 1 where the claim is missed.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from _report import Row, parser_of, report
 from chips.rolls_address import NEURONS
 from chips.rolls_calibration import code_for
 from chips.rolls_chip import RollsChip
@@ -36,21 +35,6 @@ DIE = 1000
 DRIVE = 0.31e-9  # A, direct current, as in rolls_chip.py
 WEAK = 0.03e-9  # A: of a high plastic weight, so that the rate stays about the same with the array
 TURNS, QUICK = 15, 5
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure, and what is claimed of it."""
-
-    name: str
-    value: float
-    note: str
-    least: float = 0.0
-
-    @property
-    def holds(self) -> bool:
-        """Whether the claim holds."""
-        return self.value >= self.least
 
 
 def program() -> Program:
@@ -80,13 +64,20 @@ def measure(*, quick: bool) -> Iterator[Row]:
     _, after = chip.run(state, 1.0)
     moved = int((chip.weights(after) != chip.weights(state)).sum())
     note = f"{rate:.1f} Hz mean, {events / 1e6:.1f} million plastic events in 1 s; {moved} weights flip in it"
-    yield Row("learning on, times real time", 1.0 / taken, note, CLAIM)
-    yield Row("without the array, times real time", 1.0 / without, f"{plain_rate:.1f} Hz mean")
+    yield _row("learning on, times real time", 1.0 / taken, note, CLAIM)
+    yield _row("without the array, times real time", 1.0 / without, f"{plain_rate:.1f} Hz mean")
     more = (taken - without * rate / plain_rate) / events
-    yield Row("time of a plastic event, ns", 1e9 * more, "what the array adds, at the same rate")
+    yield _row("time of a plastic event, ns", 1e9 * more, "what the array adds, at the same rate")
     yield _lesson()
     size = sum(a.nbytes for a in chip.built().plastic.tables if isinstance(a, np.ndarray))  # type: ignore[union-attr]
-    yield Row("memory of the array's tables, MiB", size / 2**20, "arrays of the tables, filters' banks apart")
+    yield _row(
+        "memory of the array's tables, MiB", size / 2**20, "arrays of the tables, filters' banks apart"
+    )
+
+
+def _row(name: str, value: float, note: str, least: float = 0.0) -> Row:
+    """A figure without a peer."""
+    return Row(name, value, None, value, note, least=least)
 
 
 def _best(chip: RollsChip, turns: int) -> tuple[float, float]:
@@ -108,23 +99,13 @@ def _lesson() -> Row:
     teach(chip, task, state, DIE, task.training)
     spent = time.thread_time() - start
     length = task.training * (task.presentation + task.pause)
-    return Row("a lesson, times real time", length / spent, "20 presentations, their events drawn too")
+    return _row("a lesson, times real time", length / spent, "20 presentations, their events drawn too")
 
 
 def main() -> int:
     """Measure and print all rows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="fewer turns")
-    options = parser.parse_args()
-    rows = list(measure(quick=options.quick))
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            claim = f", at least {row.least:g}" if row.least else ""
-            print(f"{row.name:40} {row.value:8.4g}{claim}; {row.note}")
-    return int(not all(row.holds for row in rows))
+    options = parser_of(__doc__, "fewer turns").parse_args()
+    return report(measure(quick=options.quick), options)
 
 
 if __name__ == "__main__":

@@ -17,12 +17,11 @@ Times are process CPU time on one thread, medians of turns that alternate. Retur
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
@@ -32,7 +31,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from _report import parser_of
+from _report import Row, parser_of, report
 from chips.axon_graph import AxonGraph, grid_graph
 from chips.wave_kernel import Waves, graph_wave, graph_waves, integer_wave, real_wave
 from chips.wavefront_model import chip_model, dies_delays
@@ -50,19 +49,6 @@ LARGE = 4000
 SHORTEST = 20e-3  # s of CPU that a turn takes at least, by repetition
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One measured figure; `ours` and `peer` in s of CPU, or bytes a cell; claim: the least ratio."""
-
-    name: str
-    ours: float
-    peer: float
-    ratio: float
-    accuracy: str
-    cores: int
-    claim: float
-
-
 def main() -> int:
     """Measure and print all rows."""
     parser = parser_of(__doc__, "fewer turns")
@@ -73,13 +59,12 @@ def main() -> int:
         return 0
     turns = 1 if options.quick else 5
     rows = [memory(), *grids(turns), star(1 if options.quick else 3), *dies(turns)]
-    if options.json:
-        print(json.dumps([asdict(row) for row in rows], indent=2))
-    else:
-        for row in rows:
-            figures = f"{row.ours:10.4g}, peer {row.peer:10.4g}: {row.ratio:6.3g} times, claim {row.claim:g}"
-            print(f"{row.name:40} {figures}; {row.accuracy}")
-    return int(any(row.ratio < row.claim for row in rows))
+    return report(rows, options, figures)
+
+
+def figures(row: Row) -> str:
+    """Both figures, in s of CPU or bytes a cell, and their ratio."""
+    return f"{row.ours:10.4g}, peer {row.peer:10.4g}: {row.ratio:6.3g} times"
 
 
 def grids(turns: int) -> Iterator[Row]:
