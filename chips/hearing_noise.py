@@ -1,58 +1,56 @@
 """Noise of the hearing's thresholds from that of its devices.
 
-Noise of the voltage that a neuron compares, v, makes it hear a sound sooner or later, or not at all, as if
-its threshold were another: a step D that has just to be reached is one of `D + v`, of a sound whose peak is
-another by
+Noise makes a neuron hear a sound sooner or later, or not at all, as if its threshold were another, and does
+so by how much the time T of its spike scatters over how much T follows the sound's peak A:
 
-    delta ln A = v / (D p),     p = d ln(step) / d ln A at the threshold
+    delta ln(threshold) = sigma(T) / |dT / d ln A|
 
-and the latency T follows from the measured table over peak / threshold. The compared voltage passes the
-threshold at a slope `S = p D / |dT / d ln(peak / threshold)|`, the comparator then charges its axon for a
-time d (`chips.lso_law.ramp_delay`), and what it sees of v it weighs by `sech^2(psi kappa S t / 2 U_T)`. So v
-is the noise of the whole chain from the microphone on, at v_h of the onset neuron or at the envelope, times
-that weight's transform W(f), integrated over frequency about rest (`circuits.solver.noise_analysis`); the
-comparator's own jitter (`chips.lso_noise.level_spread`) is added. p is the detector's, whose step goes as
-`ln I_0(kappa A / U_T)`. Each sound has a draw a neuron.
-Left out: the onset neuron's own threshold branch, what a sound does to the detector's noise while it lasts.
+sigma(T) is that of the chain from the microphone to the spike, of all devices along the way that a sound of
+that peak takes (`circuits.solver.event_jitter`), behind a long rest. The way matters: while v_h rises, the
+onset neuron's follower carries nothing, which lets slow noise of the envelope pass that it takes away at
+rest, and what is compared goes on growing with A while the comparator charges its axon. Both are worked out
+on the die at some peaks over threshold; a neuron that does not hear at rest there (`Deafened`) has those of
+the nominal die. Between peaks, straight lines over ln(peak / threshold), held beyond them. Each sound has a
+draw a neuron.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import i0e, i1e
 
-from chips.board_kernel import Hearing, table_at
-from chips.board_record import all_on_silicon, matching_tables
-from chips.lso_law import ramp_delay
-from chips.lso_measurement import circuits
-from chips.lso_model import RECORD
-from chips.lso_noise import level_grain, level_spread
+from chips.board_kernel import SOUND_DURATION, Hearing, table_at
 from chips.noise_draw import Draws, draw, new_draws
 from chips.rebound_jitter import SiliconNoise
-from circuits.bias import die_current
 from circuits.blocks import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit, Instance, Port
 from circuits.compiled import compiled
 from circuits.devices import Source
 from circuits.devices.source import Constant
+from circuits.die import NOMINAL
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import Machine, to_kernel
 from circuits.noise import NoiseModel, noise_model
 from circuits.silicon import Silicon
-from circuits.solver.noise_analysis import integrate_power
-from circuits.solver.noise_analysis import noise as noise_at
+from circuits.solver.event_jitter import event_jitter
 from circuits.solver.noise_transient import noise_place
-from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 
 F64 = NDArray[np.float64]
 
-BAND = (0.1, 10e6, 241)  # Hz, Hz, points: from where flicker levels off to beyond all poles; ours
-POINTS = 48  # of a comparator's weight over time; ours
+# peaks over threshold at which jitter is worked out, from where it is still linear on; ours
+RATIOS = {"onset": (1.05, 1.2, 2.0, 5.0, 40.0), "high_threshold": (1.05, 1.4, 3.0)}
+APART = 0.03  # of ln A to both sides, for dT / d ln A; ours
+REST = 10e-3  # s, before a sound, longer than any memory of the chain; ours
+ONSET = 50e-6  # s, when the sound begins, whole periods of its carrier
+LATEST = 1e-3  # s, of a run
 
 
 class HearingNoise(NamedTuple):
@@ -83,71 +81,57 @@ def hearing_noise(
     model = noise_model(silicon.process) if noise.flicker is None else noise.flicker
     path = f"{noise_place(silicon, 'hearing')}, sound"
     found = [
-        threshold_spread(numbers, step, density, silicon)
-        for numbers, step, density in zip(
-            (onset, high), steps_of(silicon), rest_noise(silicon, model), strict=True
-        )
+        threshold_spread(name, numbers.threshold, silicon, model)
+        for name, numbers in (("onset", onset), ("high_threshold", high))
     ]
-    draws = new_draws(noise.seed, noise.trial, path, 2)
-    return HearingNoise(onset.knots, found[0], high.knots, found[1], draws)
+    return HearingNoise(*found[0], *found[1], new_draws(noise.seed, noise.trial, path, 2))
 
 
-def threshold_spread(numbers: Hearing, step: float, density: F64, silicon: Silicon) -> F64:
-    """Deviation of ln(threshold) at the latency's knots, float64[knots]; density: V^2/Hz over `BAND`."""
-    law, u_t = silicon.law("p"), silicon.thermal_voltage
-    level = high_threshold_neuron.build()
-    current = die_current(level, level.bias("i_cmp"), silicon)
-    (charge,) = all_on_silicon(
-        matching_tables(RECORD, circuits, silicon.process).values, ("level_charge",), silicon
-    )
-    later = np.abs(np.gradient(numbers.latency, numbers.knots))
-    per_ln = exponent(numbers.threshold, silicon) * step  # V of the compared voltage an e-fold of the peak
-    slope = per_ln / later
-    delay = ramp_delay(slope, float(charge), current, law.kappa, u_t)
-    grain = level_grain(current, silicon)
-    volts = np.array([
-        seen(density, 0.5 * grain.per_volt * s, d) for s, d in zip(slope, delay, strict=True)
-    ])  # fmt: skip
-    own = level_spread(grain, delay, slope, current)
-    return np.asarray(np.hypot(volts / per_ln, own / later))
+@lru_cache(maxsize=128)
+def threshold_spread(name: str, threshold: float, silicon: Silicon, model: NoiseModel) -> tuple[F64, F64]:
+    """ln(peak / threshold) and the deviation of a neuron's ln(threshold) there, float64[knots] each.
+
+    threshold: V at the microphone, of the neuron on `silicon`.
+
+    Raises `ParameterError` where even the nominal die hears no sound so many times as loud.
+    """
+    found = list(_spreads(name, threshold, silicon, model))
+    if not found:
+        found = list(_spreads(name, threshold, replace(silicon, die=NOMINAL), model))
+    if not found:
+        raise ParameterError(
+            f"hearing.{name}.threshold: {threshold:g} V, must be one that makes a spike; take a larger one"
+        )
+    knots, spread = np.array(found).T
+    return knots, spread
 
 
-def seen(density: F64, steep: float, delay: float) -> float:
-    """Deviation (V) of the mean with weights sech^2(steep t) over `delay` s; density: V^2/Hz over `BAND`."""
-    at = delay * (np.arange(POINTS) + 0.5) / POINTS
-    weight = 1.0 / np.cosh(np.minimum(steep * at, 50.0)) ** 2
-    frequency = np.geomspace(*BAND)
-    passed = np.abs(np.exp(-2j * np.pi * frequency[:, None] * at) @ (weight / weight.sum())) ** 2
-    passed *= np.sinc(frequency * delay / POINTS) ** 2  # weights are steps, not points
-    return float(np.sqrt(integrate_power(frequency, density * passed)))
+def _spreads(
+    name: str, threshold: float, silicon: Silicon, model: NoiseModel
+) -> Iterator[tuple[float, float]]:
+    """ln(peak / threshold) and deviation of those sounds that are heard."""
+    for ratio in RATIOS[name]:
+        peak = ratio * threshold
+        times = [_spikes(chain_machine(name, peak * math.exp(x), silicon)) for x in (-APART, APART)]
+        if not all(times):
+            continue
+        jitter = event_jitter(chain_machine(name, peak, silicon), "spike", model, rest=REST)
+        yield math.log(ratio), jitter.deviation * 2.0 * APART / (times[0][0] - times[1][0])
 
 
-def exponent(peak: float, silicon: Silicon) -> float:
-    """`d ln(step) / d ln A` of the detector at a peak (V): 2 of weak sounds, 1 of loud ones."""
-    z = silicon.law("n").kappa * peak / silicon.thermal_voltage
-    return float(z * (i1e(z) / i0e(z)) / (np.log(i0e(z)) + z))
+def _spikes(machine: Machine) -> list[float]:
+    return [float(t) for t in simulate(machine, record=()).spikes["spike"]]
 
 
-def steps_of(silicon: Silicon) -> tuple[float, float]:
-    """Steps (V) that are asked for: of v_h, and of the envelope above its pedestal."""
-    onset = {b.name: float(np.asarray(b.value)) for b in onset_neuron.BIASES}
-    high = {b.name: float(np.asarray(b.value)) for b in high_threshold_neuron.BIASES}
-    pedestal = {b.name: float(np.asarray(b.value)) for b in envelope_detector.BIASES}["v_pedestal"]
-    own = silicon.law("n").kappa * (onset["v_level"] - onset["v_base"])
-    return own, high["v_threshold"] - pedestal
-
-
-@lru_cache(maxsize=16)
-def rest_noise(silicon: Silicon, model: NoiseModel) -> tuple[F64, F64]:
-    """Densities (V^2/Hz, over `BAND`) of v_h and of the envelope at rest, of all devices."""
-    circuit = chain(onset_neuron.build())
+def chain_machine(
+    name: str, peak: float, silicon: Silicon, onset: float = ONSET, stop: float = LATEST
+) -> Machine:
+    """A neuron behind the detector hears a sound of a peak (V) from `onset` s on, as its record's sounds."""
     v_dd = silicon.process.v_dd
-    sources = Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", Constant(0.5 * v_dd))
-    point = operating_point(Testbench("hearing", circuit, sources, 1.0), silicon)
-    frequency = np.geomspace(*BAND)
-    nodes = "neuron.v_h", "envelope"
-    found = [noise_at(point, n, frequency, model=model).output for n in nodes]
-    return found[0], found[1]
+    wave = envelope_detector.tone_bursts(((onset, SOUND_DURATION, peak),), stop, 0.5 * v_dd, v_dd)
+    sources = Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", wave)
+    neuron = {"onset": onset_neuron, "high_threshold": high_threshold_neuron}[name].build()
+    return to_kernel(Testbench("hearing", chain(neuron), sources, stop, watch=("spike",)), silicon)
 
 
 def chain(neuron: Circuit) -> Circuit:

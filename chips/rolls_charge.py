@@ -57,7 +57,20 @@ def charge_of(drawn: Draw, length: F64) -> F64:
     return np.asarray(drawn.current * np.maximum(length - drawn.late, 0.0) + drawn.switched)
 
 
-def _excitatory(model: SynapseModel, d: DieDevices, lines: F64) -> tuple[F64, F64]:
+class Mirror(NamedTuple):
+    """Of the excitatory weights, float64[m]: what its diode gets in a pulse and between, and its gate.
+
+    given, off: A; high: V, in a pulse; before: V, QUIET after one.
+    """
+
+    given: F64
+    off: F64
+    high: F64
+    before: F64
+
+
+def mirror_of(model: SynapseModel, d: DieDevices, lines: F64) -> Mirror:
+    """The excitatory mirror of synapses whose weights are `lines`, as of `chips.rolls_static`."""
     u_t, top, me7 = d.u_t, d.fet["synapse.me1"], d.fet["synapse.me7"]
     given, gate = [], []
     for switch in (d.v_dd, 0.0):
@@ -66,14 +79,19 @@ def _excitatory(model: SynapseModel, d: DieDevices, lines: F64) -> tuple[F64, F6
         diode(me7.current, me7.threshold / u_t, me7.kappa, current, d.v_dd / u_t, voltage)
         given.append(current)
         gate.append(voltage * u_t)
-    lifted = d.pinch("synapse.me9", d.v_dd) * u_t - d.gate["v_shift"]
     # the mirror's gate falls by its own current between pulses
     slope = me7.kappa / u_t
     own = me7.current * np.exp(-me7.kappa * me7.threshold / u_t)
     fall = np.exp(-slope * gate[0]) + slope * own * QUIET / model.mirror_capacitance
     before = np.maximum(-np.log(fall) / slope, gate[1])
-    late = model.mirror_capacitance * (gate[0] - before) - model.mirror_coupling * lifted
-    return d.saturated("synapse.me8", gate[0]), np.asarray(late / given[0])
+    return Mirror(given[0], given[1], gate[0], before)
+
+
+def _excitatory(model: SynapseModel, d: DieDevices, lines: F64) -> tuple[F64, F64]:
+    mirror = mirror_of(model, d, lines)
+    lifted = d.pinch("synapse.me9", d.v_dd) * d.u_t - d.gate["v_shift"]
+    late = model.mirror_capacitance * (mirror.high - mirror.before) - model.mirror_coupling * lifted
+    return d.saturated("synapse.me8", mirror.high), np.asarray(late / mirror.given)
 
 
 def _inhibitory(d: DieDevices, lines: F64, line: float) -> tuple[F64, F64]:

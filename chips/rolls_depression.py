@@ -5,15 +5,19 @@ Of `circuits.blocks.depressing_synapse`, x the voltage of a weight's gate above 
 
     step:      d = (I t - Q) / C; the source's edge lifts the mirror's gate by delta, and until that is gone,
                with the time constant T = C_m U_T / (kappa I_m), the current is less:
-               I t - Q = I T ln((y - 1 + e^(t / T)) / y),  y = e^(kappa delta / U_T)
+               I t - Q = I T ln((y - 1 + e^(t / T)) / y),  y = e^(kappa delta / U_T), at any t of the pulse
+    lift:      as the pulse begins, the source es of the weights comes up by D_s, from where they carried the
+               off current of their switch, and the mirror's gate em by D_m: the gates of the weights are
+               (C_s D_s + C_m D_m) / C higher until the pulse ends, whatever R is
     recovery:  dR/dt = (1 - R) / tau,  tau = C U_T / I_rec
     train:     R -> 1 - (1 - R e^(-d / U_T)) e^(-interval / tau)
-    pulse:     share = sum I_S F(p - kappa x / U_T) / sum I_S F(p), over the x that the pulse passes through
+    pulse:     share = sum I_S F(p - kappa x / U_T) / sum I_S F(p), the mean over the x of the pulse, which
+               are those before it, the lift, and I t - Q over C
     charge:    of `chips.rolls_charge` (switch, mirror, its lateness) with all gates moved alike, as a cubic
                through SPENT of the share; exact at rest
 
-I and I_rec are the die's, through its own mirrors. Nothing is fitted. Left out: what the nodes es and em lift
-the gates by in a pulse (0.7 mV at level 1), and that gates that have moved apart share the switch otherwise.
+I and I_rec are the die's, through its own mirrors. Nothing is fitted. Left out: that em comes up less where
+the weights are depressed, and that gates that have moved apart share the switch otherwise.
 
 Error on dies 1000 to 1004, all levels, default weights, 0, 27 and 60 degC, both kinds of bias, 8 pulses at
 20, 100 and 500 Hz, steps of 0.2 to 2.4 U_T: of a charge over the first one 0.004 at the worst, 0.001 in the
@@ -34,10 +38,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.rolls_charge import charge_of, draw_of, pulse_length
+from chips.rolls_charge import charge_of, draw_of, mirror_of, pulse_length
 from chips.rolls_devices import DieDevices, Part, capacitance_matrix, devices_on, interpolation, part_of
 from chips.rolls_synapse_model import SynapseModel, model_of
-from chips.rolls_weight import BITS
+from chips.rolls_weight import BITS, branches
 from circuits.blocks import dpi_synapse
 from circuits.blocks.depressing_synapse import WEIGHTS, Params, build
 from circuits.circuit import Bias
@@ -50,6 +54,7 @@ F64 = NDArray[np.float64]
 DEVICES = dict(zip(WEIGHTS, ("me2", "me4", "me6"), strict=True))
 CELL_DEVICES = ("ms1", "ms2", "ms3", "mr1", "mr2", "mr3")
 POINTS, SHARES = np.polynomial.legendre.leggauss(4)  # of a pulse's mean
+NEWTON = 8  # steps on the logarithm of a current, which is nearly a line
 SPENT = (0.0, 0.7, 2.0, 5.0)  # x / U_T, ours: where a charge is computed; shares of about 1, 0.6, 0.3, 0.04
 
 
@@ -60,6 +65,7 @@ class CellModel:
     gate: float  # at the weight's gate
     mirror: float  # at the gate of the step's mirror
     coupling: float  # from the step's source to that gate
+    lifts: tuple[float, float]  # from es and from em to the weight's gate
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +78,10 @@ class DepressionModel:
 
 
 class Branches(NamedTuple):
-    """The weight devices of a level that are on, float64[devices, n] each unless said."""
+    """The weight devices of a level that are on, float64[devices, n] each unless said.
+
+    path: float64[points, devices, n], V: x above that before the pulse at POINTS of it.
+    """
 
     step: F64  # V
     tau: F64  # s
@@ -80,6 +89,17 @@ class Branches(NamedTuple):
     current: F64  # I_S, A
     kappa: float
     u_t: float  # V
+    path: F64
+
+    @property
+    def mean(self) -> F64:
+        """Mean of `path`, V, float64[devices, n]."""
+        return np.tensordot(0.5 * SHARES, self.path, 1)
+
+    @property
+    def variance(self) -> F64:
+        """Variance of `path`, V^2, float64[devices, n]."""
+        return np.tensordot(0.5 * SHARES, (self.path - self.mean) ** 2, 1)
 
 
 class Depression(NamedTuple):
@@ -93,8 +113,9 @@ def cell_model(params: Params, process: Process) -> CellModel:
     """Capacitances of a cell."""
     part = part_of(build(params), process)
     c = capacitance_matrix(part, ("depression_exc.step", "depression_exc.s"))
-    gate = float(capacitance_matrix(part, ("w_exc",))[0, 0])
-    return CellModel(gate, float(c[0, 0]), -float(c[0, 1]))
+    gate = capacitance_matrix(part, ("w_exc", "synapse.es", "synapse.em"))
+    lifts = -float(gate[0, 1]), -float(gate[0, 2])
+    return CellModel(float(gate[0, 0]), float(c[0, 0]), -float(c[0, 1]), lifts)
 
 
 def depression_model(params: Params, biases: Sequence[Bias], process: Process) -> DepressionModel:
@@ -129,16 +150,17 @@ def depression_of(
     _check_level(level)
     on = (True, *BITS[level - 1])
     names = [name for name, each in zip(WEIGHTS, on, strict=True) if each]
-    step, tau = zip(*(_cell(cell, d, name, length) for name in names), strict=True)
+    step, tau, moved = zip(*(_cell(cell, d, name, length) for name in names), strict=True)
+    path = np.array(moved).swapaxes(0, 1) + _lift(cell, synapse, d, level)
     own = [f"synapse.{DEVICES[name]}" for name in names]
     pinch = [
         np.broadcast_to(d.pinch(o, d.below(f"v_{n}")), d.copies) for o, n in zip(own, names, strict=True)
     ]
     current = [d.fet[each].current for each in own]
-    branches = Branches(
-        np.array(step), np.array(tau), np.array(pinch), np.array(current), d.fet[own[0]].kappa, d.u_t
+    found = Branches(
+        np.array(step), np.array(tau), np.array(pinch), np.array(current), d.fet[own[0]].kappa, d.u_t, path
     )
-    return Depression(branches, _curve(branches, synapse, d, level, line, length))
+    return Depression(found, _curve(found, synapse, d, level, line, length))
 
 
 def _check_level(level: int) -> None:
@@ -146,8 +168,8 @@ def _check_level(level: int) -> None:
         raise ParameterError(f"level: {level}, must be 1 to 4; inhibitory weights are not depressed")
 
 
-def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64]:
-    """Step (V) and time constant (s) of the cells of a weight."""
+def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64, F64]:
+    """Step (V) and time constant (s) of the cells of a weight, and what of the step is done at POINTS, V."""
     path = f"depression_{name}"
     drawn = d.saturated(f"{path}.ms1", d.gate["v_std"])
     current = _through(d, path, drawn, "ms2", "ms3")
@@ -156,8 +178,31 @@ def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, 
     # the source comes from the weight's bias to the supply
     lift = cell.coupling * d.below(f"v_{name}") / (drawn * constant)
     # ln(e^lift - 1 + e^(t / T)) - lift, of which the exponentials may be beyond a float
-    late = np.logaddexp(np.log(-np.expm1(-lift)), length / constant - lift)
-    return current * constant * late / cell.gate, cell.gate * d.u_t / back
+    shares = np.array((*(0.5 + 0.5 * POINTS), 1.0))[:, None]
+    late = np.logaddexp(np.log(-np.expm1(-lift)), shares * length / constant - lift)
+    moved = current * constant * late / cell.gate
+    return moved[-1], cell.gate * d.u_t / back, moved[:-1]
+
+
+def _lift(cell: CellModel, synapse: SynapseModel, d: DieDevices, level: int) -> F64:
+    """What the gates of the weights are higher by in a pulse, V."""
+    pairs = branches(d, "e", BITS[level - 1])
+    mirror = mirror_of(synapse, d, np.array([x for pair in pairs for x in pair]))
+    es = _source(pairs, mirror.off) - _source(pairs, mirror.given)
+    em = mirror.high - mirror.before
+    return np.asarray((cell.lifts[0] * d.u_t * es + cell.lifts[1] * em) / cell.gate)
+
+
+def _source(pairs: list[tuple[F64, F64]], total: F64) -> F64:
+    """Where the source of weights that carry `total` (A) together is below the supply, U_T."""
+    y = np.zeros_like(total)
+    for _ in range(NEWTON):
+        sums = np.zeros((2, *total.shape))
+        for current, pinch in pairs:
+            root = np.logaddexp(0.0, 0.5 * (pinch - y))
+            sums += current * np.array((root**2, root * -np.expm1(-root)))
+        y += np.log(sums[0] / total) * sums[0] / sums[1]
+    return y
 
 
 def _through(d: DieDevices, path: str, current: F64, diode: str, copy: str) -> F64:
@@ -200,11 +245,11 @@ def resources(b: Branches, events: Sequence[float]) -> F64:
 def charges(on: Depression, resource: F64) -> F64:
     """Charge of pulses that find R, C, float64[n, ...] of R's shape behind its devices."""
     b = on.branches
-    per_step = (b.step / b.u_t).reshape(*b.step.shape, *(1,) * (resource.ndim - 2))
+    path = (b.path / b.u_t).reshape(*b.path.shape, *(1,) * (resource.ndim - 2))
     spent = -np.log(resource)
     share = np.zeros(resource.shape[1:])
-    for point, weight in zip(POINTS, SHARES, strict=True):
-        share += 0.5 * weight * share_of(b, spent + 0.5 * (1.0 + point) * per_step)
+    for moved, weight in zip(path, SHARES, strict=True):
+        share += 0.5 * weight * share_of(b, spent + moved)
     powers = share[..., None] ** np.arange(len(SPENT))
     curve = on.curve.reshape(on.curve.shape[0], *(1,) * (share.ndim - 1), len(SPENT))
     return np.asarray(np.maximum((powers * curve).sum(axis=-1), 0.0))

@@ -3,9 +3,9 @@
 At an event of a synapse, at the beginning of a step, each weight device of its level has
 
     R -> 1 - (1 - R) e^(-t / tau)                                  t since its last event
-    mean over the pulse of F(p - kappa x / U_T) = F + (a^2 / 24) F'',  a = kappa d / U_T
+    mean over the pulse of F(p - kappa x / U_T) = F + (a / 2) F'',  a the variance of kappa x / U_T in it
     F = q^2,  F'' = (s^2 + q s (1 - s)) / 2,  q = ln(1 + E),  s = E / (1 + E)
-    E = e^(p / 2 - a / 4) R^(kappa / 2)                             in the middle of the pulse
+    E = e^((p - kappa m / U_T) / 2) R^(kappa / 2)                  m the mean of x, from that before the pulse
     R -> R e^(-d / U_T)
 
 The charge of the event is a cubic of the share that the sum of these currents is of its value at rest: what

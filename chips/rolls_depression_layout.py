@@ -20,9 +20,9 @@ class DepressionTables(NamedTuple):
 
     start: int64[columns + 1], first synapse of a column; post: int32[synapses]; slot: int32[pre, post],
     number of a synapse, -1 for none; first: int32[synapses + 1], first device of a synapse. float32 of
-    devices: fall: step of the chip over tau; kept: e^(-d / U_T); scale: E in the middle of a pulse that finds
-    R = 1; bend: (kappa d / U_T)^2 / 48; part: I_S over the level's current at rest. half: float32[1],
-    kappa / 2; shape: float32[synapses, COEFFICIENTS], charge in z over the share.
+    devices: fall: step of the chip over tau; kept: e^(-d / U_T); scale: E at the mean x of a pulse that finds
+    R = 1; bend: a quarter of the variance of kappa x / U_T in it; part: I_S over the level's current at rest.
+    half: float32[1], kappa / 2; shape: float32[synapses, COEFFICIENTS], charge in z over the share.
     """
 
     start: I64

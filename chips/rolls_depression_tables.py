@@ -108,7 +108,7 @@ class _Rows:
     """Devices and synapses of all levels, filled a level at a time."""
 
     def __init__(self, devices: int, synapses: int) -> None:
-        self.step, self.tau, self.spent, self.scale, self.part = np.zeros((5, devices))
+        self.step, self.tau, self.bend, self.scale, self.part = np.zeros((5, devices))
         self.shape = np.zeros((synapses, COEFFICIENTS))
         self.kappa, self.u_t = 1.0, 1.0
 
@@ -116,12 +116,13 @@ class _Rows:
         """Synapses of a level, whose devices begin at `first`; unit: charge that moves z by one, C."""
         b = on.branches
         self.kappa, self.u_t = b.kappa, b.u_t
-        spent = b.kappa * b.step / b.u_t
+        slope, mean, variance = b.kappa / b.u_t, b.mean, b.variance
         rest = (b.current * interpolation(b.pinch)).sum(axis=0)
         for j in range(b.step.shape[0]):
             at = first + j
-            self.step[at], self.tau[at], self.spent[at] = b.step[j], b.tau[j], spent[j]
-            self.scale[at] = np.exp(0.5 * b.pinch[j] - 0.25 * spent[j])
+            self.step[at], self.tau[at] = b.step[j], b.tau[j]
+            self.scale[at] = np.exp(0.5 * (b.pinch[j] - slope * mean[j]))
+            self.bend[at] = 0.25 * slope**2 * variance[j]
             self.part[at] = b.current[j] / rest
         self.shape[synapses] = on.curve / unit[:, None]
 
@@ -129,7 +130,7 @@ class _Rows:
         """Tables for steps of `step` s."""
         tables = DepressionTables(
             start, post, slot, first, *(x.astype(np.float32) for x in (
-                step / self.tau, np.exp(-self.step / self.u_t), self.scale, self.spent**2 / 48.0, self.part,
+                step / self.tau, np.exp(-self.step / self.u_t), self.scale, self.bend, self.part,
                 np.array([0.5 * self.kappa]), self.shape,
             )),
         )  # fmt: skip

@@ -2,7 +2,9 @@
 
 A chip with a synapse of each level on one row gets trains of one rate until they have settled, or a step of
 the rate; a population of one input level gets a step of the rate of its inputs. Numbers are ours; those of
-the population were chosen on dies 3 to 8.
+the population were chosen on dies 3 to 8. Its synapses spend less and recover more slowly than the cell's own
+codes have it: weights follow a new rate f within 1 / (1 / tau + f d / U_T), which is 16 ms with those codes at
+100 Hz, less than a bin and not more than the neurons take to answer, and 27 ms with these.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ LEVELS = (1, 2, 3, 4)
 ROW, COLUMNS = 5, (17, 18, 19, 20)  # of the levels
 LOW, HIGH, AT, UNTIL = 10.0, 100.0, 0.2, 0.5  # Hz, Hz, s, s: of a rate step
 SIZE, INPUTS = 64, tuple(range(200, 206))  # of the population
-GAIN = {"NPDPIE_TAU_P": (6, 30), "NPDPIE_THR_P": (6, 60)}
+GAIN = {"NPDPIE_TAU_P": (6, 30), "NPDPIE_THR_P": (6, 110), STEP_BIAS: (5, 24)}
+SLOW = (7, 14)  # code of the population's recovery: 0.1 s
 BIN = 0.02  # s
 TABLE = default_biases().with_code("IF_DC_P", 7, 0).with_code(STEP_BIAS, *STEP)
 
@@ -142,7 +145,7 @@ def response(die: int, rows: int, size: int = SIZE) -> Response:
     table = TABLE
     for name, code in GAIN.items():
         table = table.with_code(name, *code)
-    program = Program(levels, table, depression=ShortTermDepression())
+    program = Program(levels, table, depression=ShortTermDepression(SLOW))
     silicon, events = Silicon(ROLLS_180, 27.0, Die(number=die)), inputs_of(die)
     chip = RollsChip(program, silicon, "generator")
     plain = RollsChip(replace(program, depression=None), silicon, "generator")

@@ -102,7 +102,7 @@ def _with_array(rows: Instance | InstanceArray, learning: Learning, ports: tuple
     if not isinstance(rows, InstanceArray):
         raise TypeError(rows.name)
     one, shape = rows.circuit, (NEURONS,)
-    nodes = (Node("plastic_w", shape), Node("plastic_high", shape))
+    nodes = (Node("plastic_w", shape), Node("plastic_low", shape))
     made = replace(
         one,
         ports=(*one.ports, Port("plastic_pulse", "analog", "in", shape), *ports),
@@ -121,7 +121,7 @@ def _parts(learning: Learning) -> tuple[Instance | InstanceArray, ...]:
         InstanceArray(
             CELL, cell, (NEURONS,),
             lines | plastic_ports(CELL)
-            | {"pulse": "plastic_pulse", "line": "pexc", "w": "plastic_w", "high": "plastic_high"},
+            | {"pulse": "plastic_pulse", "line": "pexc", "w": "plastic_w", "low": "plastic_low"},
         ),
         Instance(
             GATE_EXTENDER, extender,

@@ -7,12 +7,13 @@ Weight, of the devices of `circuits.blocks.plastic_synapse`:
                 what the one of this direction does; while a neuron lets its weights move, only one of a
                 stack's two switches is shut
     threshold:  where the pair mb2, mb3 with its mirror is in balance, weak inversion,
-                w = v_wthr + V_T2 - V_T3 + [U_T ln(I_S3 I_S5 / (I_S2 I_S4)) + kappa_p (V_T4 - V_T5)] / kappa_n
+                w = v_wthr + V_T2 - V_T3 + [U_T ln(I_S3 I_S4 / (I_S2 I_S5)) + kappa_p (V_T5 - V_T4)] / kappa_n
+                (the second stage turns there too: the first one's gain divides its offset)
     charge:     what mw2 draws through its switches in a pulse, and what their far nodes take
 
 Learning circuit, of `circuits.blocks.calcium_gate`: the calcium is a DPI filter (`chips.rolls_lumped`) whose
 output is that of `mk_thmin`; the other copies are in proportion to it. The membrane's threshold is found like
-the weight's.
+the weight's, whose mirror is the other way round.
 """
 
 from __future__ import annotations
@@ -117,7 +118,7 @@ def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
     switched = m.switch * np.maximum(_highest(d, "mw1", line) - m.held * d.gate["v_shift"], 0.0)
     return Cells(
         up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
-        _balance(d, ("mb2", "mb3", "mb4", "mb5"), d.gate["v_wthr"]),
+        _balance(d, ("mb2", "mb3", "mb5", "mb4"), d.gate["v_wthr"]),
         _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched, _held_leak(d, "mw1"), np.asarray(m.weight),
     )  # fmt: skip
 
@@ -160,10 +161,13 @@ def _each(x: F64, d: DieDevices) -> F64:
 
 
 def _balance(d: DieDevices, names: tuple[str, str, str, str], reference: F64) -> F64:
-    """Input at which a pair (input, reference) with its mirror (diode, copy) is in balance, V."""
-    a, b, diode, copy = (d.fet[name] for name in names)
-    logs = np.log(b.current * copy.current / (a.current * diode.current))
-    mirror = diode.kappa * (diode.threshold - copy.threshold)
+    """Input at which a pair is in balance, V.
+
+    names: of its input and reference, and of the mirror's devices at the reference and at the input.
+    """
+    a, b, opposite, beside = (d.fet[name] for name in names)
+    logs = np.log(b.current * beside.current / (a.current * opposite.current))
+    mirror = opposite.kappa * (opposite.threshold - beside.threshold)
     return np.asarray(reference + a.threshold - b.threshold + (d.u_t * logs + mirror) / a.kappa)
 
 

@@ -66,7 +66,7 @@ class Stimulus:
 
 
 def pair() -> Circuit:
-    """Ports event (of the synapse), spike, v_mem, line, w, high, and the biases of both blocks."""
+    """Ports event (of the synapse), spike, v_mem, line, w, low, and the biases of both blocks."""
     gate, cell = calcium_gate.build(), plastic_synapse.build()
     own = {p.name: p.name for p in cell.ports}
     renamed = {b.port: f"n_{b.port}" for b in calcium_gate.BIASES}
@@ -82,7 +82,7 @@ def pair() -> Circuit:
     )
     ports = (
         dpi_synapse.SUPPLY, Port("event", "event"), Port("spike", "event"), Port("v_mem", "analog"),
-        *(Port(name, "analog", "out") for name in ("line", "w", "high", "up_b", "dn")),
+        *(Port(name, "analog", "out") for name in ("line", "w", "low", "up_b", "dn")),
         *(Port(b.port, "bias") for b in biases),
     )  # fmt: skip
     instances = (Instance("synapse", cell, own), Instance("neuron", gate, wires))

@@ -24,6 +24,16 @@ def inverter(name: str, gate: str, out: str, *, width: float, length: float) -> 
     )
 
 
+def nor(name: str, gates: tuple[str, ...], out: str, *, width: float, length: float) -> list[Transistor]:
+    """NFETs side by side and pFETs in series, the first gate's at the supply, um; inner nodes `{name}_k`."""
+    stack = ["vdd", *(f"{name}_{k}" for k in range(1, len(gates))), out]
+    pulls = [mos(f"{name}n{k}", "n", out, g, "0", width, length) for k, g in enumerate(gates)]
+    return pulls + [
+        mos(f"{name}p{k}", "p", stack[k + 1], g, stack[k], 2.0 * width * len(gates), length)
+        for k, g in enumerate(gates)
+    ]
+
+
 def nand(name: str, gates: tuple[str, ...], out: str, *, width: float, length: float) -> list[Transistor]:
     """PFETs side by side and nFETs in series, the first gate's at ground, um; inner nodes `{name}_k`."""
     stack = ["0", *(f"{name}_{k}" for k in range(1, len(gates))), out]

@@ -3,12 +3,15 @@
 * `w` is the voltage of a capacitor. A presynaptic pulse moves it by `I_up t / C_w` up while `up_b` is low, by
   `I_dn t / C_w` down while `dn` is high, t being the pulse's length; both lines come from the neuron's
   learning circuit (`circuits.blocks.calcium_gate`).
-* A comparator, a pair of nFETs with a mirror and the tail I_cmp, holds w against v_wthr. Its output c is low
-  where w is above, but no lower than the pair's tail, so two inverters make `high` and `low` of it. `low` is
-  the gate of a starved inverter that drives w itself: `dw/dt = I_driftup / C_w` above the threshold,
-  `-I_driftdn / C_w` below, until w is at the rail.
+* A comparator of two stages holds w against v_wthr: a pair of nFETs with a mirror and the tail I_cmp, whose
+  output c gets no lower than the tail, and a pFET at c against I_cmp, whose output `low` is at ground where w
+  is above and at the supply where it is below. `low` is the gate of a starved inverter that drives w itself:
+  `dw/dt = I_driftup / C_w` above the threshold, `-I_driftdn / C_w` below, until w is at the rail.
 * The weight is binary: during a pulse `I_w` is drawn from the line while w is above its threshold. Between
   pulses the far node of the switch to the line is held at v_shift, as in the non-plastic synapse.
+
+No gate that conducts by itself hangs on c or `low`, which pass slowly from rail to rail: at rest, and while
+they do, a weight takes little more than I_cmp from the supply. An inverter at c would conduct microamperes.
 
 The stacks that move w have their switches at the rails and bias devices at w, so that less of a switch's
 charge gets there; the switches are long, or their off currents would be as large as the drift.
@@ -29,11 +32,12 @@ import numpy as np
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.dpi_synapse import SUPPLY, pulse_extender
 from circuits.blocks.dpi_synapse import Params as SynapseParams
-from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.mos import inverter, mos, nor
 from circuits.blocks.rebound_neuron import pulse
 from circuits.blocks.rolls_bias import current_of, default_current
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
@@ -59,6 +63,10 @@ class Params:
     switch_length: float = 4.0  # long, for an off current below a tenth of the drift's
     pair_width: float = 1.0
     pair_length: float = 1.0
+    second_width: float = 1.0  # small, since I_cmp charges its gate; twice the W/L of the pair's mirror
+    second_length: float = 0.5
+    tail_width: float = 0.5  # of both currents I_cmp
+    tail_length: float = 4.0
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
     def __post_init__(self) -> None:
@@ -67,9 +75,9 @@ class Params:
 
 
 def cell(params: Params) -> Circuit:
-    """Ports pulse, up_b, dn, line from which it draws, w, high (the weight's bit), biases."""
+    """Ports pulse, up_b, dn, line from which it draws, w, low (the weight's bit, inverted), biases."""
     size = {"width": params.synapse.logic_width, "length": params.synapse.logic_length}
-    move, pair = (params.move_width, params.move_length), (params.pair_width, params.pair_length)
+    move = params.move_width, params.move_length
     switch = params.move_width, params.switch_length
     devices = (
         Capacitor("c_w", "w", "0", params.weight_capacitance),
@@ -80,21 +88,14 @@ def cell(params: Params) -> Circuit:
         mos("md1", "n", "d1", "pulse", "0", *switch),
         mos("md2", "n", "d2", "dn", "d1", *switch),
         mos("md3", "n", "w", "v_dn", "d2", *move),
-        # the comparator: `c` is low where w is above v_wthr
-        mos("mb1", "n", "tail", "v_cmp", "0", 0.5, 4.0),
-        mos("mb2", "n", "c", "w", "tail", *pair),
-        mos("mb3", "n", "b", "v_wthr", "tail", *pair),
-        mos("mb4", "p", "b", "b", "vdd", *pair),
-        mos("mb5", "p", "c", "b", "vdd", *pair),
+        *_comparator(params),
         # the starved inverter that drives w to its rail
         mos("mr1", "p", "r1", "low", "vdd", *switch),
         mos("mr2", "p", "w", "v_driftup", "r1", *move),
         mos("mr3", "n", "r3", "low", "0", *switch),
         mos("mr4", "n", "w", "v_driftdn", "r3", *move),
-        *inverter("mq2", "c", "high", **size),
-        *inverter("mq5", "high", "low", **size),
-        *nand("mq3", ("pulse", "high"), "off", **size),
-        *inverter("mq4", "off", "on", **size),
+        *nor("mq2", ("pulse_b", "low"), "on", **size),
+        *inverter("mq3", "on", "off", **size),
         mos("mw1", "n", "line", "on", "wx", 0.5, params.synapse.logic_length),
         mos("mw3", "n", "wx", "on", "ws", 0.5, params.synapse.logic_length),
         mos("mw4", "n", "wx", "off", "v_shift", 0.5, params.synapse.logic_length),
@@ -102,10 +103,26 @@ def cell(params: Params) -> Circuit:
     )
     ports = (
         SUPPLY, Port("pulse", "analog"), Port("up_b", "analog"), Port("dn", "analog"),
-        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("high", "analog", "out"),
+        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("low", "analog", "out"),
         *(Port(b.port, "bias") for b in BIASES if b.port != "v_pwlk"),
     )  # fmt: skip
     return Circuit("plastic_cell", ports, devices)
+
+
+def _comparator(params: Params) -> tuple[Device, ...]:
+    """`c` is high where w is above v_wthr, `low` where it is below."""
+    width, length = params.pair_width, params.pair_length
+    tail = params.tail_width, params.tail_length
+    return (
+        mos("mb1", "n", "tail", "v_cmp", "0", *tail),
+        mos("mb2", "n", "b", "w", "tail", width, length),
+        mos("mb3", "n", "c", "v_wthr", "tail", width, length),
+        mos("mb4", "p", "b", "b", "vdd", width, length),
+        mos("mb5", "p", "c", "b", "vdd", width, length),
+        # mb5 has half of I_cmp in balance and mb6 all of it: of twice the W/L, both stages turn at once
+        mos("mb6", "p", "low", "c", "vdd", params.second_width, params.second_length),
+        mos("mb7", "n", "low", "v_cmp", "0", *tail),
+    )
 
 
 _gate = partial(Bias, kind="gate")
@@ -123,7 +140,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event (in), up_b, dn, line, w, high, biases and the supply."""
+    """Ports event (in), up_b, dn, line, w, low, biases and the supply."""
     extender, one = pulse_extender(params.synapse), cell(params)
     instances = (
         Instance("extender", extender, {p.name: p.name for p in extender.ports}),
@@ -131,7 +148,7 @@ def build(params: Params = Params()) -> Circuit:
     )
     ports = (
         SUPPLY, Port("event", "event"), Port("up_b", "analog"), Port("dn", "analog"),
-        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("high", "analog", "out"),
+        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("low", "analog", "out"),
         *(Port(b.port, "bias") for b in BIASES),
     )  # fmt: skip
     return Circuit("plastic_synapse", ports, (), instances, biases=BIASES)
@@ -189,7 +206,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 def outcome(result: Result) -> str:
     """`high` or `low`, the weight at the end."""
-    return "high" if result["high"][-1] > 0.5 * result.machine.silicon.process.v_dd else "low"
+    return "low" if result["low"][-1] > 0.5 * result.machine.silicon.process.v_dd else "high"
 
 
 BLOCK = Block(
@@ -206,6 +223,6 @@ BLOCK = Block(
     testbench=testbench,
     measures=measures,
     outcome=outcome,
-    plotted=("event", "w", "cell.c", "high"),
+    plotted=("event", "w", "cell.c", "low"),
     process=ROLLS_180,
 )

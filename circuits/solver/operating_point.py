@@ -59,8 +59,8 @@ class OperatingPoint:
 
 
 @compiled()
-def _dense(k: Kernel, w: Work, matrix: F64) -> None:
-    """Write the sparse Jacobian into a dense matrix."""
+def write_dense(k: Kernel, w: Work, matrix: F64) -> None:
+    """Write the sparse Jacobian into a dense matrix, float64[unknowns, unknowns]."""
     f = k.factor
     for i in range(k.unknowns):
         for j in range(k.unknowns):
@@ -83,7 +83,7 @@ def _direct(
     for _ in range(iterations):
         evaluate(k, v, w)
         fill_jacobian(k, w)
-        _dense(k, w, matrix)
+        write_dense(k, w, matrix)
         for i in range(n):
             matrix[i, i] += g
             right[i] = w.residual[i] + g * (v[i] - anchor[i])
@@ -273,7 +273,7 @@ def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
     evaluate(k, v, w)
     fill_jacobian(k, w)
     conductance = np.zeros((k.unknowns, k.unknowns))
-    _dense(k, w, conductance)
+    write_dense(k, w, conductance)
     charge = np.zeros_like(conductance)
     rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
     inside = k.charge.entry >= 0

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
+from chips.rolls_plastic_power import PlasticEnergies, plastic_energies
 from chips.rolls_portrait import MULTIPLES, Portrait, portrait
 from chips.rolls_power import TYPICAL, Energies, energies
 from circuits.circuit import BiasKind
@@ -25,6 +26,7 @@ F64 = NDArray[np.float64]
 SUMMARY = "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses"
 RATES = (0.0, 10.0, 100.0, 1000.0)  # Hz, of all neurons, for which power is told
 ALL_TO_ALL = 1  # level of the other case; ours
+WEIGHTS = NEURONS * NEURONS  # of the plastic array
 
 
 def show_rolls(
@@ -46,16 +48,18 @@ def show_rolls(
     with working("measuring the die"):
         found = portrait(table, on, kind)
         power = energies(table, on, float(found.currents[0] / MULTIPLES[0]), kind)
+        plastic = plastic_energies(table, on, kind)
     if plot is not None:
         save_picture(plot, lambda figure: draw_portrait(found, figure))
-    document = _document(found, power, bias_file)
+    document = _document(found, power, plastic, bias_file)
     if as_json:
         print_json(document)
     else:
         _print(found, power, table, document)
+        _print_plastic(plastic, document["plastic_power"])
 
 
-def _document(p: Portrait, e: Energies, bias_file: str | None) -> dict[str, Any]:
+def _document(p: Portrait, e: Energies, plastic: PlasticEnergies, bias_file: str | None) -> dict[str, Any]:
     return {
         "chip": NAME,
         "summary": SUMMARY,
@@ -82,6 +86,7 @@ def _document(p: Portrait, e: Energies, bias_file: str | None) -> dict[str, Any]
         "missing_levels": dict(p.missing),
         "cautions": p.cautions,
         "power": _power(e),
+        "plastic_power": _plastic_power(plastic),
     }  # fmt: skip
 
 
@@ -103,6 +108,21 @@ def _power(e: Energies) -> dict[str, Any]:
             for rate in RATES
         ],
     }  # fmt: skip
+
+
+def _plastic_power(e: PlasticEnergies) -> dict[str, Any]:
+    return {
+        "learning_circuits_rest_W": e.rest,
+        "weight_rest_W": {"low": e.low_rest, "high": e.high_rest},
+        "column_event_energy_J": e.extender,
+        "weight_event_energy_J": {"low": e.low, "high": e.high},
+        "spike_rate_Hz": e.rates,
+        "spike_energy_J": e.spike,
+        "at_rate": [
+            {"rate_Hz": rate, "all_low_W": e.power(rate), "all_high_W": e.power(rate, WEIGHTS)}
+            for rate in RATES
+        ],
+    }
 
 
 def _quantities(p: Portrait) -> dict[str, F64]:
@@ -175,7 +195,31 @@ def _print_power(e: Energies, power: dict[str, Any]) -> None:
     print_table(title, ("all neurons at (Hz):", "no synapses:", f"all to all, level {ALL_TO_ALL}:"), rows)
     print_line(
         f"of it biases {quantity_cell(e.biases, 'W')} and rest {quantity_cell(e.rest, 'W')}; without the bias"
-        " generator's reference, the address-event circuits, the pads and the plastic synapses"
+        " generator's reference, the address-event circuits and the pads\n"
+    )
+
+
+def _print_plastic(e: PlasticEnergies, power: dict[str, Any]) -> None:
+    rows = [
+        (f"{row['rate_Hz']:g}", *(_watts(row[k]) for k in ("all_low_W", "all_high_W")))
+        for row in power["at_rate"]
+    ]
+    print_table(
+        "power of the plastic array, beside the above",
+        ("all neurons at (Hz):", f"{WEIGHTS} low weights:", "high weights:"),
+        rows,
+    )
+    print_line(
+        f"at rest: learning circuits {quantity_cell(e.rest, 'W')}, a low weight"
+        f" {quantity_cell(e.low_rest, 'W')}, a high one {quantity_cell(e.high_rest, 'W')}"
+    )
+    spikes = ", ".join(
+        f"{quantity_cell(float(j), 'J')} at {rate:.3g} Hz" for rate, j in zip(e.rates, e.spike, strict=True)
+    )
+    print_line(
+        f"energy of an event: of a column {quantity_cell(e.extender, 'J')}, of a low weight"
+        f" {quantity_cell(e.low, 'J')}, of a high one {quantity_cell(e.high, 'J')}; of a neuron's spike in"
+        f" its learning circuit {spikes}"
     )
 
 

@@ -45,6 +45,7 @@ from system.acoustics import Call, speed_of_sound, two_way_delay
 from system.approach import ENVELOPE_TOLERANCE
 from system.ear import CALL_DURATION, SAMPLE_RATE
 from system.experiment import Experiment, Progress, Report, Row
+from system.microphone_waveform import waveform
 from system.plot import COLOURS, INK
 from system.targets import ConstantVelocity, Target
 
@@ -106,7 +107,7 @@ def _record(progress: Progress) -> Recording:
     call = _call(ear)
     targets = [Target(name, ConstantVelocity(distance)) for name, distance in RANGES.items()]
     sound = mic.hear(ear, mic.MicrophoneState(), call, targets)
-    _, voltage = mic.waveform(ear, sound, 0.0, STOP, SAMPLE_RATE)
+    _, voltage = waveform(ear, sound, 0.0, STOP, SAMPLE_RATE)
     detector = _simulate(envelope_detector.build(), "microphone", Sampled(0.0, SAMPLE_RATE, voltage))
     progress(0.6)
     time, envelope = thin(detector.time, detector["envelope"], ENVELOPE_TOLERANCE)

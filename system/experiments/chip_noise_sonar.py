@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.hearing_model import HearingState, hear, hearing_on
-from chips.hearing_noise import chain
+from chips.hearing_noise import chain_machine
 from chips.lso_law import ramp_delay
 from chips.lso_measurement import LEVELS, THRESHOLD, crossing, ramp_bench
 from chips.lso_model import SIDES, head_on
@@ -23,18 +23,12 @@ from chips.lso_noise import head_of_ping, level_spread, noise_of, noisy_side_spi
 from chips.rebound_jitter import SiliconNoise
 from chips.vocalization_noise import AHEAD, comparator_jitter
 from circuits.bias import rebias
-from circuits.blocks import (
-    envelope_detector,
-    high_threshold_neuron,
-    lso_neuron,
-    onset_neuron,
-    vocalization_controller,
-)
+from circuits.blocks import high_threshold_neuron, lso_neuron, vocalization_controller
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
-from circuits.lowering.kernel import to_kernel
+from circuits.lowering.kernel import Machine, to_kernel
 from circuits.noise import WHITE_ONLY
 from circuits.process import AMI_1500
 from circuits.silicon import Silicon
@@ -57,6 +51,7 @@ LSO = {
 SLOPES = (600.0, 3e3)  # V/s, of a level unit's ramps: edges of faint and of usual echoes
 PEAKS = (("high_threshold", 1.4), ("onset", 1.2), ("onset", 2.0))  # peak over threshold
 SOUND = 0.3e-3  # s, when a sound begins
+LISTEN = 0.3e-3  # s, within which it is heard
 RAMP = 43.0  # V/s, of the vocalization controller at 18 Hz
 COMPARATOR = (
     "comparator", "c_comparator", "r_top", "r_bottom", "r_fb", "i_call_p", "i_call_n", "c_stray_threshold",
@@ -105,11 +100,8 @@ def hearing_beside(name: str, ratio: float, trials: int) -> Beside:
     """Spike of a neuron of the hearing after a sound so many times as loud as its threshold."""
     model = hearing_on(SILICON, noise=WHITE)
     peak = ratio * getattr(model, name).threshold
-    circuit = chain({"onset": onset_neuron, "high_threshold": high_threshold_neuron}[name].build())
-    v_dd = AMI_1500.v_dd
-    wave = envelope_detector.tone_bursts(((SOUND, 1e-3, peak),), 1.4e-3, 0.5 * v_dd, v_dd)
-    sources = Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", wave)
-    times = _trials(Testbench("hearing", circuit, sources, 1e-3, watch=("spike",)), 1e-6, trials, "spike")
+    machine = chain_machine(name, peak, SILICON, SOUND, SOUND + LISTEN)
+    times = _machine_trials(machine, 0.2e-6, trials, "spike")
     ours = [hear(model, HearingState(heard=k), [(0.0, peak)]).due for k in range(DRAWS)]
     mine = np.array([time for due in ours for time, who in due if who == name])
     return Beside(f"{name}_{ratio:g}_thresholds", *known(times - SOUND), float(mine.std(ddof=1)))
@@ -148,7 +140,10 @@ def _lso_bench(events: Mapping[str, float], duration: float) -> Testbench:
 
 def _trials(bench: Testbench, grid: float, trials: int, port: str) -> F64:
     """First event of a port in each trial, s, with noise that stands still for `grid` s."""
-    machine = to_kernel(bench, SILICON)
+    return _machine_trials(to_kernel(bench, SILICON), grid, trials, port)
+
+
+def _machine_trials(machine: Machine, grid: float, trials: int, port: str) -> F64:
     run = NoiseRun(SEED, grid, WHITE_ONLY)
     found = map_trials(lambda r: float(r.spikes[port][0]), machine, run, range(trials), 1, record=())
     return np.array(found)

@@ -1,4 +1,4 @@
-"""Noise of the hearing's thresholds: weights, laws and draws."""
+"""Noise of the hearing's thresholds: their deviation, the latencies that follow, draws."""
 
 import math
 
@@ -7,15 +7,17 @@ import pytest
 
 from chips.board_kernel import table_at
 from chips.hearing_model import HearingState, hear, hearing_on
-from chips.hearing_noise import BAND, exponent, rest_noise, seen, steps_of, threshold_factors
+from chips.hearing_noise import ONSET, RATIOS, REST, chain_machine, threshold_factors, threshold_spread
 from chips.rebound_jitter import SiliconNoise
+from circuits.die import Die
+from circuits.errors import ParameterError
 from circuits.noise import WHITE_ONLY
-from circuits.process import BOLTZMANN, kelvin
 from circuits.silicon import Silicon
-from circuits.solver.noise_analysis import integrate_power
+from circuits.solver.event_jitter import event_jitter
 
 SILICON = Silicon()
 MODEL = hearing_on(SILICON, noise=SiliconNoise(1, flicker=WHITE_ONLY))
+SHARP, DEAF = Silicon(die=Die("A", 1)), Silicon(die=Die("A", 8))
 QUIET = hearing_on(SILICON)
 
 
@@ -24,29 +26,25 @@ def spikes(model, peak, count, name="onset"):
     return np.array([time for due in found for time, who in due if who == name])
 
 
-def test_a_mean_over_a_time_passes_half_its_inverse():
-    """White noise S, mean over T with equal weights: `S / 2 T`."""
-    flat = np.full(BAND[2], 1e-12)
-    assert seen(flat, 1.0, 40e-6) == pytest.approx(math.sqrt(1e-12 / 80e-6), rel=0.03)
-    # weights that end sooner than the time take a shorter mean
-    assert seen(flat, 1e5, 1e-4) == pytest.approx(math.sqrt(1e-12 * 1e5 / 3.0), rel=0.05)
+def test_latencies_scatter_as_the_spike_of_the_chain_does():
+    """Within 10 %: 600 draws know 3 %, and the table's slope is 6 % above the circuit's there."""
+    peak = 2.0 * MODEL.onset.threshold
+    jitter = event_jitter(chain_machine("onset", peak, SILICON), "spike", WHITE_ONLY, rest=REST)
+    assert spikes(MODEL, peak, 600).std() / jitter.deviation == pytest.approx(1.0, abs=0.1)
+    assert jitter.time - ONSET == pytest.approx(spikes(QUIET, peak, 1)[0], abs=4e-6)
+    # the detector's resistors make it, and not the followers
+    assert sum(v for k, v in jitter.shares().items() if k.startswith("detector.r")) > 0.9
 
 
-def test_the_envelope_has_the_noise_of_its_four_resistors():
-    """Each branch: 4 k T (R_1 (R_2 / R_1)^2 + R_2), over pi / 2 times the band 1 / (2 pi R_2 C_2)."""
-    _, envelope = rest_noise(SILICON, WHITE_ONLY)
-    gain, branch = 3.2 / 2.0, 4.0 * BOLTZMANN * kelvin(27.0)
-    density = 2.0 * branch * (2e6 * gain**2 + 3.2e6)
-    variance = density / (4.0 * 3.2e6 * 20e-12)
-    found = integrate_power(np.geomspace(*BAND), envelope)
-    # the branch at the microphone's side has both resistors in parallel at its capacitor
-    assert 0.8 < found / variance < 1.1
-
-
-def test_weak_sounds_are_squared_and_loud_ones_are_not():
-    assert exponent(1e-3, SILICON) == pytest.approx(2.0, rel=1e-3)
-    assert exponent(5.0, SILICON) == pytest.approx(1.0, abs=0.05)
-    assert steps_of(SILICON) == pytest.approx((0.042, 1.35))
+def test_a_die_has_its_own_and_one_that_hears_nothing_at_rest_the_nominal_dies():
+    threshold = MODEL.onset.threshold
+    knots, own = threshold_spread("high_threshold", MODEL.high_threshold.threshold, SHARP, WHITE_ONLY)
+    assert knots == pytest.approx(np.log(RATIOS["high_threshold"]))
+    assert abs(own[1] / MODEL.noise.high[1] - 1.0) > 0.1  # its comparator carries another current
+    deaf = threshold_spread("onset", threshold, DEAF, WHITE_ONLY)
+    assert np.array_equal(deaf, (MODEL.noise.onset_knots, MODEL.noise.onset))
+    with pytest.raises(ParameterError, match=r"hearing\.onset\.threshold: 1e-06 V, must be one that makes"):
+        threshold_spread("onset", 1e-6, SILICON, WHITE_ONLY)
 
 
 def test_latencies_scatter_by_the_threshold_over_the_tables_slope():

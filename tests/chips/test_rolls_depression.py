@@ -45,8 +45,8 @@ def test_pulses_of_a_train_are_the_transistors(
     windows = [(result.time > t) & (result.time < t + 1e-3) for t in times]
     drawn = np.array([np.trapezoid(current[w], result.time[w]) for w in windows])
     modelled = charges(on, resources(on.branches, tuple(times)))[0]
-    # 1.3 % seen: es and em lift the gates in a pulse, by 0.7 mV at level 1
-    assert modelled == pytest.approx(drawn, rel=0.02)
+    # 0.6 % seen, the most at 60 degC
+    assert modelled == pytest.approx(drawn, rel=0.01)
     # 0.002 seen: that is the same in all pulses
     assert modelled / modelled[0] == pytest.approx(drawn / drawn[0], abs=0.004)
 

@@ -16,10 +16,14 @@ from chips.rolls_program import Program
 from chips.rolls_synapse_model import model_of
 from circuits.bias import rebias
 from circuits.blocks import dpi_synapse, plastic_synapse, rolls_neuron
+from circuits.devices import Source
+from circuits.devices.source import Constant
 from circuits.die import Die
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
+from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
+from circuits.testbench import Testbench
 
 LINE = plastic_synapse.LINE
 
@@ -47,6 +51,21 @@ def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
     assert up["drift_V_per_s"] == pytest.approx(-(cells.fall - cells.more_up)[0], rel=0.03)
     assert down["drift_V_per_s"] == pytest.approx((cells.rise - cells.more_down)[0], rel=0.03)
     assert down["charge_C"] == pytest.approx((cells.current * length + cells.switched)[0], rel=0.01)
+
+
+@pytest.mark.parametrize("die", [1000, 1001])
+def test_a_weights_threshold_is_the_comparators(die):
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    circuit = rebias(plastic_synapse.build(), {}, "generator")
+    d = devices_on(part_of(circuit, ROLLS_180), silicon)
+    own = d._replace(fet={name.removeprefix("cell."): fet for name, fet in d.fet.items()})
+    middle = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE).middle[0]
+    # the second stage's own offset over the first one's gain, of 1 / U_T and more: below 1 mV
+    for off, low in ((-1e-3, 1.8), (1e-3, 0.0)):
+        volts = {"vdd": 1.8, "event": 0.0, "up_b": 1.8, "dn": 0.0, "line": LINE, "w": float(middle) + off}
+        held = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
+        found = operating_point(Testbench("held", circuit, held, 1e-3), silicon).voltages()
+        assert found["low"] == pytest.approx(low, abs=0.05)
 
 
 def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors():

@@ -51,7 +51,7 @@ def weight_and_filter(table):
         Instance("cell", cell, {p.name: p.name for p in cell.ports}),
         Instance("filter", slow, wires),
     )
-    names = ("event", "up_b", "dn", "w", "high", "i_out")
+    names = ("event", "up_b", "dn", "w", "low", "i_out")
     ports = (dpi_synapse.SUPPLY, *(Port(n, "analog") for n in names), *(Port(b.port, "bias") for b in own))
     return Circuit("weight_and_filter", ports, (), instances, biases=tuple(own))
 

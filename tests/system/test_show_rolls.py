@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,16 +37,40 @@ def test_json_and_picture_tell_of_one_die(tmp_path: Path, capsys: pytest.Capture
     power = found["power"]
     assert power["paper_typical_W"] == 4e-3
     assert power["at_rate"][0]["unconnected_W"] == pytest.approx(power["biases_W"] + power["rest_W"])
-    # no reference, buses or plastic synapses are counted, and neurons rest
+    # no reference, buses or pads are counted, and neurons rest
     assert 0.1e-3 < power["at_rate"][0]["unconnected_W"] < 4e-3
     assert path.stat().st_size > 10_000
+    check_plastic(found["plastic_power"])
+
+
+def check_plastic(power: dict[str, Any]) -> None:
+    """Rest is that of 65,536 weights and the learning circuits, and each event adds its energy."""
+    rest, event = power["weight_rest_W"], power["weight_event_energy_J"]
+    for name in ("low", "high"):
+        rows = {row["rate_Hz"]: row[f"all_{name}_W"] for row in power["at_rate"]}
+        assert rows[0.0] == pytest.approx(power["learning_circuits_rest_W"] + 65536 * rest[name])
+        spike = np.interp(np.log(10.0), np.log(power["spike_rate_Hz"]), power["spike_energy_J"])
+        once = 65536 * event[name] + 256 * (power["column_event_energy_J"] + spike)
+        assert rows[10.0] - rows[0.0] == pytest.approx(10.0 * once)
+    # a comparator's branch of 41 pA at 1.8 V, and leaks at 35 degC; all weights far below the paper's 4 mW
+    assert 70e-12 < rest["low"] < 0.2e-9
+    assert 70e-12 < rest["high"] < 0.2e-9
+    assert event["high"] > 10.0 * event["low"]
 
 
 def test_print_has_a_table_of_each(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(OPTIONS) == 0
     printed = capsys.readouterr().out
-    for title in ("neurons and filters", "f-I curve (Hz)", "weights", "power; the paper's typical figure is"):
+    for title in (
+        "neurons and filters",
+        "f-I curve (Hz)",
+        "weights",
+        "power; the paper's typical figure is",
+        "power of the plastic array, beside the above",
+    ):
         assert title in printed
+    assert "at rest: learning circuits " in printed
+    assert "energy of an event: of a column " in printed
     assert "256 of 256 neurons fire by the bias I_dc of 87.5nA alone" in printed
 
 

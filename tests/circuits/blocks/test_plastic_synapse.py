@@ -1,19 +1,26 @@
 """A plastic weight is moved by spikes, drifts to its nearer rail, stays there, and gates a current."""
 
+import numpy as np
 import pytest
 
 from circuits.bias import rebias
 from circuits.blocks.plastic_synapse import BIASES, BLOCK, DRIFT_DOWN, DRIFT_UP, Params, build
+from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls_bias import current_of
 from circuits.circuit import BiasKind
+from circuits.devices import Source
+from circuits.devices.source import Constant
 from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.lowering.check import check_circuit
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
+from circuits.solver.power import supply_power
 from circuits.solver.transient import Result, simulate
+from circuits.testbench import Testbench
 
 C_W = Params().weight_capacitance
+COMPARATOR = float(np.ravel(next(b.value for b in BIASES if b.name == "i_cmp"))[0])  # A
 
 
 def run(
@@ -62,6 +69,31 @@ def test_a_rail_is_kept(start: float) -> None:
     result = run(start, 1.0, biases={"i_up": 1e-15, "i_dn": 1e-15}, duration=1.0)
     rail = 0.0 if start > 0 else 1.8
     assert result["w"][-1] == pytest.approx(rail, abs=0.03)
+
+
+def still(weight: float, temperature: float = 27.0) -> Result:
+    """A weight held at `weight` V, without events, from its state of rest."""
+    volts = {"vdd": 1.8, "event": 0.0, "up_b": 1.8, "dn": 0.0, "line": 0.9, "w": weight}
+    sources = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
+    bench = Testbench("still", rebias(build(), {}, "generator"), sources, 2e-3)
+    return simulate(started_at_rest(bench, ROLLS_180), Silicon(ROLLS_180, temperature))
+
+
+@pytest.mark.parametrize(("weight", "branches"), [(0.0, 1), (0.85, 2), (0.95, 1), (1.8, 1)])
+def test_a_weight_at_rest_takes_its_comparators_current(weight: float, branches: int) -> None:
+    result = still(weight)
+    # the branches of I_cmp that are on; extender and switches leak 31 to 36 pW
+    held = branches * 1.8 * COMPARATOR
+    assert held < supply_power(result) < held + 45e-12
+    # leaks against I_cmp: 0.8 mV seen
+    assert result["low"][-1] == pytest.approx(1.8 if weight < 0.9 else 0.0, abs=3e-3)
+
+
+def test_a_warm_weight_leaks_and_keeps_its_bit() -> None:
+    result = still(1.8, 60.0)
+    # 81 pW are the comparator's, 0.32 nW leaks
+    assert supply_power(result) < 0.5e-9
+    assert result["low"][-1] < 0.02
 
 
 def test_only_a_high_weight_draws_a_current() -> None:

@@ -23,7 +23,7 @@ from circuits.lowering.kernel import Machine, add_device, to_kernel
 from circuits.process import AMI_1500, Process
 from circuits.silicon import Silicon
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
-from circuits.solver.operating_point import _dense
+from circuits.solver.operating_point import write_dense
 from circuits.solver.power import _conduction
 from circuits.testbench import Testbench
 
@@ -101,7 +101,7 @@ def test_the_jacobian_is_exact() -> None:
         evaluate(k, v, w)
         fill_jacobian(k, w)
         exact = np.zeros((n, n))
-        _dense(k, w, exact)
+        write_dense(k, w, exact)
         numeric = np.zeros((n, n))
         for j in range(n):
             for step, weight in ((1, 8), (-1, -8), (2, -1), (-2, 1)):

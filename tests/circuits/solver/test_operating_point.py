@@ -18,10 +18,10 @@ from circuits.silicon import Silicon
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import (
     OperatingPoint,
-    _dense,
     natural_rates,
     operating_point,
     solve_dense,
+    write_dense,
 )
 from circuits.testbench import Testbench
 from tests.circuits.solver.examples import SUPPLY, TAU, C, R, inverter, latch, low_pass, neuron
@@ -34,7 +34,7 @@ def remaining_update(point: OperatingPoint) -> float:
     evaluate(k, point.voltage, w)
     fill_jacobian(k, w)
     matrix = np.zeros((k.unknowns, k.unknowns))
-    _dense(k, w, matrix)
+    write_dense(k, w, matrix)
     scale = np.abs(matrix).max(axis=1)
     return float(np.abs(np.linalg.solve(matrix / scale[:, None], w.residual / scale)).max())
 
