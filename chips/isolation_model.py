@@ -4,7 +4,9 @@ Same ports as the circuit: events spike[k] and call in, v_ex_max (analog) out. A
 isolated from `spike + set_delay` on, open from `call + reset_delay` on. A call wins while its pulse lasts; a
 spike whose pulse outlasts it, because it comes later than `call + tie`, isolates the array at
 `call + held_delay`. A spike within 20 ns of that tie is counted as undecided. The output jumps between its
-two measured levels; numbers from `chips.isolation_measurement`.
+two measured levels; numbers from `chips.isolation_measurement`. It has no noise: that of the latch moves a
+delay by 2 ps, 0.3 % of this model's own error, and that of the gates the excitation by a thousandth of a per
+cent (`noctule reproduce chip-noise`).
 """
 
 from __future__ import annotations

@@ -2,12 +2,13 @@
 
 A time is a charge over a current, T = Q / I, so that shot noise of the current moves it by
 
-    sigma(T) = sqrt(q T / I) = T sqrt(q / Q),
+    sigma(T) = sqrt(phi q T / I) = T sqrt(phi q / Q),
 
-a membrane that takes up a charge Q takes it up as if it were Q (1 + xi sqrt(q / Q)), and inhibition of a
-cell, which as much excitation has to make up for, is off by sqrt(2 q / (I T)). Flicker of the current's
-device, drawn anew for every ping as for the wavefront chip's axons, moves each by kappa / U_T of the mean of
-its gate's wander over T. Left out: the comparators' noise, currents that a detector compares, and how the
+a membrane that takes up a charge Q takes it up as if it were Q (1 + xi sqrt(phi q / Q)), and inhibition of a
+cell, which as much excitation has to make up for, is off by sqrt(2 phi q / (I T)). Flicker of the current's
+device, drawn anew for every ping as for the wavefront chip's axons, moves each by psi kappa / U_T of the mean
+of its gate's wander over T. phi and psi, 1 in weak inversion (`chips.shot_noise`), are 0.81 and 0.77 for the
+3 nA of a tap. Left out: the comparators' noise, currents that a detector compares, and how the
 flicker of one ping goes on in the next.
 
 Draws are keyed by (seed, trial, quantity, ping): a ping is known by the microsecond in which it begins.
@@ -15,7 +16,6 @@ Draws are keyed by (seed, trial, quantity, ping): a ping is known by the microse
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +24,10 @@ from numpy.typing import NDArray
 from chips.latency_design import NAME
 from chips.latency_model import SIZE, Lumped, charges_on
 from chips.noise_draw import Draws, draw, new_draws
-from chips.rebound_jitter import SiliconNoise, mean_variance
-from circuits.noise import gate_flicker, noise_model
-from circuits.process import ELEMENTARY_CHARGE
+from chips.rebound_jitter import SiliconNoise
+from chips.shot_noise import current_wander, shot_share, steepness
+from circuits.process import ELEMENTARY_CHARGE, Polarity
 from circuits.silicon import Silicon
-from circuits.solver.noise_transient import relaxations
 
 F64 = NDArray[np.float64]
 
@@ -39,7 +38,6 @@ TIMES = {
     "emergency": "race",
 }  # fmt: skip
 CHARGES = ("integrating", "race", "second_charge")
-_FASTEST = 0.1  # of a field's shortest time: a grid up to whose band flicker is summed
 _AREA = SIZE[0] * SIZE[1] * 1e-12  # m^2
 _MICROSECOND = 1e-6  # s
 
@@ -58,19 +56,17 @@ def noise_of(numbers: Lumped, silicon: Silicon, noise: SiliconNoise, area: float
     charge = charges_on(silicon)
     for name, kind in TIMES.items():
         length = np.asarray(getattr(numbers, name), dtype=np.float64)
-        spread[name] = np.sqrt(ELEMENTARY_CHARGE / charge[kind] + _wander(silicon, noise, length, area, "p"))
+        current = charge[kind] / length
+        spread[name] = charge_spread(silicon, noise, current, length, area)
     lengths = {
         "integrating": numbers.integrating / numbers.synapse.mean(axis=1),
         "race": numbers.race / numbers.passive,
         "second_charge": numbers.second_charge / numbers.second,
     }
     for name in CHARGES:
-        taken = getattr(numbers, name)
-        spread[name] = np.sqrt(ELEMENTARY_CHARGE / taken + _wander(silicon, noise, lengths[name], area, "p"))
-    passed = numbers.inhibit * numbers.inhibition
-    spread["inhibit"] = np.sqrt(
-        2.0 * ELEMENTARY_CHARGE / passed + _wander(silicon, noise, numbers.inhibition, area, "n")
-    )
+        length = lengths[name]
+        spread[name] = charge_spread(silicon, noise, getattr(numbers, name) / length, length, area)
+    spread["inhibit"] = charge_spread(silicon, noise, numbers.inhibit, numbers.inhibition, area, "n", 2.0)
     die = silicon.die
     root = f"{NAME} of {die.lot}/{die.number}"
     draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", s.size) for n, s in spread.items()}
@@ -91,13 +87,15 @@ def numbers_of_ping(numbers: Lumped, noise: LatencyNoise, start: float) -> Lumpe
     return numbers._replace(**found)
 
 
-def _wander(silicon: Silicon, noise: SiliconNoise, length: F64, area: float, polarity: str) -> F64:
-    """Relative variance of currents over `length` (s) that flicker makes."""
-    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
-    rate, variance = relaxations(flicker, _FASTEST * float(length.min()))
-    is_n = np.array([polarity == "n"])
-    at_gate = float(gate_flicker(flicker, silicon.process, is_n, np.array([_AREA * area]))[0])
-    slope = silicon.law("n" if polarity == "n" else "p").kappa / silicon.thermal_voltage
-    if not math.isfinite(slope) or rate.size == 0:
-        return np.zeros(length.shape)
-    return np.asarray(slope**2 * at_gate * (mean_variance(rate * length[..., None]) @ variance))
+def charge_spread(
+    silicon: Silicon, noise: SiliconNoise, current: F64, length: F64, area: float = 1.0,
+    polarity: Polarity = "p", devices: float = 1.0,
+) -> F64:  # fmt: skip
+    """Relative deviation of what currents (A) bring in `length` (s), arrays of one shape.
+
+    area: as of `noise_of`; devices: how many make the shot noise, of a mirror two.
+    """
+    specific = silicon.law(polarity).square_current * SIZE[0] / SIZE[1]
+    shot = devices * ELEMENTARY_CHARGE * shot_share(current, specific) / (current * length)
+    steep = steepness(current, specific)
+    return np.asarray(np.sqrt(shot + current_wander(silicon, noise, polarity, _AREA * area, length, steep)))

@@ -175,7 +175,7 @@ class RollsChip:
                 )
                 built = replace(built, plastic=found)
             built = with_noise(built, self.params, self.program, on, self.noise)
-            self._built[at] = with_depression(built, self.params, self.program, self.kind, on)
+            self._built[at] = with_depression(built, self.params, self.program, self.kind, on, self.noise)
         return self._built[at]
 
     def with_tables(self, built: Built) -> RollsChip:

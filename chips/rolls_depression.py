@@ -54,6 +54,7 @@ F64 = NDArray[np.float64]
 DEVICES = dict(zip(WEIGHTS, ("me2", "me4", "me6"), strict=True))
 CELL_DEVICES = ("ms1", "ms2", "ms3", "mr1", "mr2", "mr3")
 POINTS, SHARES = np.polynomial.legendre.leggauss(4)  # of a pulse's mean
+MIRRORED = 2.0  # electrons of noise that a step's diode and its bias add to one of its mirror
 NEWTON = 8  # steps on the logarithm of a current, which is nearly a line
 SPENT = (0.0, 0.7, 2.0, 5.0)  # x / U_T, ours: where a charge is computed; shares of about 1, 0.6, 0.3, 0.04
 
@@ -80,7 +81,9 @@ class DepressionModel:
 class Branches(NamedTuple):
     """The weight devices of a level that are on, float64[devices, n] each unless said.
 
-    path: float64[points, devices, n], V: x above that before the pulse at POINTS of it.
+    path: float64[points, devices, n], V: x above that before the pulse at POINTS of it; electrons: of shot
+    noise that an electron of a step has, `1 + 2 [1 - (T / t)(1 - e^(-t / T))]`: T takes some off those of its
+    diode and bias.
     """
 
     step: F64  # V
@@ -90,6 +93,7 @@ class Branches(NamedTuple):
     kappa: float
     u_t: float  # V
     path: F64
+    electrons: F64
 
     @property
     def mean(self) -> F64:
@@ -150,7 +154,7 @@ def depression_of(
     _check_level(level)
     on = (True, *BITS[level - 1])
     names = [name for name, each in zip(WEIGHTS, on, strict=True) if each]
-    step, tau, moved = zip(*(_cell(cell, d, name, length) for name in names), strict=True)
+    step, tau, moved, electrons = zip(*(_cell(cell, d, name, length) for name in names), strict=True)
     path = np.array(moved).swapaxes(0, 1) + _lift(cell, synapse, d, level)
     own = [f"synapse.{DEVICES[name]}" for name in names]
     pinch = [
@@ -158,8 +162,9 @@ def depression_of(
     ]
     current = [d.fet[each].current for each in own]
     found = Branches(
-        np.array(step), np.array(tau), np.array(pinch), np.array(current), d.fet[own[0]].kappa, d.u_t, path
-    )
+        np.array(step), np.array(tau), np.array(pinch), np.array(current), d.fet[own[0]].kappa, d.u_t, path,
+        np.array(electrons),
+    )  # fmt: skip
     return Depression(found, _curve(found, synapse, d, level, line, length))
 
 
@@ -168,8 +173,8 @@ def _check_level(level: int) -> None:
         raise ParameterError(f"level: {level}, must be 1 to 4; inhibitory weights are not depressed")
 
 
-def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64, F64]:
-    """Step (V) and time constant (s) of the cells of a weight, and what of the step is done at POINTS, V."""
+def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64, F64, F64]:
+    """Step (V) and time constant (s) of a weight's cells, the step at POINTS (V), and its electrons."""
     path = f"depression_{name}"
     drawn = d.saturated(f"{path}.ms1", d.gate["v_std"])
     current = _through(d, path, drawn, "ms2", "ms3")
@@ -181,7 +186,9 @@ def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, 
     shares = np.array((*(0.5 + 0.5 * POINTS), 1.0))[:, None]
     late = np.logaddexp(np.log(-np.expm1(-lift)), shares * length / constant - lift)
     moved = current * constant * late / cell.gate
-    return moved[-1], cell.gate * d.u_t / back, moved[:-1]
+    slow = length / constant
+    electrons = 1.0 + MIRRORED * (1.0 + np.expm1(-slow) / slow)
+    return moved[-1], cell.gate * d.u_t / back, moved[:-1], electrons
 
 
 def _lift(cell: CellModel, synapse: SynapseModel, d: DieDevices, level: int) -> F64:

@@ -11,6 +11,16 @@ At an event of a synapse, at the beginning of a step, each weight device of its 
 The charge of the event is a cubic of the share that the sum of these currents is of its value at rest: what
 the common switch, the mirror and its lateness do to it (`chips.rolls_depression`). All is in float32, without
 calls of a mathematical library; powers and logarithms are within 3e-6.
+
+Noise: both directions of the recovery's current are shot noise, `dR/dt` has the density
+`(q / (C U_T)) R (1 + R) / tau`, at rest kT/C; so is the step, of which an electron has n of noise with what
+its mirror's diode and its bias add (`chips.rolls_depression`). With e = e^(-t / tau) and R as the last event
+left it, an event finds R with the variance
+
+    (q / (C U_T)) [1 - e^2 - 3 (1 - R) e (1 - e) + (1 - R)^2 e^2 t / tau] + n q d / (C U_T^2) R^2 e^2
+
+A draw is of the step, the column and the device, so that two events of a synapse in one step share theirs.
+Left out: flicker, the noise of the recovery's bias, which is nothing at rest and 1/16 of the current else.
 """
 
 from __future__ import annotations
@@ -19,8 +29,15 @@ import math
 
 import numpy as np
 
+from chips.noise_draw import draw
 from chips.rolls_chip_layout import F32, HALF, LAST, ONE, READ, TWO, VIRTUAL, ZERO, Scratch, Traffic
-from chips.rolls_depression_layout import Depressing, DepressionArrays, DepressionScratch, DepressionTables
+from chips.rolls_depression_layout import (
+    Depressing,
+    DepressionArrays,
+    DepressionNoise,
+    DepressionScratch,
+    DepressionTables,
+)
 from circuits.compiled import compiled
 
 _compiled = compiled(fastmath={"contract", "nsz", "arcp"})
@@ -32,6 +49,7 @@ THIRD, FIFTH, SEVENTH, NINTH = (np.float32(1.0 / n) for n in (3, 5, 7, 9))
 QUARTER, LN2, EIGHT = np.float32(0.25), np.float32(math.log(2.0)), np.float32(8.0)
 EXPONENT, MANTISSA, UNIT = np.int32(23), np.int32(0x7FFFFF), np.int32(0x3F800000)  # of a float32
 BIAS = np.int32(127)
+COLUMN, THREE = 64, np.float32(3.0)  # first stream of the columns' draws, behind those of a chip's filters
 
 
 @_inlined
@@ -52,16 +70,42 @@ def _odd(t: np.float32) -> np.float32:
 
 
 @_inlined
+def _recovered(
+    d: DepressionTables, a: DepressionArrays, w: DepressionScratch, lo: int, hi: int, now: int
+) -> None:
+    """R that an event of the devices `lo` to `hi` finds, into w.found."""
+    at = np.int32(now)
+    resource, seen, fall = a.resource[lo:hi], a.seen[lo:hi], d.fall[lo:hi]
+    for k in range(hi - lo):
+        gone = np.float32(at - seen[k])
+        w.found[k] = max(ONE - (ONE - resource[k]) * _fallen(gone * fall[k]), LEAST)
+
+
+@_inlined
+def _disturb(noise: DepressionNoise | None, d: Depressing, lo: int, hi: int, now: int, column: int) -> None:
+    """Noise onto what `_recovered` has found."""
+    if noise is None:
+        return
+    draw(noise.draws, now, COLUMN + column)
+    at, first, diffuse = np.int32(now), d.tables.first[d.tables.start[column]], noise.diffuse[0]
+    resource, seen, fall = d.arrays.resource[lo:hi], d.arrays.seen[lo:hi], d.tables.fall[lo:hi]
+    shot, normal, found = noise.shot[lo:hi], noise.draws.normal[lo - first : hi - first], d.scratch.found
+    for k in range(hi - lo):
+        gone = min(np.float32(at - seen[k]) * fall[k], FARTHEST)
+        left, away = _fallen(gone), ONE - resource[k]
+        spread = ONE - left * left - THREE * away * left * (ONE - left) + away * away * left * left * gone
+        variance = diffuse * max(spread, ZERO) + shot[k] * resource[k] * resource[k] * left * left
+        found[k] = max(found[k] + math.sqrt(variance) * normal[k], LEAST)
+
+
+@_inlined
 def _shares(
     d: DepressionTables, a: DepressionArrays, w: DepressionScratch, lo: int, hi: int, now: int
 ) -> None:
-    """An event of the devices `lo` to `hi`: their parts of the current into w.share, and their state."""
+    """A pulse of the devices `lo` to `hi` at w.found: parts of the current into w.share, and their state."""
     n, at, half = hi - lo, np.int32(now), d.half[0]
-    resource, seen, fall, kept = a.resource[lo:hi], a.seen[lo:hi], d.fall[lo:hi], d.kept[lo:hi]
+    resource, seen, kept = a.resource[lo:hi], a.seen[lo:hi], d.kept[lo:hi]
     scale, bend, part = d.scale[lo:hi], d.bend[lo:hi], d.part[lo:hi]
-    for k in range(n):
-        gone = np.float32(at - seen[k])
-        w.found[k] = max(ONE - (ONE - resource[k]) * _fallen(gone * fall[k]), LEAST)
     for k in range(n):
         bits = w.found_bits[k]
         w.power[k] = np.float32((bits >> EXPONENT) - BIAS)
@@ -81,11 +125,13 @@ def _shares(
 
 
 @_inlined
-def _bring(d: Depressing, begin: int, end: int, now: int, exciting: F32) -> None:
-    """An event of the synapses `begin` to `end`: their charges, in z."""
+def _bring(d: Depressing, begin: int, end: int, now: int, column: int, exciting: F32) -> None:
+    """An event of the synapses `begin` to `end` of a column: their charges, in z."""
     tables, w = d.tables, d.scratch
-    lo = tables.first[begin]
-    _shares(tables, d.arrays, w, lo, tables.first[end], now)
+    lo, hi = tables.first[begin], tables.first[end]
+    _recovered(tables, d.arrays, w, lo, hi, now)
+    _disturb(d.noise, d, lo, hi, now, column)
+    _shares(tables, d.arrays, w, lo, hi, now)
     for slot in range(begin, end):
         share = ZERO
         for j in range(tables.first[slot] - lo, tables.first[slot + 1] - lo):
@@ -103,13 +149,14 @@ def deliver_depressed(d: Depressing, t: Traffic, now: int, until: float, s: Scra
     exciting = s.charge[0]
     for j in range(t.counts[LAST]):
         column = t.last[j]
-        _bring(d, d.tables.start[column], d.tables.start[column + 1], now, exciting)
+        _bring(d, d.tables.start[column], d.tables.start[column + 1], now, column, exciting)
     j = t.counts[READ]
     while j < t.times.size and t.times[j] < until:
         if t.columns[j] >= VIRTUAL:
-            slot = d.tables.slot[t.columns[j] - VIRTUAL, t.neurons[j]]
+            column = t.columns[j] - VIRTUAL
+            slot = d.tables.slot[column, t.neurons[j]]
             if slot >= 0:
-                _bring(d, slot, slot + 1, now, exciting)
+                _bring(d, slot, slot + 1, now, column, exciting)
         j += 1
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chips.noise_draw import Draws
 from chips.rolls_chip_layout import F32, F64, I64
 
 I32 = NDArray[np.int32]
@@ -38,6 +39,17 @@ class DepressionTables(NamedTuple):
     shape: F32
 
 
+class DepressionNoise(NamedTuple):
+    """Noise of the cells: draws for the devices of the largest column; variances of R, see the kernel.
+
+    diffuse: float32[1], q / (C U_T); shot: float32[devices], n q d / (C U_T^2).
+    """
+
+    draws: Draws
+    diffuse: F32
+    shot: F32
+
+
 class DepressionArrays(NamedTuple):
     """State: float32[devices], R behind the last pulse; int32[devices], the step of it, from time 0."""
 
@@ -56,9 +68,14 @@ class DepressionScratch(NamedTuple):
     share: F32
 
 
+def most_devices(tables: DepressionTables) -> int:
+    """Devices of the largest column."""
+    return int(np.diff(tables.first[tables.start]).max())
+
+
 def new_depression_scratch(tables: DepressionTables) -> DepressionScratch:
     """Working space for the largest column."""
-    most = int(np.diff(tables.first[tables.start]).max())
+    most = most_devices(tables)
     found, mantissa, power, share = np.zeros((4, most), np.float32)
     return DepressionScratch(found, found.view(np.int32), mantissa, mantissa.view(np.int32), power, share)
 
@@ -69,13 +86,19 @@ class Depressing(NamedTuple):
     tables: DepressionTables
     arrays: DepressionArrays
     scratch: DepressionScratch
+    noise: DepressionNoise | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class BuiltDepression:
-    """Tables, and of each device its step (V) and time constant (s), float64[devices]; u_t: V."""
+    """Tables, and of each device its step (V) and time constant (s), float64[devices]; u_t: V; its noise.
+
+    electrons: float64[devices], of shot noise that an electron of a step has.
+    """
 
     tables: DepressionTables
     step: F64
     tau: F64
     u_t: float
+    electrons: F64
+    noise: DepressionNoise | None = None

@@ -22,6 +22,7 @@ from circuits.errors import ParameterError
 
 DEEPEST_MEASURED = 2.5  # step of a pulse over U_T
 LEAST_MEASURED = 2e-9  # A, of a level: below, its mirror does not come up in a pulse
+LONG_AGO = 1 << 28  # steps, a day
 FEWEST_STEPS = 10.0  # of the chip in a time constant; ours
 
 
@@ -34,9 +35,9 @@ class DepressionState:
 
 
 def rest_of_depression(built: BuiltDepression) -> DepressionState:
-    """State of synapses that have recovered."""
+    """State of synapses that have recovered long ago: noise of a first event is that of rest."""
     devices = built.step.size
-    return DepressionState(np.ones(devices, np.float32), np.zeros(devices, np.int32))
+    return DepressionState(np.ones(devices, np.float32), np.full(devices, -LONG_AGO, np.int32))
 
 
 def depressing_of(built: BuiltDepression | None, state: DepressionState | None) -> Depressing | None:
@@ -51,7 +52,7 @@ def depressing_of(built: BuiltDepression | None, state: DepressionState | None) 
             "chip.run.state: of a chip with other depressed synapses, must be of this one; use at_rest"
         )
     arrays = DepressionArrays(state.resource.copy(), state.seen.copy())
-    return Depressing(built.tables, arrays, new_depression_scratch(built.tables))
+    return Depressing(built.tables, arrays, new_depression_scratch(built.tables), built.noise)
 
 
 def state_of(depressing: Depressing | None) -> DepressionState | None:
@@ -67,7 +68,8 @@ def converted_depression(
         return None
     recover(depressing, now)
     kept = depressing.arrays.resource ** np.float32(old.u_t / new.u_t)
-    return depressing._replace(tables=new.tables, arrays=depressing.arrays._replace(resource=kept))
+    arrays = depressing.arrays._replace(resource=kept)
+    return depressing._replace(tables=new.tables, arrays=arrays, noise=new.noise)
 
 
 def depression_cautions(

@@ -8,13 +8,22 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from chips.noise_draw import new_draws
+from chips.rebound_jitter import SiliconNoise
 from chips.rolls_address import NEURONS
 from chips.rolls_charge import taken
 from chips.rolls_chip_layout import ZERO
-from chips.rolls_circuit import Params, chip
+from chips.rolls_circuit import NAME, Params, chip
 from chips.rolls_depression import CELL_DEVICES, CellModel, Depression, cell_model, depression_of
 from chips.rolls_depression_circuit import CELLS, RECOVERY, STD, check_cell, depressing_chip
-from chips.rolls_depression_layout import COEFFICIENTS, I32, BuiltDepression, DepressionTables
+from chips.rolls_depression_layout import (
+    COEFFICIENTS,
+    I32,
+    BuiltDepression,
+    DepressionNoise,
+    DepressionTables,
+    most_devices,
+)
 from chips.rolls_depression_program import ShortTermDepression
 from chips.rolls_devices import DieDevices, interpolation
 from chips.rolls_lumped import line_voltage
@@ -25,7 +34,7 @@ from chips.rolls_weight import BITS
 from circuits.blocks.depressing_synapse import Params as CellParams
 from circuits.blocks.depressing_synapse import depression
 from circuits.circuit import BiasKind
-from circuits.process import Process
+from circuits.process import ELEMENTARY_CHARGE, Process
 from circuits.silicon import Silicon
 
 F64 = NDArray[np.float64]
@@ -35,11 +44,13 @@ LEVELS = (1, 2, 3, 4)
 
 
 def with_depression(
-    built: Built, params: Params, program: Program, kind: BiasKind, silicon: Silicon
-) -> Built:
+    built: Built, params: Params, program: Program, kind: BiasKind, silicon: Silicon,
+    noise: SiliconNoise | None = None,
+) -> Built:  # fmt: skip
     """Tables of a chip on `silicon` with its depressed synapses, which leave the table of constant charges.
 
-    As they are where the program has no depression. Raises `ParameterError` for a cell of another synapse.
+    noise: of its devices, None for none. The tables stay as they are where the program has no depression.
+    Raises `ParameterError` for a cell of another synapse.
     """
     chosen = program.depression
     if chosen is None:
@@ -47,8 +58,24 @@ def with_depression(
     check_cell(chosen, params.synapse)
     d = _devices(params, program, chosen, kind, silicon)
     found = _assembled(built, params, program, chosen, d, silicon.process)
+    if noise is not None and found.step.size:
+        found = replace(found, noise=cell_noise(found, chosen, silicon, noise))
     inhibiting = np.minimum(built.tables.charges, ZERO)
     return replace(built, tables=built.tables._replace(charges=inhibiting), depression=found)
+
+
+def cell_noise(
+    found: BuiltDepression, chosen: ShortTermDepression, silicon: Silicon, noise: SiliconNoise
+) -> DepressionNoise:
+    """Noise of the cells' steps and recoveries."""
+    die, gate = silicon.die, _cell_model(chosen.cell, silicon.process).gate
+    diffuse = ELEMENTARY_CHARGE / (gate * found.u_t)
+    path = f"{NAME} of {die.lot}/{die.number}"
+    return DepressionNoise(
+        new_draws(noise.seed, noise.trial, path, most_devices(found.tables)),
+        np.array([diffuse], np.float32),
+        (found.electrons * diffuse * found.step / found.u_t).astype(np.float32),
+    )
 
 
 def _devices(
@@ -108,7 +135,7 @@ class _Rows:
     """Devices and synapses of all levels, filled a level at a time."""
 
     def __init__(self, devices: int, synapses: int) -> None:
-        self.step, self.tau, self.bend, self.scale, self.part = np.zeros((5, devices))
+        self.step, self.tau, self.electrons, self.bend, self.scale, self.part = np.zeros((6, devices))
         self.shape = np.zeros((synapses, COEFFICIENTS))
         self.kappa, self.u_t = 1.0, 1.0
 
@@ -120,7 +147,7 @@ class _Rows:
         rest = (b.current * interpolation(b.pinch)).sum(axis=0)
         for j in range(b.step.shape[0]):
             at = first + j
-            self.step[at], self.tau[at] = b.step[j], b.tau[j]
+            self.step[at], self.tau[at], self.electrons[at] = b.step[j], b.tau[j], b.electrons[j]
             self.scale[at] = np.exp(0.5 * (b.pinch[j] - slope * mean[j]))
             self.bend[at] = 0.25 * slope**2 * variance[j]
             self.part[at] = b.current[j] / rest
@@ -134,4 +161,4 @@ class _Rows:
                 np.array([0.5 * self.kappa]), self.shape,
             )),
         )  # fmt: skip
-        return BuiltDepression(tables, self.step, self.tau, self.u_t)
+        return BuiltDepression(tables, self.step, self.tau, self.u_t, self.electrons)

@@ -2,9 +2,9 @@
 
 A chip with a synapse of each level on one row gets trains of one rate until they have settled, or a step of
 the rate; a population of one input level gets a step of the rate of its inputs. Numbers are ours; those of
-the population were chosen on dies 3 to 8. Its synapses spend less and recover more slowly than the cell's own
-codes have it: weights follow a new rate f within 1 / (1 / tau + f d / U_T), which is 16 ms with those codes at
-100 Hz, less than a bin and not more than the neurons take to answer, and 27 ms with these.
+the population were chosen on dies 3 to 8. Its synapses spend less and recover more slowly than with the
+cell's own codes: weights follow a new rate f within 1 / (1 / tau + f d / U_T), which at 100 Hz is 17 ms with
+those, less than a bin and hardly more than a neuron takes to answer, and 27 ms with these.
 """
 
 from __future__ import annotations

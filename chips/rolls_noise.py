@@ -15,8 +15,9 @@ calcium alike, whose pulses are sunk without a mirror.
 Flicker: a current varies by `kappa / U_T` of its gate's voltage, whose density is K_F / (W L Cox f)
 (`chips.noise_draw`). Filters of a sign share theirs, and follow it at once.
 Left out: v_o1, the reset and its kT/C, the refractory period, what the followers' noise bandwidth takes off,
-the adaptation's gate, plastic weights, comparators and the NMDA gate, cells of depression, strong
-inversion's lower noise; pulses of a column end together, here each for itself.
+the adaptation's gate, plastic weights, comparators and the NMDA gate, strong inversion's lower noise; pulses
+of a column end together, here each for itself. Cells of depression have theirs in
+`chips.rolls_depression_kernel`.
 """
 
 from __future__ import annotations

@@ -85,10 +85,19 @@ class PlasticEnergies:
         return still + rate * events
 
 
+def lacking(table: BiasTable) -> tuple[str, ...]:
+    """Biases of the array that a table, as of a chip without one, does not have."""
+    needed = (PULSE, *CELL_BIASES.values(), *GATE_BIASES.values())
+    return tuple(name for name in needed if name not in table.names)
+
+
 def plastic_energies(
     table: BiasTable, silicon: Silicon, kind: BiasKind = "gate", learning: Learning | None = None
 ) -> PlasticEnergies:
-    """Measure the parts of a plastic array with the biases of `table`, on what the die's devices share."""
+    """Measure the parts of a plastic array with the biases of `table`, on what the die's devices share.
+
+    Raises `UnknownNameError` for a bias that the table lacks.
+    """
     sizes = Learning() if learning is None else learning
     on = replace(silicon, die=replace(silicon.die, mismatch=False))
     cell = _biased(plastic_synapse.build(sizes.cell), {"i_pwlk": PULSE, **CELL_BIASES}, table, kind)

@@ -8,9 +8,9 @@ Energies are what the supplies of transistor-level runs deliver, as slopes over 
 between spikes because it fires (its comparator crosses slowly). A column's event makes a pulse that all 256
 synapses of the column see, latched or not; a latched one takes E_event more.
 
-Not counted: the generator's own reference and splitters, address decoders, arbiters and pads, cells
-of depression, and the wires' capacitance; the plastic array is in `chips.rolls_plastic_power`. Every bias
-counts once, as its diode-connected copy's branch (ours).
+Not counted: the generator's own reference and splitters, address decoders, arbiters and pads, and
+the wires' capacitance; the plastic array is in `chips.rolls_plastic_power`, cells of depression in
+`chips.rolls_depression_power`. Every bias counts once, as its diode-connected copy's branch (ours).
 """
 
 from __future__ import annotations

@@ -5,7 +5,10 @@ An interval's phase deviates, relative, by the root of the sum of
     S_Q T / (2 Q^2)      Q = C (V_hi - V_lo), S_Q of the ramp's current: both transistors of the mirror
                          (2 q phi I each), the resistor that sets it (4 k T / R), those of the mix
                          (4 k T R_mix / R^2)
-    (sigma(t) / T)^2     of the comparator, below
+    (sigma(t) / T)^2     of the comparator at the call, below
+    (1 + s_d / s)^2 (sigma_d(t) / T)^2
+                         of the comparator at the call's end, where the ramp, falling at s_d, meets the other
+                         threshold: what it falls for longer, it has to rise again
     (delta I / I)^2      flicker of the mirror, anew each interval
     (b v_p / f)^2        the centroid board's noise v_p at the proximity (`chips.centroid_noise`), b in Hz/V
 
@@ -20,7 +23,8 @@ backwards along this way, from lambda = (0, -1 / (do/dt)) where o passes V_dd / 
 
     sigma(t)^2 = (1/2) 4 k T sum_k (1 / R_k) int (lambda_theta / C_s)^2 dt.
 
-Left out: the call's own length (0.02 us), strays, the amplitude stage (microvolts of volts).
+The other threshold is met the same way, all signs turned. Left out: strays, the amplitude stage (microvolts
+of volts).
 """
 
 from __future__ import annotations
@@ -50,6 +54,7 @@ F64 = NDArray[np.float64]
 
 KNOTS = 5  # rates at which the spread is worked out; ours
 AHEAD = 1.6e-3  # V below the threshold at which the comparator's way begins, beyond its 1.3 mV; ours
+SETTLE = 2e-6  # s, and by how much sooner: time constants of its nodes are below 0.1 us; ours
 _MIRROR = "m_in"
 
 
@@ -91,9 +96,13 @@ def interval_spread(numbers: Vocalization, silicon: Silicon, noise: SiliconNoise
     density += 4.0 * thermal / p.current_resistance * (1.0 + mix / p.current_resistance)
     area = mirror.width * mirror.length * mirror.multiplicity
     slow = 2.0 * current_wander(silicon, noise, "p", area, time, steepness(current, specific))
-    met = np.array([comparator_jitter(float(i / p.ramp_capacitance), silicon) for i in current]) / time
+    rise = current / p.ramp_capacitance
+    fall = low / (p.discharge_resistance * p.ramp_capacitance) - rise
+    met = np.array([comparator_jitter(float(s), silicon) for s in rise]) / time
+    # as good as one for all: the fall hardly depends on the rate
+    left = comparator_jitter(float(fall.mean()), silicon) * (fall / rise + 1.0) / time
     voltage = numbers.slope * proximity_noise(silicon) / rate
-    return np.asarray(np.sqrt(0.5 * density * time / charge**2 + met**2 + slow + voltage**2))
+    return np.asarray(np.sqrt(0.5 * density * time / charge**2 + met**2 + left**2 + slow + voltage**2))
 
 
 @lru_cache(maxsize=64)
@@ -103,10 +112,10 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
     top, feedback = 1.0 / p.threshold_top_resistance, 1.0 / p.threshold_feedback_resistance
     total = top + feedback + 1.0 / p.threshold_bottom_resistance
     half, output = 0.5 * v_dd, 1.0 / board.COMPARATOR_RESISTANCE
-    start = board.thresholds(p, v_dd)[1]
+    start, ahead = board.thresholds(p, v_dd)[1], AHEAD + slope * SETTLE
 
     def at(t: float, y: F64) -> tuple[F64, float]:
-        u = board.GAIN * (y[0] - start + AHEAD - slope * t) / half
+        u = board.GAIN * (y[0] - start + ahead - slope * t) / half
         drive = (half + half * math.tanh(u) - y[1]) * output
         rise = np.array([
             (v_dd * top + y[1] * feedback - y[0] * total) / board.STRAY,
@@ -125,19 +134,24 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
         return float(y[1]) - half
 
     way = solve_ivp(
-        lambda t, y: at(t, y)[0], (0.0, 2.0 * AHEAD / slope + 1e-6), [start, v_dd], method="Radau",
-        jac=jacobian, events=called, dense_output=True, rtol=1e-8, atol=1e-9,
+        lambda t, y: at(t, y)[0], (0.0, 2.0 * ahead / slope), [start, v_dd], method="LSODA",
+        events=called, dense_output=True, rtol=1e-8, atol=1e-9,
     )  # fmt: skip
     if not way.t_events[0].size:
         raise ParameterError(f"vocalization_controller.slope: {slope:g} V/s, the comparator does not call")
     end, falls = float(way.t_events[0][0]), at(float(way.t_events[0][0]), way.y_events[0][0])[0][1]
+    scale = 1.0 / abs(falls)
+
+    def backwards(tau: float, y: F64) -> F64:
+        # the integral of lambda_theta^2 beside lambda, in units of its end
+        own = jacobian(end - tau, way.sol(end - tau)).T @ y[:2]
+        return np.array([own[0], own[1], y[0] * y[0] / board.STRAY])
+
     back = solve_ivp(
-        lambda tau, y: jacobian(end - tau, way.sol(end - tau)).T @ y, (0.0, end), [0.0, -1.0 / falls],
-        method="Radau", rtol=1e-6, atol=1e-15 / abs(falls),
-    )  # fmt: skip
-    moved = back.y[0] / board.STRAY
+        backwards, (0.0, end), [0.0, -math.copysign(1.0, falls), 0.0], method="LSODA", rtol=1e-6, atol=1e-12
+    )
     density = 4.0 * BOLTZMANN * kelvin(silicon.temperature_c) * total
-    return math.sqrt(0.5 * density * float(np.trapezoid(moved**2, back.t)))
+    return float(scale * math.sqrt(0.5 * density * back.y[2, -1] / board.STRAY))
 
 
 @compiled()

@@ -15,12 +15,13 @@ from shapely.geometry import Polygon, box
 from circuits.errors import ParameterError
 from system.arena import Body, Scene
 from system.arena_furniture import ROBOT_HEIGHT, ROBOT_SIZE
-from system.arena_motion import Motions, motions_of, place_bodies
+from system.arena_motion import STRIDES, Motions, motions_of, place_bodies
 
 F64 = NDArray[np.float64]
 Pose = tuple[float, float, float]  # m, m, rad
 
 REACH = 0.5 * math.hypot(*ROBOT_SIZE)  # m from a robot's middle to its corners
+_ROUNDING = 1e-6  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,9 @@ class Obstacles:
     """What a robot can run into: bodies that begin below its height, and the border of the floor.
 
     outlines: of each body about its own origin; radius: float64[bodies], m, about each whole body;
-    solid: bool[bodies]; middle: part of the floor where no robot can touch the border.
+    solid: bool[bodies]; middle: part of the floor where no robot can touch the border; fastest: m/s, that
+    no body exceeds but by jumps of less than `jump` (m), of legs that stop or turn; free: x and y (m), time
+    (s) and m to the nearest thing where a robot was last looked for, overwritten in place.
     """
 
     scene: Scene
@@ -38,6 +41,9 @@ class Obstacles:
     solid: NDArray[np.bool_]
     floor: Polygon
     middle: Polygon
+    fastest: float
+    jump: float
+    free: list[float]
 
 
 def obstacles_of(scene: Scene) -> Obstacles:
@@ -48,7 +54,11 @@ def obstacles_of(scene: Scene) -> Obstacles:
     floor = Polygon(scene.corners)
     middle = floor.buffer(-REACH)
     shapely.prepare(middle)
-    return Obstacles(scene, motions_of(scene.bodies), outlines, radius, solid, floor, middle)
+    motions = motions_of(scene.bodies)
+    swing = float(np.abs(motions.swing).max(initial=0.0))
+    fastest = float(motions.speed.max(initial=0.0)) + 2.0 * math.pi * STRIDES * swing
+    nowhere = [0.0, 0.0, 0.0, -math.inf]
+    return Obstacles(scene, motions, outlines, radius, solid, floor, middle, fastest, 2.0 * swing, nowhere)
 
 
 def outline_at(obstacles: Obstacles, k: int, time: float) -> Polygon:
@@ -57,7 +67,29 @@ def outline_at(obstacles: Obstacles, k: int, time: float) -> Polygon:
 
 
 def collision(obstacles: Obstacles, pose: Pose, time: float) -> str | None:
-    """Name of what a robot at `pose` touches at `time` s, `wall` for the border; None where it is free."""
+    """Name of what a robot at `pose` touches at `time` s, `wall` for the border; None where it is free.
+
+    Nothing is looked at as long as neither the robot nor any body can have come across what was free before.
+    """
+    x, y, then, apart = obstacles.free
+    if math.hypot(pose[0] - x, pose[1] - y) + obstacles.fastest * abs(time - then) < apart:
+        return None
+    found = _collision(obstacles, pose, time)
+    if found is None:
+        obstacles.free[:] = [pose[0], pose[1], time, _room(obstacles, pose, time)]
+    return found
+
+
+def _room(obstacles: Obstacles, pose: Pose, time: float) -> float:
+    """Metres that a robot and all bodies together may move before any can touch; less than 0 when near."""
+    poses = _poses(obstacles, time)
+    apart = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1]) - obstacles.radius
+    nearest = float(apart[obstacles.solid].min(initial=math.inf))
+    border = float(obstacles.floor.exterior.distance(Spot(pose[0], pose[1])))
+    return min(nearest, border) - REACH - obstacles.jump - _ROUNDING
+
+
+def _collision(obstacles: Obstacles, pose: Pose, time: float) -> str | None:
     if not shapely.contains_xy(obstacles.middle, pose[0], pose[1]) and not obstacles.floor.contains(
         robot_outline(pose)
     ):

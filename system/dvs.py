@@ -16,7 +16,7 @@ event, eDVS format E4. The rest is ours.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,10 +28,11 @@ from circuits.die import NOMINAL, Die, standard_normals
 from circuits.errors import ParameterError
 from system.arena import Scene
 from system.arena_motion import go_along_arc, place_bodies
-from system.dvs_event import Events, read_out
+from system.dvs_event import Bus, Events, in_order, read_out
 from system.dvs_lamp import Glow, find_lamps, no_glow
-from system.dvs_pixel import SPARE, Beat, Memory, Pixels, Raw, expose, settle
-from system.dvs_render import Camera, Sketch, render, sketch_of
+from system.dvs_pixel import SPARE, Beat, Memory, Pixels, Raw, expose, raw_of, settle
+from system.dvs_project import Camera, Sketch, sketch_of
+from system.dvs_render import render
 from system.dvs_stage import Stage, darkest, stage_of
 
 F64 = NDArray[np.float64]
@@ -192,11 +193,9 @@ def open_eye(sensor: Sensor, seed: int, pose: tuple[float, float, float], time: 
         turn=np.zeros(1, dtype=np.int64),
         next_noise=time + first,
     )
-    raw = Raw(np.zeros(BUFFER), np.zeros(BUFFER, dtype=np.int64), np.zeros(2, dtype=np.int64))
+    raw, glow = raw_of(count, BUFFER), no_glow(sensor.dvs.rows)
     sketch = sketch_of(sensor.stage, sensor.camera)
-    eye = Eye(
-        time, sensor.dvs.step, np.array(pose), memory, sketch, no_glow(), raw, random, np.array([-np.inf])
-    )
+    eye = Eye(time, sensor.dvs.step, np.array(pose), memory, sketch, glow, raw, random, np.array([-np.inf]))
     picture(sensor, eye)
     settle(p, memory, sketch.light, time)
     return eye
@@ -239,14 +238,9 @@ def advance_along(sensor: Sensor, eye: Eye, ways: F64) -> Events:
     _look(world, eye.pose, ways, Grid(eye.origin, eye.steps, dvs.step, dvs.pixels_a_step), eye.random)
     eye.steps += len(ways)
     count = int(raw.used[0])
-    order = np.argsort(raw.time[:count], kind="stable")
-    time, code = raw.time[order], raw.code[order]
-    kept = np.ones(count, dtype=np.bool_)
-    lost = read_out(time, 1.0 / dvs.bus_rate, dvs.bus_depth, eye.bus_free, kept)
-    code = code[kept]
-    pixel = code >> 1
-    on = (code & 1).astype(np.bool_)
-    return Events(time[kept], pixel // dvs.rows, pixel % dvs.rows, on, lost + int(raw.used[1]))
+    time, code = in_order(raw.time[:count], raw.code[:count])
+    events = read_out(Bus(1.0 / dvs.bus_rate, dvs.bus_depth), dvs.rows, time, code, eye.bus_free)
+    return events if raw.used[1] == 0 else replace(events, lost=events.lost + int(raw.used[1]))
 
 
 class World(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from circuits.compiled import compiled
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
+_INSTANT = 1e-12  # s, in which events are too close to be told apart by equal bins
+_CROWD = 64  # events beside each in its bin, from where on sorting by comparison is as fast; ours
 _compiled = compiled()
 
 
@@ -59,20 +62,84 @@ def frame(events: Events, columns: int, rows: int) -> I64:
     return image
 
 
-@_compiled
-def read_out(time: F64, gap: float, depth: int, free: F64, kept: NDArray[np.bool_]) -> int:
-    """Pass sorted events over a bus that carries one in `gap` s, and holds `depth` that wait.
+def in_order(time: F64, code: I64) -> tuple[F64, I64]:
+    """Events (s, code) sorted by time, those of one time in the order in which they came; copies."""
+    to_time, to_code = np.empty_like(time), np.empty_like(code)
+    if not _deal(time, code, np.zeros(time.size + 2, dtype=np.int64), to_time, to_code):
+        order = np.argsort(time, kind="stable")
+        return time[order], code[order]
+    return to_time, to_code
 
-    time: s, becomes when each was read out; free: float64[1], s, when the bus is free; kept: filled. Returns
-    how many were lost.
+
+@_compiled
+def _deal(time: F64, code: I64, begin: I64, to_time: F64, to_code: I64) -> bool:
+    """Deal events to as many bins of equal length as they are, then put right what is left, one by one.
+
+    begin: int64[n + 2], zeros, overwritten. False, without a result, where they crowd in few bins.
     """
-    lost = 0
+    n, low, high = time.size, np.inf, -np.inf
+    for i in range(n):
+        low, high = min(low, time[i]), max(high, time[i])
+    if not high - low > _INSTANT:
+        return False
+    scale, pairs = (n - 1) / (high - low), 0
+    for i in range(n):
+        k = int((time[i] - low) * scale) + 2
+        pairs += begin[k]
+        begin[k] += 1
+    if pairs > _CROWD * n:
+        return False
+    for k in range(2, n + 2):
+        begin[k] += begin[k - 1]
+    for i in range(n):
+        k = int((time[i] - low) * scale) + 1
+        to_time[begin[k]], to_code[begin[k]] = time[i], code[i]
+        begin[k] += 1
+    for i in range(1, n):
+        at, what, k = to_time[i], to_code[i], i
+        while k > 0 and to_time[k - 1] > at:
+            to_time[k], to_code[k] = to_time[k - 1], to_code[k - 1]
+            k -= 1
+        to_time[k], to_code[k] = at, what
+    return True
+
+
+class Bus(NamedTuple):
+    """A bus that carries an event in `gap` s, and holds `depth` that wait."""
+
+    gap: float
+    depth: int
+
+
+def read_out(bus: Bus, rows: int, time: F64, code: I64, free: F64) -> Events:
+    """Pass events over a bus, each when it is free; those that find no room are lost.
+
+    Parameters
+    ----------
+    rows
+        Of the sensor.
+    time, code
+        float64[n], s, in order, and int64[n], (column * rows + row) * 2 + polarity; overwritten.
+    free
+        float64[1], s, when the bus is free; goes on.
+    """
+    x, y, on = np.empty_like(code), np.empty_like(code), np.empty(code.size, dtype=np.bool_)
+    passed = _pass(bus, rows, time, code, free, x, y, on)
+    return Events(time[:passed], x[:passed], y[:passed], on[:passed], time.size - passed)
+
+
+@_compiled
+def _pass(bus: Bus, rows: int, time: F64, code: I64, free: F64, x: I64, y: I64, on: NDArray[np.bool_]) -> int:
+    """Keep what the bus carries at the begin of the arrays; how many."""
+    passed = 0
     for i in range(time.size):
-        if free[0] - time[i] > depth * gap:
-            kept[i] = False
-            lost += 1
-        else:
-            kept[i] = True
-            time[i] = max(free[0], time[i])
-            free[0] = time[i] + gap
-    return lost
+        if free[0] - time[i] > bus.depth * bus.gap:
+            continue
+        time[passed] = max(free[0], time[i])
+        free[0] = time[passed] + bus.gap
+        pixel = code[i] >> 1
+        x[passed] = pixel // rows
+        y[passed] = pixel - rows * x[passed]
+        on[passed] = code[i] & 1 == 1
+        passed += 1
+    return passed

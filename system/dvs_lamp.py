@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from system.dvs_render import NEAR, Camera, Sketch, meet
+from system.dvs_project import NEAR, Camera, Sketch
+from system.dvs_render import meet
 from system.dvs_stage import Stage
 
 F64 = NDArray[np.float64]
@@ -27,21 +28,26 @@ _compiled = compiled()
 
 
 class Glow(NamedTuple):
-    """Lit pixels: their numbers, lux that their light adds while on, its number; used: int64[1]."""
+    """Lit pixels: their numbers, lux that their light adds while on, its number; used: int64[1].
+
+    tall: float64[rows], room for a light's share of each row.
+    """
 
     pixel: I64
     lux: F64
     lamp: I64
     used: I64
+    tall: F64
 
 
-def no_glow() -> Glow:
-    """Room for lit pixels."""
+def no_glow(rows: int = 128) -> Glow:
+    """Room for lit pixels of a sensor of so many rows."""
     return Glow(
         np.zeros(MOST, dtype=np.int64),
         np.zeros(MOST),
         np.zeros(MOST, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
+        np.zeros(rows),
     )
 
 
@@ -85,13 +91,17 @@ def _spread(camera: Camera, glow: Glow, k: int, lamp: F64, u: float, v: float, s
     """Add a light to the pixels that its blurred square reaches; `scale` is pixels per m at its distance."""
     half = 0.5 * math.sqrt(math.pi) * lamp[RADIUS] * scale
     flux, reach = lamp[LUMINANCE] * (2.0 * half) ** 2, half + REACH * camera.blur
+    first, last = max(math.floor(v - reach), 0), min(math.floor(v + reach) + 1, camera.rows)
+    for row in range(first, last):
+        glow.tall[row] = _share(row - v, half, camera.blur)
     for column in range(max(math.floor(u - reach), 0), min(math.floor(u + reach) + 1, camera.columns)):
         wide = _share(column - u, half, camera.blur)
-        for row in range(max(math.floor(v - reach), 0), min(math.floor(v + reach) + 1, camera.rows)):
-            lux = flux * wide * _share(row - v, half, camera.blur)
+        for row in range(first, last):
             i = glow.used[0]
             if i < glow.pixel.size:
-                glow.pixel[i], glow.lux[i], glow.lamp[i] = column * camera.rows + row, lux, k
+                glow.pixel[i], glow.lux[i], glow.lamp[i] = (
+                    column * camera.rows + row, flux * wide * glow.tall[row], k,
+                )  # fmt: skip
                 glow.used[0] += 1
 
 

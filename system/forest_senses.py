@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from chips.selection_kernel import Selection
 from chips.selection_model import MARGIN, selection
+from chips.selection_noise import no_selection_noise, selection_noise
 from circuits.blocks.winner_take_all import Params
 from circuits.circuit import BiasKind
 from circuits.die import NOMINAL, Die
@@ -59,8 +60,7 @@ class Sensing:
     occlusion, multipath: of `sonar` and `chip`; azimuth_noise: rad, standard deviation; reader: look-up
     values of the ranging chip; bias_kind: of its biases, as built unless given; ranging_area, selection_area:
     of the chips' drawn devices over the circuits', which moves their mismatch and flicker alone;
-    silicon_noise: of the ranging chip's devices, by noise_seed (or the run's); the selection has none.
-    has none.
+    silicon_noise: of both chips' devices, by noise_seed (or the run's).
     """
 
     ranges: str = "exact"
@@ -97,12 +97,15 @@ class Sensing:
             "azimuth-noise": (self.azimuth_noise > 0.0, self.ranges != "exact"),
             "reader": (self.reader != "nominal", self.ranges == "chip"),
             "bias-kind": (self.bias_kind is not None, self.ranges == "chip"),
-            "silicon-noise": (self.silicon_noise != "off", self.ranges == "chip"),
         }
         for name, (given, used) in asked.items():
             if given and not used:
-                wanted = "chip" if name in {"reader", "bias-kind", "silicon-noise"} else "sonar or chip"
+                wanted = "chip" if name in {"reader", "bias-kind"} else "sonar or chip"
                 raise ParameterError(f"--{name}: not with --ranges {self.ranges}; give --ranges {wanted}")
+        if self.silicon_noise != "off" and not self.silicon:
+            raise ParameterError(
+                "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"
+            )
 
     @property
     def silicon(self) -> bool:
@@ -126,15 +129,17 @@ def senses_of(
     silicon = Silicon(temperature_c=temperature_c, die=die)
     speed = speed_of_sound(AIR_TEMPERATURE)
     reading, reader = np.empty(0), no_reader()
+    noise = silicon_noise(
+        sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed
+    )
     if sensing.ranges == "chip":
         delays = readings(silicon, sensing.reader, sensing.ranging_area, sensing.bias_kind)[0]
         reading = 0.5 * speed * delays
-        own = seed[0] if sensing.noise_seed is None else sensing.noise_seed
-        noise = silicon_noise(sensing.silicon_noise, own)
         reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, sensing.bias_kind)
-    chip = _NO_CHIP
+    chip, chip_noise = _NO_CHIP, no_selection_noise()
     if sensing.selection == "chip":
         chip = selection(silicon, projection(bat), area=sensing.selection_area)
+        chip_noise = selection_noise(chip, silicon, noise, sensing.selection_area)
     return Senses(
         exact=int(sensing.ranges == "exact"),
         occlusion=int(sensing.occlusion),
@@ -152,6 +157,7 @@ def senses_of(
         deadline=DEADLINE,
         margin=MARGIN,
         chip=chip,
+        chip_noise=chip_noise,
     )
 
 

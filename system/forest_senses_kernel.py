@@ -27,7 +27,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.selection_kernel import NOBODY, Selection, decide
+from chips.selection_kernel import NOBODY, Selection
+from chips.selection_noise import SelectionNoise, noisy_decide
 from circuits.compiled import compiled
 from system.curved_openspace import ARCS, Arcs
 from system.curved_openspace_view import add_immediacies
@@ -51,6 +52,7 @@ from system.forest_state import (
     MISSED,
     OCCLUDED,
     OTHER,
+    PINGS,
     TIES,
     TIME,
     WINNER,
@@ -72,7 +74,7 @@ class Senses(NamedTuple):
     of bearings, taken in turn, heard after heard; reading: float64[delays], m, NaN for none, empty for the
     range itself; per_second: entries of it a second of delay; reader: of a chip that makes noise, in place
     of `reading`; selecting: 1 for the chip's selection; unit: A a unit of desirability; deadline: s; margin:
-    ln of the best two merits below which the model is unsure.
+    ln of the best two merits below which the model is unsure; chip_noise: drawn anew for each ping's choice.
     """
 
     exact: int
@@ -91,6 +93,7 @@ class Senses(NamedTuple):
     deadline: float
     margin: float
     chip: Selection
+    chip_noise: SelectionNoise
 
 
 _compiled = compiled()
@@ -227,7 +230,7 @@ def select_on_chip(a: Arcs, s: Senses, f: Flight) -> tuple[int, bool]:
     for p in range(ARCS):
         excite[p] = s.unit * max(f.wish[p], 0.0)
         risk[p] = max(s.unit * suppression * f.risk[p], LEAST_RISK)
-    winner, time, margin = decide(s.chip, excite, risk, f.current[2:6])
+    winner, time, margin = noisy_decide(s.chip, s.chip_noise, f.counts[PINGS], excite, risk, f.current[2:6])
     if winner == NOBODY:
         return 0, True
     if margin <= s.margin:

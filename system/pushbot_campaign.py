@@ -1,51 +1,98 @@
-"""Many runs of the Pushbot, a chip at a time, and shares with their intervals.
+"""Many runs of the Pushbot, a chip at a time, kept in a campaign's file.
 
 Dies and seeds from FIRST on report; those below tuned. Every run has noise of its own; a die comes again
-every `dies` runs, so that a chip is made once for all of its runs.
+every `dies` runs. All runs on a chip are one piece of work (`system.campaign`), so that it is calibrated once
+for them, whoever makes it; an interrupted campaign loses the chips in work.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from math import sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
+from chips.pushbot_biases import LEVELS
 from circuits.die import Die
 from circuits.errors import ParameterError
 from system.arena import Scene
+from system.campaign import ALONE, Campaign, Found, Key
+from system.dvs import Dvs
 from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summarise
 from system.pushbot_loop import Brain
-from system.study.interval import Interval, clopper_pearson
+from system.pushbot_robot import Pushbot
+from system.share import Share, share_where
+
+F64 = NDArray[np.float64]
 
 FIRST = 6000  # of dies and seeds that report; those below were seen while codes and levels were chosen
 DIES = 10  # of a campaign; ours
+EVERY = 10  # steps of the sensor between two points of a path that is kept; ours
 Summary = dict[str, float | None]
 Make = Callable[[Scenario], Brain]
+Keep = Callable[[Trace], Summary]
+World = Callable[[Scenario], Scene]
 
 
 @dataclass(frozen=True, slots=True)
-class Share:
-    """How many of so many, and the 95 % interval of their share."""
+class Drive:
+    """A run of a campaign: what is kept of it, and where it is; with its path, if that is to be drawn.
 
-    passed: int
-    of: int
+    keep and world are functions of modules, which other processes can find.
+    """
 
-    @property
-    def value(self) -> float:
-        """Share, 0 of none."""
-        return self.passed / max(self.of, 1)
+    scenario: Scenario
+    keep: Keep = summarise
+    world: World = scene_of
+    with_path: bool = False
 
-    @property
-    def interval(self) -> Interval:
-        """Clopper and Pearson's."""
-        return clopper_pearson(self.passed, self.of)
+    def __repr__(self) -> str:
+        """Alike in every process."""
+        named = [f"{f.__module__}.{f.__qualname__}" for f in (self.keep, self.world)]
+        return f"{self.scenario!r} {named} {self.with_path}"
 
-    def __str__(self) -> str:
-        """As `19 of 20 (75 to 100 %)`."""
-        ends = self.interval
-        return f"{self.passed} of {self.of} ({100.0 * ends.low:.0f} to {100.0 * ends.high:.0f} %)"
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Driven:
+    """What was kept of a run; path: float64[n, 2], m, every EVERY steps, empty unless asked for."""
+
+    summary: Summary
+    path: F64
+
+
+@dataclass(frozen=True, slots=True)
+class Chips:
+    """Runs by their chips; makes all runs of the chip that a key numbers."""
+
+    drives: tuple[tuple[Drive, ...], ...]
+    make: Make = make_brain
+
+    def __call__(self, key: Key) -> Found:
+        """Summaries, and paths to a tenth of a millimetre."""
+        drives = self.drives[key[1]]
+        brain = self.make(drives[0].scenario)
+        return {"runs": [_driven(brain, each) for each in drives]}
+
+
+def _driven(brain: Brain, drive: Drive) -> Found:
+    trace = _trace(brain, drive)
+    found: Found = {"summary": drive.keep(trace)}
+    if drive.with_path:
+        found["path"] = np.round(np.array(trace.drive.path)[::EVERY, 1:3], 4).tolist()
+    return found
+
+
+def _trace(brain: Brain, drive: Drive) -> Trace:
+    return run_with(brain, drive.scenario, drive.world(drive.scenario), drive.scenario.read())
+
+
+def drive_again(drive: Drive) -> Trace:
+    """A run of a campaign once more, with all that a picture of it shows."""
+    return _trace(make_brain(drive.scenario), drive)
 
 
 def trials(base: Scenario, count: int, dies: int = DIES, first: int = FIRST) -> list[Scenario]:
@@ -58,14 +105,31 @@ def trials(base: Scenario, count: int, dies: int = DIES, first: int = FIRST) -> 
     return [replace(base, seed=first + k, die=Die(number=first + k % dies)) for k in range(count)]
 
 
-def drive_each(
-    scenarios: Sequence[Scenario],
-    keep: Callable[[Trace], Summary] = summarise,
+def drive_all(
+    campaign: Campaign,
+    name: str,
+    drives: Sequence[Drive],
     progress: Callable[[float], None] | None = None,
     make: Make = make_brain,
-    world: Callable[[Scenario], Scene] = scene_of,
-) -> list[Summary]:
-    """What `keep` says of every run, in the order of the scenarios; a chip is made once."""
+) -> list[Driven]:
+    """Every run, in the order given, as a campaign of this name; a chip is made once."""
+    groups = _by_chip([d.scenario for d in drives])
+    chips = Chips(tuple(tuple(drives[k] for k in group) for group in groups), make)
+    keys = [(f"die {drives[group[0]].scenario.die.number}", j) for j, group in enumerate(groups)]
+    found: dict[int, Driven] = {}
+    numbers = (version("noctule"), Dvs(), Pushbot(), LEVELS, chips.drives)
+    with closing(campaign.runs(name, numbers, chips, keys)) as pieces:
+        for group, piece in zip(groups, pieces, strict=True):
+            for k, run in zip(group, piece["runs"], strict=True):
+                found[k] = Driven(run["summary"], np.array(run.get("path", []), dtype=float).reshape(-1, 2))
+            if progress is not None:
+                progress(len(found) / len(drives))
+    return [found[k] for k in range(len(drives))]
+
+
+def _by_chip(scenarios: Sequence[Scenario]) -> list[list[int]]:
+    """Numbers of the scenarios on each chip, in the order of the chips."""
+    groups: dict[tuple[object, ...], list[int]] = {}
     keys = [
         (
             s.die.number or 0, s.temperature_c, s.bias_kind, repr(s.architecture()), s.calibrated,
@@ -73,22 +137,26 @@ def drive_each(
         )
         for s in scenarios
     ]  # fmt: skip
-    order = sorted(range(len(scenarios)), key=keys.__getitem__)
-    found: dict[int, Summary] = {}
-    brain, last = None, None
-    for done, k in enumerate(order):
-        scenario = scenarios[k]
-        if brain is None or keys[k] != last:
-            brain, last = make(scenario), keys[k]
-        found[k] = keep(run_with(brain, scenario, world(scenario), scenario.read()))
-        if progress is not None:
-            progress((done + 1) / len(order))
-    return [found[k] for k in range(len(scenarios))]
+    for k in sorted(range(len(scenarios)), key=keys.__getitem__):
+        groups.setdefault(keys[k], []).append(k)
+    return list(groups.values())
+
+
+def drive_each(
+    scenarios: Sequence[Scenario],
+    keep: Keep = summarise,
+    progress: Callable[[float], None] | None = None,
+    make: Make = make_brain,
+    world: World = scene_of,
+) -> list[Summary]:
+    """What `keep` says of every run, in the order of the scenarios, in this process and no file."""
+    drives = [Drive(s, keep, world) for s in scenarios]
+    return [driven.summary for driven in drive_all(ALONE, "runs", drives, progress, make)]
 
 
 def share_of(found: Sequence[Summary], name: str) -> Share:
     """Share of the runs whose number `name` is not 0."""
-    return Share(sum(1 for s in found if s[name]), len(found))
+    return share_where(bool(s[name]) for s in found)
 
 
 def mean_sd(found: Sequence[Summary], name: str) -> tuple[float, float, int]:

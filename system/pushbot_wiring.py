@@ -38,29 +38,40 @@ def obstacle_inputs(network: Network, events: Events, wiring: Wiring, synapses: 
     edge = EDGE if wiring == "plain" else 0
     inside = (events.y < HALF_ROWS) & (events.x >= edge) & (events.x < COLUMNS - edge)
     for name, sees in (("OL", events.x < HALF_COLUMNS), ("OR", events.x >= HALF_COLUMNS)):
-        seen = events.where(sees & inside)
-        neurons = np.array(network[name].neurons)
+        seen = np.flatnonzero(sees & inside)
+        times, neurons = events.time[seen], np.array(network[name].neurons)
         if wiring == "plain":
-            parts.append(fan_out(np.repeat(seen.time, neurons.size), np.tile(neurons, len(seen)), synapses))
+            parts.append(to_all(times, neurons, synapses))
         else:
-            outward = seen.x if name == "OL" else COLUMNS - 1 - seen.x
+            outward = events.x[seen] if name == "OL" else COLUMNS - 1 - events.x[seen]
             place = outward * neurons.size // HALF_COLUMNS
-            parts.append(fan_out(seen.time, neurons[place], synapses))
+            parts.append(fan_out(times, neurons[place], synapses))
     return merged(parts)
 
 
 def target_inputs(network: Network, events: Events, synapses: int) -> Inputs:
     """Inputs of the target field from the events of the upper half."""
     neurons = np.array(network["target"].neurons)
-    seen = events.where(events.y >= HALF_ROWS)
-    return fan_out(seen.time, neurons[seen.x * neurons.size // COLUMNS], synapses)
+    seen = np.flatnonzero(events.y >= HALF_ROWS)
+    return fan_out(events.time[seen], neurons[events.x[seen] * neurons.size // COLUMNS], synapses)
 
 
 def kick(network: Network, synapses: int) -> Inputs:
     """Inputs that start exc, from time 0 on, evenly for KICK s."""
     neurons = np.array(network["exc"].neurons)
     times = np.arange(round(KICK * KICK_RATE)) / KICK_RATE
-    return fan_out(np.repeat(times, neurons.size), np.tile(neurons, times.size), synapses)
+    return to_all(times, neurons, synapses)
+
+
+def to_all(times: F64, neurons: I64, synapses: int) -> Inputs:
+    """At each time one event for the first `synapses` excitatory virtual synapses of every neuron."""
+    one = fan_out(np.zeros(neurons.size), neurons, synapses)
+    wide = (times.size, one.times.size)
+    return Inputs(
+        np.repeat(times, one.times.size),
+        np.broadcast_to(one.neurons, wide).reshape(-1),
+        np.broadcast_to(one.columns, wide).reshape(-1),
+    )
 
 
 def fan_out(times: F64, neurons: I64, synapses: int) -> Inputs:
@@ -70,7 +81,10 @@ def fan_out(times: F64, neurons: I64, synapses: int) -> Inputs:
 
 
 def merged(parts: list[Inputs]) -> Inputs:
-    """Several inputs in order of time."""
+    """Several inputs in order of time, those of one time in the order of the parts."""
+    parts = [p for p in parts if p.times.size > 0] or parts[:1]
+    if len(parts) == 1 and bool(np.all(parts[0].times[1:] >= parts[0].times[:-1])):
+        return parts[0]
     times = np.concatenate([p.times for p in parts])
     order = np.argsort(times, kind="stable")
     return Inputs(

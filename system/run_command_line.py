@@ -173,7 +173,9 @@ def forest(
     area: Annotated[float | None, typer.Option(metavar="FACTOR", help="Of a chip's devices; 1.")] = None,
     silicon_noise: Annotated[
         str | None,
-        typer.Option(help="Of a latency or ranging chip's devices: off, white, or all with flicker."),
+        typer.Option(
+            help="Of chips' devices (latency, ranging, selection): off, white, or all with flicker."
+        ),
     ] = None,
     bias_kind: Kind = None,
     silicon: SiliconChoice,

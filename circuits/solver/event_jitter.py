@@ -15,8 +15,16 @@ each a of the step that it leads to, and the event's variance is the sum over de
     white     (S_k / 2 h_k) (m_start - m_end)^2,        h_k the step, S_k the density at the moment's state
     flicker   s_r^2 w_k w_l e^(-r |t_k - t_l|),         w = g_m (m_drain - m_source), over relaxations r, s_r
 
-(`circuits.noise`, `circuits.solver.noise_transient.relaxations`). It is the linear theory of what
-`simulate_noisy` draws: exact for noise that moves a node by little beside the scale on which devices bend.
+(`circuits.noise`, `circuits.solver.noise_transient.relaxations`). Two things keep the tolerance of the
+transient out of it. A node that runs away by feedback starts at microvolts, where an error of the transient
+is a large share of its rate; but what is autonomous shifts as a whole, so that backwards from the event, as
+long as no source has had a share in it (`DRIVEN`), m is scaled to where a shift of the whole way in time
+shifts the event by as much. And a charge that comes in one of unequal steps is worth more or less than its
+time to these differences, which is made up for by what it is worth to an integrator.
+
+Noise at an earlier bend of a run, as at the end of a call before the next one, needs a tolerance at which
+the steps of the transient resolve the nodes there. This is the linear theory of what `simulate_noisy`
+draws: exact for noise that moves a node by little beside the scale on which devices bend.
 The transposed run is Tellegen's adjoint network: Director & Rohrer, "The generalized adjoint network and
 network sensitivities" (1969).
 """

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
-from chips.rolls_plastic_power import PlasticEnergies, plastic_energies
+from chips.rolls_depression_power import DepressionEnergies, depression_energies
+from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
+from chips.rolls_plastic_power import PlasticEnergies, lacking, plastic_energies
 from chips.rolls_portrait import MULTIPLES, Portrait, portrait
 from chips.rolls_power import TYPICAL, Energies, energies
 from circuits.circuit import BiasKind
@@ -48,18 +50,25 @@ def show_rolls(
     with working("measuring the die"):
         found = portrait(table, on, kind)
         power = energies(table, on, float(found.currents[0] / MULTIPLES[0]), kind)
-        plastic = plastic_energies(table, on, kind)
+        plastic = None if lacking(table) else plastic_energies(table, on, kind)
+        cells = ShortTermDepression()
+        has_cells = STEP_BIAS in table.names
+        depression = depression_energies(cells, table, on, kind) if has_cells else None
     if plot is not None:
         save_picture(plot, lambda figure: draw_portrait(found, figure))
     document = _document(found, power, plastic, bias_file)
+    document["depression_power"] = _depression_power(depression, table)
     if as_json:
         print_json(document)
     else:
         _print(found, power, table, document)
-        _print_plastic(plastic, document["plastic_power"])
+        _print_plastic(plastic, document["plastic_power"], table)
+        _print_depression(depression, table)
 
 
-def _document(p: Portrait, e: Energies, plastic: PlasticEnergies, bias_file: str | None) -> dict[str, Any]:
+def _document(
+    p: Portrait, e: Energies, plastic: PlasticEnergies | None, bias_file: str | None
+) -> dict[str, Any]:
     return {
         "chip": NAME,
         "summary": SUMMARY,
@@ -110,7 +119,9 @@ def _power(e: Energies) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _plastic_power(e: PlasticEnergies) -> dict[str, Any]:
+def _plastic_power(e: PlasticEnergies | None) -> dict[str, Any] | None:
+    if e is None:
+        return None
     return {
         "learning_circuits_rest_W": e.rest,
         "weight_rest_W": {"low": e.low_rest, "high": e.high_rest},
@@ -122,6 +133,16 @@ def _plastic_power(e: PlasticEnergies) -> dict[str, Any]:
             {"rate_Hz": rate, "all_low_W": e.power(rate), "all_high_W": e.power(rate, WEIGHTS)}
             for rate in RATES
         ],
+    }
+
+
+def _depression_power(e: DepressionEnergies | None, table: BiasTable) -> dict[str, Any] | None:
+    if e is None:
+        return None
+    return {
+        "step_current_A": table.current(STEP_BIAS),
+        "rest_W": e.power(0.0),
+        "event_energy_J": e.event,
     }
 
 
@@ -199,7 +220,10 @@ def _print_power(e: Energies, power: dict[str, Any]) -> None:
     )
 
 
-def _print_plastic(e: PlasticEnergies, power: dict[str, Any]) -> None:
+def _print_plastic(e: PlasticEnergies | None, power: dict[str, Any], table: BiasTable) -> None:
+    if e is None:
+        print_line(f"power of the plastic array: not told, the bias file lacks {', '.join(lacking(table))}")
+        return
     rows = [
         (f"{row['rate_Hz']:g}", *(_watts(row[k]) for k in ("all_low_W", "all_high_W")))
         for row in power["at_rate"]
@@ -220,6 +244,17 @@ def _print_plastic(e: PlasticEnergies, power: dict[str, Any]) -> None:
         f"energy of an event: of a column {quantity_cell(e.extender, 'J')}, of a low weight"
         f" {quantity_cell(e.low, 'J')}, of a high one {quantity_cell(e.high, 'J')}; of a neuron's spike in"
         f" its learning circuit {spikes}"
+    )
+
+
+def _print_depression(e: DepressionEnergies | None, table: BiasTable) -> None:
+    if e is None:
+        print_line(f"power of cells of depression: not told, the bias file lacks {STEP_BIAS}")
+        return
+    print_line(
+        f"\ncells of depression, where a program has them: rest {quantity_cell(e.power(0.0), 'W')} with"
+        f" {STEP_BIAS} at {quantity_cell(table.current(STEP_BIAS), 'A')}, an exciting event of a synapse"
+        f" {quantity_cell(e.event, 'J')}"
     )
 
 

@@ -3,10 +3,11 @@
 Nothing is fitted, and the papers have none of it: in the place of their values stand the transistors, in
 transients with the noise of all devices (`circuits.solver.noise_transient`). Interspike intervals of a ROLLS
 neuron on a direct current at 20, 50 and 100 Hz, near its threshold and above; those of a NEF neuron on an
-ideal current; the delay of a tap; times of the sonar's parts (`chip_noise_sonar`). Nominal devices at 27
-degC, white noise; of ROLLS at 50 Hz flicker too, whose coefficient is ours. The models are taken where they
-have the transistors' rate. The tolerance was set after first runs: three deviations of what so many intervals
-know, and a few per cent of the models' own; of the sonar's it is that for each row's own count.
+ideal current; the delay of a tap; times of the sonar's parts (`chip_noise_sonar`) and of the selection
+(`chip_noise_choice`). Nominal devices at 27 degC, white noise; of ROLLS at 50 Hz flicker too, whose
+coefficient is ours. The models are taken where they have the transistors' rate. The isolation's model has no
+noise, which is held against its error. The tolerance was set after first runs: three deviations of what so
+many intervals know, and a few per cent of the models' own; of the sonar's it is that by each row's count.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from chips.latency_model import charges_on
+from chips.latency_noise import charge_spread
 from chips.nef_build import build
 from chips.nef_chip import FIFO, NefChip
 from chips.nef_chip_kernel import advance_chip, new_chip_state
@@ -32,16 +34,18 @@ from circuits.bias import rebias
 from circuits.blocks import latency_tap, nef_neuron, rolls_neuron
 from circuits.lowering.kernel import to_kernel
 from circuits.noise import WHITE_ONLY, NoiseModel
-from circuits.process import AMI_1500, ELEMENTARY_CHARGE, ROLLS_180
+from circuits.process import AMI_1500, ROLLS_180
 from circuits.silicon import Silicon
 from circuits.solver.noise_transient import NoiseRun, simulate_noisy
 from system.experiment import Experiment, Progress, Report, Row
+from system.experiments.chip_noise_choice import SELECTIONS, isolation_rows, selection_beside
 from system.experiments.chip_noise_sonar import (
     LSO,
     PEAKS,
     SLOPES,
     call_beside,
     hearing_beside,
+    interval_beside,
     level_beside,
     lso_beside,
     step_beside,
@@ -54,6 +58,7 @@ F64 = NDArray[np.float64]
 ALLOWED = 0.1  # of the transistors' deviation
 LEFT_OUT = 0.05  # of it, by what the sonar's models leave out; and three deviations of what the trials know
 TRIALS = 200  # of a row of the sonar's
+INTERVALS = 80  # of the vocalization controller's board
 SEED = 1000
 COARSE = 5  # coarse current of IF_DC_P, 0.82 nA
 # fine code, length of the transistors' run (s), and the grid of their noise (s): 20, 50 and 100 Hz
@@ -61,7 +66,7 @@ ROLLS = ((40, 40.0, 40e-6), (48, 16.0, 20e-6), (71, 10.0, 20e-6))
 CHIP_STEP, CHIP_TIME = 0.1e-3, 4.0  # s, of the behavioural ROLLS
 NEF = ((1.5, 25.0, 50e-6), (2.5, 12.0, 20e-6))  # thresholds, s, s
 NEF_NEURONS, NEF_STEPS = 64, 8000
-TAP_TRIALS, TAP_STOP, TAP_STEP = 150, 3.3e-3, 2e-6
+TAP_TRIALS, TAP_STOP, TAP_STEP = 300, 3.3e-3, 0.5e-6
 
 
 def run(progress: Progress) -> Report:
@@ -78,7 +83,9 @@ def run(progress: Progress) -> Report:
     progress(1.0)
     shown = [*found, *sonar, flicker]
     return Report(
-        (*rows(found, flicker), *sonar_rows(sonar)), lambda figure: draw(shown, figure), (note(shown),)
+        (*rows(found, flicker), *sonar_rows(sonar), *isolation_rows()),
+        lambda figure: draw(shown, figure),
+        (note(shown),),
     )
 
 
@@ -145,7 +152,7 @@ def nef_intervals(thresholds: float, steps: int = NEF_STEPS) -> F64:
 
 
 def tap_beside(trials: int) -> Beside:
-    """Delay of a tap, whose model is `sqrt(q T / I)`."""
+    """Delay of a tap, whose model is `sqrt(phi q T / I)`."""
     circuit = latency_tap.build(latency_tap.Params(taps=1))
     bench = latency_tap.testbench(circuit, {"duration": TAP_STOP}, AMI_1500.v_dd)
     machine = to_kernel(bench, Silicon())
@@ -154,9 +161,9 @@ def tap_beside(trials: int) -> Beside:
         simulate_noisy(machine, noise, trial, record=("out[0]",)).spikes["out[0]"][0] - latency_tap.START
         for trial in range(trials)
     ])  # fmt: skip
-    charge = charges_on(Silicon())["tap"]
-    model = float(delays.mean()) * float(np.sqrt(ELEMENTARY_CHARGE / charge))
-    return Beside("tap", *known(delays), model)
+    mean, white = delays.mean(keepdims=True), SiliconNoise(SEED, flicker=WHITE_ONLY)
+    spread = charge_spread(Silicon(), white, charges_on(Silicon())["tap"] / mean, mean)
+    return Beside("tap", *known(delays), float(mean[0] * spread[0]))
 
 
 def rows(found: Sequence[Beside], flicker: Beside) -> list[Row]:
@@ -182,6 +189,8 @@ def sonar_besides(trials: int) -> list[Beside]:
         *(level_beside(slope, trials) for slope in SLOPES),
         *(hearing_beside(name, ratio, trials) for name, ratio in PEAKS),
         call_beside(trials),
+        interval_beside(INTERVALS),
+        *(selection_beside(contrast, grid, trials) for contrast, grid in SELECTIONS),
     ]
 
 

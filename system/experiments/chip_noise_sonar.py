@@ -3,7 +3,9 @@
 Transients with the white noise of all devices, of nominal devices at 27 degC: spikes of an LSO neuron with
 one excitation, and with two and an inhibition; the end of a synapse's step; a level unit on a ramp; the
 hearing's neurons behind the envelope detector, a sound's peak over their threshold; the vocalization
-controller's comparator on a ramp of its own slope, the rest of the board left out.
+controller's comparator on a ramp of its own slope, the rest of the board left out, and intervals of all of
+it. Noise stands still for a fraction of the shortest time that matters: a microsecond, a 25th of the period
+of the carrier, makes the onset neuron scatter by a sixth more.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ from chips.lso_measurement import LEVELS, THRESHOLD, crossing, ramp_bench
 from chips.lso_model import SIDES, head_on
 from chips.lso_noise import head_of_ping, level_spread, noise_of, noisy_side_spikes
 from chips.rebound_jitter import SiliconNoise
-from chips.vocalization_noise import AHEAD, comparator_jitter
+from chips.vocalization_model import VocalizationModel
+from chips.vocalization_noise import AHEAD, comparator_jitter, interval_spread
 from circuits.bias import rebias
 from circuits.blocks import high_threshold_neuron, lso_neuron, vocalization_controller
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
@@ -32,7 +35,7 @@ from circuits.lowering.kernel import Machine, to_kernel
 from circuits.noise import WHITE_ONLY
 from circuits.process import AMI_1500
 from circuits.silicon import Silicon
-from circuits.solver.noise_transient import NoiseRun, map_trials
+from circuits.solver.noise_transient import NoiseRun, map_trials, simulate_noisy
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from system.experiments.jitter_beside import Beside, known
@@ -53,6 +56,7 @@ PEAKS = (("high_threshold", 1.4), ("onset", 1.2), ("onset", 2.0))  # peak over t
 SOUND = 0.3e-3  # s, when a sound begins
 LISTEN = 0.3e-3  # s, within which it is heard
 RAMP = 43.0  # V/s, of the vocalization controller at 18 Hz
+PROXIMITY, INTERVAL_GRID = 3.0, 0.25e-6  # V and s, of the board's intervals
 COMPARATOR = (
     "comparator", "c_comparator", "r_top", "r_bottom", "r_fb", "i_call_p", "i_call_n", "c_stray_threshold",
     "c_stray_call",
@@ -123,6 +127,19 @@ def call_beside(trials: int) -> Beside:
     )
     times = _trials(bench, 50e-9, trials, "call")
     return Beside("vocalization_comparator", *known(times), comparator_jitter(RAMP, SILICON))
+
+
+def interval_beside(intervals: int) -> Beside:
+    """Intervals of the vocalization controller's whole board, one run of many."""
+    numbers = VocalizationModel(SILICON).numbers
+    rate = numbers.base + numbers.slope * PROXIMITY
+    stop = (intervals + 1.5) / rate
+    given = {"proximity": PROXIMITY, "amplitude_control": None, "duration": stop}
+    bench = vocalization_controller.testbench(vocalization_controller.build(), given, AMI_1500.v_dd)
+    run = NoiseRun(SEED, INTERVAL_GRID, WHITE_ONLY)
+    calls = simulate_noisy(to_kernel(bench, SILICON), run, record=("call",)).spikes["call"]
+    spread = interval_spread(numbers, SILICON, WHITE, np.array([rate]))
+    return Beside("vocalization_interval", *known(np.diff(calls)[:intervals]), float(spread[0]) / rate)
 
 
 def _step(result: Result) -> float:

@@ -15,9 +15,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from system.arena_geometry import outline_at
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.pushbot import Scenario, Trace
-from system.pushbot_campaign import Summary, drive_each, mean_sd, trials
+from system.pushbot_campaign import Drive, Summary, drive_again, drive_all, mean_sd, trials
 from system.pushbot_loop import all_spikes
 from system.pushbot_run_picture import draw_run
 
@@ -32,17 +33,15 @@ COLUMNS = 6.0  # beside the LED that count as on it; ours
 COLUMN = math.tan(math.radians(30.0)) / 64.0  # tangent of a column
 
 
-def reproduce(progress: Progress, count: int = RUNS, dies: int = DIES, duration: float = DURATION) -> Report:
-    """Chase on some dies."""
-    traces: list[Trace] = []
-
-    def keep(trace: Trace) -> Summary:
-        traces.append(trace)
-        return outcome(trace)
-
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    duration: float = DURATION,
+) -> Report:  # fmt: skip
+    """Chase on some dies; the picture is of the first."""
     base = Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration)
-    found = drive_each(trials(base, count, dies), keep, progress)
-    return Report(rows(found), lambda figure: _draw(traces[0], figure), notes(found))
+    drives = [Drive(s, outcome) for s in trials(base, count, dies)]
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    return Report(rows(found), lambda figure: _draw(drive_again(drives[0]), figure), notes(found))
 
 
 def outcome(trace: Trace) -> Summary:
@@ -106,4 +105,6 @@ def _draw(trace: Trace, figure: Figure) -> None:
     draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
 
 
-EXPERIMENT = Experiment("milde2017-chase", "after a robot with a blinking LED", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-chase", "after a robot with a blinking LED", reproduce, {"count": RUNS, "dies": DIES}
+)

@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from system.arena import COLOURS as REFLECTANCES
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot import Scenario, Trace, summarise
-from system.pushbot_campaign import Summary, drive_each, share_of, trials
+from system.pushbot_campaign import Drive, Summary, drive_all, share_of, trials
 from system.pushbot_readout import Kind
 from system.pushbot_robot import SPEED_OF_FACTOR
 
@@ -44,23 +45,26 @@ Found = Mapping[tuple[str, float], Sequence[Summary]]
 
 
 def reproduce(
-    progress: Progress, count: int = SCENES, dies: int = DIES, duration: float = DURATION
-) -> Report:
+    progress: Progress, campaign: Campaign = ALONE, count: int = SCENES, dies: int = DIES,
+    duration: float = DURATION,
+) -> Report:  # fmt: skip
     """Drive all scenes four times."""
     keys = [(network, speed) for network in NETWORKS for speed in SPEEDS]
-    plan: list[Scenario] = []
+    drives: list[Drive] = []
     for network, speed in keys:
         base = Scenario(
             scene="clutter", turn_factor=TURN, duration=duration, modified=network == "modified",
             readout=READOUTS[network],
         )  # fmt: skip
-        plan += trials(replace(base, speed_factor=speed / SPEED_OF_FACTOR), count, dies)
-    all_found = drive_each(plan, _outcome, progress)
+        runs = trials(replace(base, speed_factor=speed / SPEED_OF_FACTOR), count, dies)
+        drives += [Drive(s, outcome) for s in runs]
+    all_found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
     found = {key: all_found[k * count : (k + 1) * count] for k, key in enumerate(keys)}
     return Report(rows(found), lambda figure: _draw(found, figure), notes(found))
 
 
-def _outcome(trace: Trace) -> Summary:
+def outcome(trace: Trace) -> Summary:
+    """What was touched, and the share of the time at rest."""
     touched = trace.drive.touched or ""
     faint = {b.name for b in trace.scene.bodies if b.reflectance >= REFLECTANCES["yellow"]}
     path = np.array(trace.drive.path)
@@ -159,4 +163,7 @@ def _draw(found: Found, figure: Figure) -> None:
     ax.legend(fontsize=8)
 
 
-EXPERIMENT = Experiment("milde2017-clutter", "plain and modified network among many blocks", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-clutter", "plain and modified network among many blocks", reproduce,
+    {"count": SCENES, "dies": DIES},
+)  # fmt: skip

@@ -12,10 +12,12 @@ from collections.abc import Mapping, Sequence
 
 from matplotlib.figure import Figure
 
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS as INKS
 from system.pushbot import Scenario
-from system.pushbot_campaign import Share, drive_each, trials
+from system.pushbot_campaign import Drive, drive_all, trials
+from system.share import Share, share_where
 
 LIGHTS = ("normal", "dark", "very-dark")
 BLOCKS = ("blue", "red", "yellow")
@@ -26,16 +28,17 @@ Free = Mapping[tuple[str, str], Share]
 
 
 def reproduce(
-    progress: Progress, count: int = RUNS, lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS
-) -> Report:
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
+) -> Report:  # fmt: skip
     """Drive all runs."""
     keys = [(light, colour) for light in lights for colour in blocks]
-    plan = [s for light, c in keys for s in trials(Scenario(light=light, colour=c), count, DIES)]
-    found = drive_each(plan, progress=progress)
+    drives = [Drive(s) for light, c in keys for s in trials(Scenario(light=light, colour=c), count, dies)]
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
     free: dict[tuple[str, str], Share] = {}
     for k, key in enumerate(keys):
         runs = found[k * count : (k + 1) * count]
-        free[key] = Share(sum(bool(s["crossed"]) and not s["collided"] for s in runs), count)
+        free[key] = share_where(bool(s["crossed"]) and not s["collided"] for s in runs)
     notes = tuple(f"{light}, {colour}: avoided {share}" for (light, colour), share in free.items())
     return Report(rows(free), lambda figure: _draw(free, figure), notes)
 
@@ -78,4 +81,6 @@ def _draw(free: Free, figure: Figure) -> None:
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
 
 
-EXPERIMENT = Experiment("milde2017-fig7", "success by light and colour", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-fig7", "success by light and colour", reproduce, {"count": RUNS, "dies": DIES}
+)

@@ -22,11 +22,12 @@ from scipy.stats import chi2
 from circuits.errors import ParameterError
 from system.arena import LIGHTS, Scene
 from system.arena_geometry import Obstacles, collision, obstacles_of, outline_at
+from system.campaign import ALONE, Campaign
 from system.dvs import Dvs
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.milde2017_clutter import stood
 from system.pushbot import Scenario, Trace, scene_of, summarise
-from system.pushbot_campaign import Summary, drive_each, trials
+from system.pushbot_campaign import Drive, Summary, drive_again, drive_all, trials
 from system.pushbot_run_picture import draw_run
 from system.study.interval import LEVEL, Interval
 
@@ -39,23 +40,25 @@ TRIES = 10_000  # draws of a start
 
 
 def reproduce(
-    progress: Progress, count: int = RUNS, dies: int = DIES, duration: float = DURATION,
-    lights: Sequence[str] = tuple(LIGHTS),
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    duration: float = DURATION, lights: Sequence[str] = tuple(LIGHTS),
 ) -> Report:  # fmt: skip
-    """Drive all runs."""
-    traces: list[Trace] = []
-
-    def keep(trace: Trace) -> Summary:
-        traces[:] = [*traces, trace][:1]
-        return summarise(trace) | {
-            "walked_into": float(is_walked_into(trace)), "stood": stood(np.array(trace.drive.path)),
-        }  # fmt: skip
-
+    """Drive all runs; the picture is of the first."""
     base = Scenario(scene="office", duration=duration, turn_factor=TURN)
-    plan = [s for light in lights for s in trials(replace(base, light=light), count, dies)]
-    runs = drive_each(plan, keep, progress, world=started)
+    drives = [
+        Drive(s, outcome, started)
+        for light in lights
+        for s in trials(replace(base, light=light), count, dies)
+    ]
+    runs = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
     found = {light: runs[k * count : (k + 1) * count] for k, light in enumerate(lights)}
-    return Report(rows(found), partial(_draw, traces[0]), notes(found))
+    return Report(rows(found), partial(_draw, drives[0]), notes(found))
+
+
+def outcome(trace: Trace) -> Summary:
+    """Whether somebody walked into the robot, and the share of the time at rest."""
+    walked, still = is_walked_into(trace), stood(np.array(trace.drive.path))
+    return summarise(trace) | {"walked_into": float(walked), "stood": still}
 
 
 def started(scenario: Scenario) -> Scene:
@@ -142,8 +145,11 @@ def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _draw(trace: Trace, figure: Figure) -> None:
+def _draw(drive: Drive, figure: Figure) -> None:
+    trace = drive_again(drive)
     draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
 
 
-EXPERIMENT = Experiment("milde2017-office", "crashes a minute in an office", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-office", "crashes a minute in an office", reproduce, {"count": RUNS, "dies": DIES}
+)

@@ -17,11 +17,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from system.arena_file import load_scene
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.pushbot import Scenario, Trace, summarise
-from system.pushbot_campaign import Share, Summary, drive_each, share_of, trials
+from system.pushbot import Scenario
+from system.pushbot_campaign import Drive, Summary, drive_all, share_of, trials
 from system.pushbot_picture import draw_scene
+from system.share import Share
 
 F64 = NDArray[np.float64]
 
@@ -34,22 +36,15 @@ SHOWN = 25  # paths in the picture
 
 
 def reproduce(
-    progress: Progress, count: int = RUNS, dies: int = DIES, scenes: Sequence[str] = SCENES
-) -> Report:
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    scenes: Sequence[str] = SCENES,
+) -> Report:  # fmt: skip
     """Drive all runs."""
-    found: dict[str, list[Summary]] = {}
-    paths: dict[str, list[F64]] = {name: [] for name in scenes}
-    for k, name in enumerate(scenes):
-        kept = paths[name]
-
-        def keep(trace: Trace, kept: list[F64] = kept) -> Summary:
-            kept.append(np.array(trace.drive.path)[::10])
-            return summarise(trace)
-
-        def part(share: float, k: int = k) -> None:
-            progress((k + share) / len(scenes))
-
-        found[name] = drive_each(trials(Scenario(scene=name), count, dies), keep, part)
+    drives = [Drive(s, with_path=True) for name in scenes for s in trials(Scenario(scene=name), count, dies)]
+    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    runs = {name: driven[k * count : (k + 1) * count] for k, name in enumerate(scenes)}
+    found = {name: [d.summary for d in mine] for name, mine in runs.items()}
+    paths = {name: [d.path for d in mine] for name, mine in runs.items()}
     return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
 
 
@@ -97,8 +92,10 @@ def _draw(paths: Mapping[str, Sequence[F64]], figure: Figure) -> None:
     for ax, (name, mine) in zip(axes, paths.items(), strict=True):
         draw_scene(load_scene(name), ax)
         for path in mine[:SHOWN]:
-            ax.plot(path[:, 1], path[:, 2], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
         ax.set_title(f"{name}, {min(len(mine), SHOWN)} of {len(mine)} runs", fontsize=9)
 
 
-EXPERIMENT = Experiment("milde2017-pairs", "two and three blocks at 0.35 m/s", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-pairs", "two and three blocks at 0.35 m/s", reproduce, {"count": RUNS, "dies": DIES}
+)

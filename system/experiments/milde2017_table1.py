@@ -14,14 +14,16 @@ from math import hypot, isfinite
 
 from matplotlib.figure import Figure
 
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS as INKS
 from system.plot import INK
 from system.pushbot import Scenario
-from system.pushbot_campaign import Share, Summary, drive_each, mean_sd, share_of, standard_error, trials
+from system.pushbot_campaign import Drive, Summary, drive_all, mean_sd, share_of, standard_error, trials
+from system.share import Share
 
 CELLS = ((0.1, 0.5), (0.5, 0.5), (1.0, 0.5), (1.0, 1.0), (1.5, 1.0), (2.0, 1.0), (3.0, 1.0))
-TRIALS = 20
+TRIALS, DIES = 20, 10
 PAPER: Mapping[str, tuple[float, ...]] = {  # cm, means of three trials; 0 where all collided
     "blue": (7.0, 10.3, 7.7, 19.3, 16.3, 10.8, 0.0),
     "red": (0.0, 2.3, 4.7, 10.7, 9.7, 5.0, 0.0),
@@ -54,16 +56,17 @@ class Cell:
 
 
 def reproduce(
-    progress: Progress, count: int = TRIALS, colours: Sequence[str] = tuple(PAPER), dies: int = 10
-) -> Report:
+    progress: Progress, campaign: Campaign = ALONE, count: int = TRIALS, dies: int = DIES,
+    colours: Sequence[str] = tuple(PAPER),
+) -> Report:  # fmt: skip
     """Drive every trial."""
     keys = [(colour, factors) for colour in colours for factors in CELLS]
-    scenarios = [
-        each
+    drives = [
+        Drive(each)
         for colour, (speed, turn) in keys
         for each in trials(Scenario(colour=colour, speed_factor=speed, turn_factor=turn), count, dies)
     ]
-    found = drive_each(scenarios, progress=progress)
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
     cells = {key: _cell(*key, found[k * count : (k + 1) * count]) for k, key in enumerate(keys)}
     return Report(rows(cells), lambda figure: _draw(cells, figure), notes(cells))
 
@@ -179,5 +182,6 @@ def _draw(cells: Cells, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "milde2017-table1", "distance at the obstacle line by speed, turn factor and colour", reproduce
-)
+    "milde2017-table1", "distance at the obstacle line by speed, turn factor and colour", reproduce,
+    {"count": TRIALS, "dies": DIES},
+)  # fmt: skip

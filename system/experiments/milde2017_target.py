@@ -16,14 +16,17 @@ from numpy.typing import NDArray
 
 from system.arena_file import load_scene
 from system.arena_geometry import clearance
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot import Scenario, Trace
-from system.pushbot_campaign import FIRST, Share, Summary, drive_each, trials
+from system.pushbot_campaign import Drive, Summary, drive_all, trials
 from system.pushbot_picture import draw_scene
+from system.share import share_where
 
 F64 = NDArray[np.float64]
 
+SCENES = ("target", "obstacle-against-target")
 RUNS, DIES = 50, 10
 DURATION = 9.0  # s of a run
 NEAR = 0.25  # m
@@ -32,23 +35,20 @@ WINDOW = 0.1  # s; ours: with 500 ms the robot swings about the target
 EVERY = 10  # steps between two looks at the distance
 
 
-def reproduce(progress: Progress, count: int = RUNS, dies: int = DIES, duration: float = DURATION) -> Report:
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    duration: float = DURATION,
+) -> Report:  # fmt: skip
     """Drive to the target, without and with a block on the way."""
-    paths: dict[str, list[F64]] = {"target": [], "obstacle-against-target": []}
-    found: dict[str, list[Summary]] = {}
-    for k, name in enumerate(paths):
-        kept = paths[name]
-
-        def keep(trace: Trace, kept: list[F64] = kept) -> Summary:
-            kept.append(np.array(trace.drive.path)[::10])
-            return outcome(trace)
-
-        def part(share: float, k: int = k) -> None:
-            progress(0.5 * (k + share))
-
-        base = Scenario(scene=name, window=WINDOW, duration=duration)
-        found[name] = drive_each(trials(base, count, dies, FIRST), keep, part)
-    reached, block = found["target"], found["obstacle-against-target"]
+    drives = [
+        Drive(s, outcome, with_path=True)
+        for name in SCENES
+        for s in trials(Scenario(scene=name, window=WINDOW, duration=duration), count, dies)
+    ]
+    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    parts = driven[:count], driven[count:]
+    reached, block = ([d.summary for d in part] for part in parts)
+    paths = {name: [d.path for d in part] for name, part in zip(SCENES, parts, strict=True)}
     return Report(rows(reached, block), lambda figure: _draw(paths, figure), notes(reached, block))
 
 
@@ -70,9 +70,9 @@ def outcome(trace: Trace) -> Summary:
 def rows(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[Row, ...]:
     """Reached, avoided, and the block."""
     there = [s for s in reached if s["reached"]]
-    arrived = Share(len(there), len(reached))
-    avoided = Share(sum(not s["touched_robot"] for s in there), len(there))
-    won = Share(sum(not s["touched_block"] for s in block), len(block))
+    arrived = share_where(bool(s["reached"]) for s in reached)
+    avoided = share_where(not s["touched_robot"] for s in there)
+    won = share_where(not s["touched_block"] for s in block)
     return (
         Row("reached", "10 of 10", str(arrived), f"at least {REACHED:g}", REACHED, fitted=False,
             agrees=arrived.value >= REACHED),
@@ -99,8 +99,11 @@ def _draw(paths: dict[str, list[F64]], figure: Figure) -> None:
     for ax, (name, mine) in zip(figure.subplots(1, len(paths)), paths.items(), strict=True):
         draw_scene(load_scene(name), ax)
         for path in mine:
-            ax.plot(path[:, 1], path[:, 2], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
         ax.set_title(f"{name}, {len(mine)} runs", fontsize=9)
 
 
-EXPERIMENT = Experiment("milde2017-target", "towards a standing robot with a blinking LED", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-target", "towards a standing robot with a blinking LED", reproduce,
+    {"count": RUNS, "dies": DIES},
+)  # fmt: skip

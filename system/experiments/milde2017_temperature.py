@@ -14,10 +14,12 @@ from dataclasses import replace
 from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot import Scenario
-from system.pushbot_campaign import Share, Summary, drive_each, trials
+from system.pushbot_campaign import Drive, Summary, drive_all, trials
+from system.share import Share, share_where
 
 KINDS: tuple[BiasKind, ...] = ("generator", "gate")
 TEMPERATURES = (7.0, 17.0, 27.0, 37.0, 47.0)  # degC
@@ -29,17 +31,17 @@ Found = Mapping[tuple[BiasKind, float], Share]
 
 
 def reproduce(
-    progress: Progress, count: int = RUNS, dies: int = DIES,
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
     temperatures: Sequence[float] = TEMPERATURES,
 ) -> Report:  # fmt: skip
     """Drive at all temperatures."""
     keys = [(kind, t) for kind in KINDS for t in temperatures]
-    plan = [
-        replace(s, bias_kind=kind, temperature_c=t)
+    drives = [
+        Drive(replace(s, bias_kind=kind, temperature_c=t))
         for kind, t in keys
         for s in trials(Scenario(), count, dies)
     ]
-    runs = drive_each(plan, progress=progress)
+    runs = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
     found = {key: avoided(runs[k * count : (k + 1) * count]) for k, key in enumerate(keys)}
     notes = tuple(f"{kind}, {t:g} degC: avoided {share}" for (kind, t), share in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
@@ -47,7 +49,7 @@ def reproduce(
 
 def avoided(found: Sequence[Summary]) -> Share:
     """Runs that passed the block's line and touched nothing; one that stands avoids nothing."""
-    return Share(sum(bool(s["crossed"]) and not s["collided"] for s in found), len(found))
+    return share_where(bool(s["crossed"]) and not s["collided"] for s in found)
 
 
 def rows(found: Found) -> tuple[Row, ...]:
@@ -84,4 +86,7 @@ def _draw(found: Found, figure: Figure) -> None:
     ax.legend()
 
 
-EXPERIMENT = Experiment("milde2017-temperature", "avoidance against temperature, by kind of bias", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-temperature", "avoidance against temperature, by kind of bias", reproduce,
+    {"count": RUNS, "dies": DIES},
+)  # fmt: skip

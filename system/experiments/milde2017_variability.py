@@ -16,10 +16,12 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from circuits.die import Die
+from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, PALE
 from system.pushbot import Scenario
-from system.pushbot_campaign import FIRST, Share, Summary, drive_each
+from system.pushbot_campaign import FIRST, Drive, Summary, drive_all
+from system.share import Share, share_where
 
 REPEATS = 10  # runs of a die and a noise, each with a seed of its own
 REPEATED = 4  # dies that are repeated
@@ -37,8 +39,9 @@ NOISES: Mapping[str, Callable[[int], dict[str, Any]]] = {
 
 
 def reproduce(
-    progress: Progress, repeats: int = REPEATS, repeated: int = REPEATED, others: int = OTHERS
-) -> Report:
+    progress: Progress, campaign: Campaign = ALONE, repeats: int = REPEATS, repeated: int = REPEATED,
+    others: int = OTHERS,
+) -> Report:  # fmt: skip
     """Drive all runs."""
     base = Scenario(scene="pair")
     plan: dict[str, list[Scenario]] = {}
@@ -47,7 +50,8 @@ def reproduce(
         for name, fields in NOISES.items():
             plan[f"die {FIRST + d}, {name}"] = [replace(on_die, **fields(FIRST + k)) for k in range(repeats)]
     plan["other dies"] = [replace(base, die=Die(number=FIRST + d), seed=FIRST) for d in range(others)]
-    found = drive_each([s for group in plan.values() for s in group], progress=progress)
+    drives = [Drive(s) for group in plan.values() for s in group]
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
     groups: dict[str, list[Summary]] = {}
     begin = 0
     for name, scenarios in plan.items():
@@ -59,7 +63,7 @@ def reproduce(
 def left_of(found: Sequence[Summary]) -> Share:
     """Runs past the pair on the left, of all past it."""
     past = [s for s in found if s["passed"] is not None]
-    return Share(sum(s["passed"] == 1.0 for s in past), len(past))
+    return share_where(s["passed"] == 1.0 for s in past)
 
 
 def rows(groups: Groups) -> tuple[Row, ...]:
@@ -105,4 +109,7 @@ def _draw(groups: Groups, figure: Figure) -> None:
     ax.set_xlabel("runs: left (orange), right (blue), not past (grey)")
 
 
-EXPERIMENT = Experiment("milde2017-variability", "sides taken by one die and by other dies", reproduce)
+EXPERIMENT = Experiment(
+    "milde2017-variability", "sides taken by one die and by other dies", reproduce,
+    {"repeats": REPEATS, "repeated": REPEATED, "others": OTHERS},
+)  # fmt: skip

@@ -18,7 +18,10 @@ quarter of the neurons reach on fewer dies.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from importlib.metadata import version
 from statistics import median
 
 from matplotlib.axes import Axes
@@ -27,10 +30,12 @@ from matplotlib.figure import Figure
 from circuits.circuit import BiasKind
 from circuits.die import Die
 from circuits.errors import ParameterError
-from system.bug import Scenario, Trace, run, summarise
+from system.bug import Scenario, run, summarise
+from system.campaign import ALONE, Campaign, Key
+from system.campaign import Found as Kept
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.study.interval import Interval, clopper_pearson
+from system.share import Share
 
 FIRST, DIES, DURATION = 5000, 10, 100.0  # first die, how many, s
 HOME = 27.0  # degC
@@ -68,30 +73,19 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """Of runs: whether each reached; of those time (s) and path over the shortest; clips; refused dies."""
+    """Of runs: how many reached; of those time (s) and path over the shortest; clips; refused dies."""
 
-    reached: tuple[bool, ...]
+    share: Share
     times: tuple[float, ...]
     ratios: tuple[float, ...]
     clipped: int
     refused: int = 0
 
-    @property
-    def share(self) -> float:
-        """That reached."""
-        return sum(self.reached) / len(self.reached)
-
-    @property
-    def interval(self) -> Interval:
-        """Of the share, 95 %."""
-        return clopper_pearson(sum(self.reached), len(self.reached))
-
     def __str__(self) -> str:
-        low, high = self.interval.low, self.interval.high
-        told = f"{sum(self.reached)} of {len(self.reached)} ({low:.2f} to {high:.2f})"
         if not self.times:
-            return told
-        return f"{told}, median {median(self.times):.1f} s and {median(self.ratios):.2f} of the shortest way"
+            return str(self.share)
+        way = f"{median(self.ratios):.2f} of the shortest way"
+        return f"{self.share}, median {median(self.times):.1f} s and {way}"
 
 
 Found = Mapping[Condition, Outcome]
@@ -112,40 +106,54 @@ def conditions(agent: str) -> list[Condition]:
     return list(dict.fromkeys(every))
 
 
-def reproduce(progress: Progress, dies: int = DIES, first: int = FIRST) -> Report:
+def reproduce(progress: Progress, campaign: Campaign = ALONE, dies: int = DIES) -> Report:
     """All conditions on the same dies."""
-    every = [c for agent in DESIGN for c in conditions(agent)]
-    found = {}
-    for k, condition in enumerate(every):
-        found[condition] = outcome(condition, range(first, first + dies))
-        progress((k + 1) / len(every))
+    every = by_name()
+    keys = [(name, FIRST + k) for name in every for k in range(dies)]
+    kept: dict[str, list[Kept]] = {name: [] for name in every}
+    numbers = (version("noctule"), DURATION, *every.values())
+    with closing(campaign.runs(EXPERIMENT.name, numbers, drive_one, keys)) as runs:
+        for done, ((name, _), run_found) in enumerate(zip(keys, runs, strict=True), 1):
+            kept[name].append(run_found)
+            progress(done / len(keys))
+    found = {condition: outcome(kept[name]) for name, condition in every.items()}
     notes = tuple(f"{described(c)}: {o}; {o.clipped} clipped, {o.refused} refused" for c, o in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 
-def outcome(condition: Condition, dies: Sequence[int]) -> Outcome:
-    """Drive on dies."""
-    driven = [_drive(condition, number) for number in dies]
-    traces = [t for t in driven if t is not None]
-    summaries = [summarise(t) for t in traces]
-    there = [s for s in summaries if s["reached"]]
+def outcome(kept: Sequence[Kept]) -> Outcome:
+    """What runs came to."""
+    there = [r for r in kept if r["reached"]]
     return Outcome(
-        tuple(t is not None and t.reached for t in driven),
-        tuple(float(s["time_s"] or 0.0) for s in there),
-        tuple(float(s["path_ratio"] or 0.0) for s in there),
-        sum((t.chip or {}).get("clipped", 0) for t in traces),
-        len(driven) - len(traces),
+        Share(len(there), len(kept)),
+        tuple(float(r["time_s"] or 0.0) for r in there),
+        tuple(float(r["path_ratio"] or 0.0) for r in there),
+        sum(r["clipped"] for r in kept),
+        sum(r["refused"] for r in kept),
     )
 
 
-def _drive(condition: Condition, number: int) -> Trace | None:
-    """Drive on a die; None where biases that stayed leave no network."""
+def drive_one(key: Key) -> Kept:
+    """Drive in the condition of a name on the die of a number; refused where biases leave no network."""
+    condition = by_name()[key[0]]
     try:
-        return run(condition.scenario(number))
+        trace = run(condition.scenario(key[1]))
     except ParameterError:
         if condition.use != SOLVED:
             raise
-        return None
+        return {"reached": False, "time_s": None, "path_ratio": None, "clipped": 0, "refused": 1}
+    said = summarise(trace)
+    clipped = int((trace.chip or {}).get("clipped", 0))
+    return {
+        "reached": bool(trace.reached), "time_s": said["time_s"], "path_ratio": said["path_ratio"],
+        "clipped": clipped, "refused": 0,
+    }  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def by_name() -> dict[str, Condition]:
+    """All conditions of both agents, by what they are called."""
+    return {described(c): c for agent in DESIGN for c in conditions(agent)}
 
 
 def described(c: Condition) -> str:
@@ -183,17 +191,16 @@ def rows(found: Found) -> tuple[Row, ...]:
 
 
 def _enough(name: str, held: Sequence[Outcome]) -> Row:
-    worst = min(held, key=lambda o: o.share)
-    rule = f"at least {ENOUGH:g}; {worst}"
-    return Row(name, None, worst.share, rule, ENOUGH, fitted=False, agrees=worst.share >= ENOUGH)
+    worst = min(held, key=lambda o: o.share.value)
+    rule, value = f"at least {ENOUGH:g}; {worst}", worst.share.value
+    return Row(name, None, value, rule, ENOUGH, fitted=False, agrees=value >= ENOUGH)
 
 
 def _fewer(name: str, less: Outcome, more: Outcome) -> Row:
     """Intervals must be apart."""
-    rule = f"below {more.share:g}, 95 % intervals apart; {less}"
-    return Row(
-        name, None, less.share, rule, None, fitted=False, agrees=less.interval.high < more.interval.low
-    )
+    rule = f"below {more.share.value:g}, 95 % intervals apart; {less}"
+    apart = less.share.interval.high < more.share.interval.low
+    return Row(name, None, less.share.value, rule, None, fitted=False, agrees=apart)
 
 
 def _draw(found: Found, figure: Figure) -> None:
@@ -222,15 +229,14 @@ def _draw(found: Found, figure: Figure) -> None:
 
 def sweep(ax: Axes, held: Mapping[float, Outcome], label: str, colour: str) -> None:
     """Shares with their intervals."""
-    value = [o.share for o in held.values()]
-    ends = [
-        [o.share - o.interval.low for o in held.values()],
-        [o.interval.high - o.share for o in held.values()],
-    ]
+    shares = [o.share for o in held.values()]
+    value = [s.value for s in shares]
+    ends = [[s.value - s.interval.low for s in shares], [s.interval.high - s.value for s in shares]]
     ax.errorbar(list(held), value, ends, color=colour, marker="o", markersize=3, capsize=2, label=label)
     ax.set_ylim(-0.03, 1.05)
 
 
 EXPERIMENT = Experiment(
-    "stockel2017-campaign", "Bug robots on the NEF chip over dies, neurons, area and temperature", reproduce
-)
+    "stockel2017-campaign", "Bug robots on the NEF chip over dies, neurons, area and temperature", reproduce,
+    {"dies": DIES},
+)  # fmt: skip

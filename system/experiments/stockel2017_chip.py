@@ -20,7 +20,7 @@ from system.bug_robot import RADIUS
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.stockel2017_fig6 import repeats
 from system.experiments.stockel2017_fig8 import PAPER
-from system.study.interval import Interval, clopper_pearson
+from system.share import Share, share_where
 
 FIRST, DIES, DURATION = 4000, 100, 150.0  # first die, how many, s
 SPIRAL, FIELD = "bug-spiral", "bug-field"
@@ -53,8 +53,8 @@ def traces(progress: Progress, dies: int = DIES, first: int = FIRST, duration: f
 def rows(found: Found, programs: dict[str, Trace]) -> tuple[Row, ...]:
     """Statements; programs: Bug 0's run by map."""
     again = [repeats(t) for t in found[SPIRAL, "bug0", "published"]]
-    theirs, published = clopper_pearson(*PAPER), found[FIELD, "bug2", "published"]
-    ours = _interval(published)
+    published = share_where(t.reached for t in found[FIELD, "bug2", "published"])
+    ours, theirs = published.interval, Share(*PAPER).interval
     apart = max(
         median_distance(t.path, programs[world].path)
         for world in (SPIRAL, FIELD)
@@ -66,8 +66,7 @@ def rows(found: Found, programs: dict[str, Trace]) -> tuple[Row, ...]:
         _reaches("fig6_bug2_improved_reaches_share", found[SPIRAL, "bug2", "improved"], LEAST["bug2"]),
         _reaches("fig8_bug0_reaches_share", found[FIELD, "bug0", "published"], LEAST["bug0"]),
         Row(
-            "fig8_bug2_published_reaches_share", PAPER[0] / PAPER[1],
-            sum(t.reached for t in published) / len(published),
+            "fig8_bug2_published_reaches_share", PAPER[0] / PAPER[1], published.value,
             f"95 % intervals overlap: {theirs.low:.2f}-{theirs.high:.2f}, {ours.low:.2f}-{ours.high:.2f}",
             None, fitted=False, agrees=ours.low <= theirs.high and theirs.low <= ours.high,
         ),
@@ -84,16 +83,11 @@ def reproduce(progress: Progress) -> Report:
     found = traces(progress)
     programs = {world: run(Scenario("bug0", map=world, duration=DURATION)) for world in (SPIRAL, FIELD)}
     notes = tuple(
-        f"{world}, {agent} {design}: {sum(t.reached for t in runs)} of {len(runs)} reach the goal, 95 %"
-        f" interval {_interval(runs).low:.2f} to {_interval(runs).high:.2f}; spikes dropped:"
+        f"{world}, {agent} {design}: {share_where(t.reached for t in runs)} reach the goal; spikes dropped:"
         f" {sum((t.chip or {}).get('dropped', 0) for t in runs)}."
         for (world, agent, design), runs in found.items()
     )
     return Report(rows(found, programs), lambda figure: _draw(found, figure), notes)
-
-
-def _interval(runs: list[Trace]) -> Interval:
-    return clopper_pearson(sum(t.reached for t in runs), len(runs))
 
 
 def _reaches(name: str, runs: list[Trace], least: float | None) -> Row:
@@ -101,7 +95,7 @@ def _reaches(name: str, runs: list[Trace], least: float | None) -> Row:
 
 
 def _share(name: str, said: list[bool], least: float | None) -> Row:
-    share = sum(said) / len(said)
+    share = share_where(said).value
     rule = "given, no rule" if least is None else f"at least {least:g}"
     return Row(name, None, share, rule, least, fitted=False, agrees=least is None or share >= least)
 

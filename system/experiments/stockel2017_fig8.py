@@ -18,7 +18,7 @@ from system.bug_path import median_distance
 from system.bug_picture import draw_paths, draw_shortest, draw_world
 from system.bug_robot import RADIUS
 from system.experiment import Experiment, Progress, Report, Row
-from system.study.interval import clopper_pearson
+from system.share import Share, share_where
 
 F64 = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def rows(found: Found) -> tuple[Row, ...]:
     of = len(found["bug2 published"])
     program = found["bug0 reference"][0].path
     apart = max(median_distance(t.path, program) for t in found["bug0 published"])
-    ours, theirs = clopper_pearson(reached["bug2 published"], of), clopper_pearson(*PAPER)
+    ours, theirs = Share(reached["bug2 published"], of).interval, Share(*PAPER).interval
     zero, two = ratio["bug0 reference"], ratio["bug2 reference"]
 
     def share(name: str, runs: str) -> Row:
@@ -93,8 +93,8 @@ def rows(found: Found) -> tuple[Row, ...]:
 def reproduce(progress: Progress) -> Report:
     """All agents on the large map."""
     found = traces(progress)
-    improved = clopper_pearson(sum(t.reached for t in found["bug2 improved"]), len(found["bug2 improved"]))
-    notes = (f"improved design: 95 % interval {improved.low:.2f} to {improved.high:.2f}.",)
+    improved = share_where(t.reached for t in found["bug2 improved"])
+    notes = (f"improved design: {improved}, 95 % interval.",)
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 

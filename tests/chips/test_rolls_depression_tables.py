@@ -7,19 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.rebound_jitter import SiliconNoise
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import default_biases
 from chips.rolls_chip import Inputs, RollsChip
+from chips.rolls_chip_layout import COUNTS, VIRTUAL, Traffic, new_scratch
 from chips.rolls_depression import POINTS, SHARES
+from chips.rolls_depression_kernel import deliver_depressed
 from chips.rolls_depression_layout import DepressionTables
 from chips.rolls_depression_program import ShortTermDepression
 from chips.rolls_depression_reference import drawn, simulated, stepped
-from chips.rolls_depression_state import depression_cautions
+from chips.rolls_depression_state import depressing_of, depression_cautions
+from chips.rolls_depression_tables import cell_noise
 from chips.rolls_devices import interpolation
 from chips.rolls_learning_groups import of_group
 from chips.rolls_program import Program
 from circuits.die import Die
 from circuits.errors import ParameterError
+from circuits.noise import WHITE_ONLY
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
 
@@ -28,6 +33,7 @@ LEVELS = np.zeros((NEURONS, NEURONS), np.int8)
 LEVELS[5, 17:21] = 1, 2, 3, 4
 LEVELS[5, 21] = -1
 STD = ShortTermDepression()
+TRIALS = 400
 
 
 def chip_of(depression: ShortTermDepression | None = STD) -> RollsChip:
@@ -143,6 +149,53 @@ def test_voltages_stay_where_the_temperature_changes(chip: RollsChip) -> None:
     x = [t * np.log(s.depression.resource[0]) for s, t in ((cold, 300.15), (hot, 320.15))]
     # U_T is 7 % more; a step of 0.4 ms of the recovery's 54 ms takes 1 % of two pulses
     assert x[1] == pytest.approx(x[0], rel=0.02)
+
+
+def test_noise_of_an_event_is_that_of_its_equation(chip: RollsChip) -> None:
+    """Two events of the three devices of level 4, beside the equation in steps of a hundredth."""
+    found = chip.built().depression
+    assert found is not None
+    begin, built = chip.at_rest().depression, found
+    mine = slice(*(int(k) for k in found.tables.first[found.tables.slot[20, 5] :][:2]))
+    seen = []
+    for trial in range(TRIALS):
+        noise = cell_noise(found, STD, chip.silicon, SiliconNoise(3, trial))
+        depressing = depressing_of(replace(built, noise=noise), begin)
+        assert depressing is not None
+        for step in (5, 30):
+            event = np.array([step * chip.step]), np.array([VIRTUAL + 20]), np.array([5])
+            none, counts = np.zeros(1, np.int64), np.zeros(COUNTS, np.int64)
+            traffic = Traffic(*event, np.empty(0), none, none, counts)
+            deliver_depressed(depressing, traffic, step, np.inf, new_scratch(NEURONS))
+            seen.append(depressing.arrays.resource[mine] / built.tables.kept[mine])
+    first, second = np.array(seen).reshape(TRIALS, 2, -1).swapaxes(0, 1)
+    noise = cell_noise(found, STD, chip.silicon, SiliconNoise())
+    diffuse, shot = float(noise.diffuse[0]), noise.shot[mine]
+    # at rest kT/C, and 1200 draws: 2 %
+    k_t_over_c = 1.380649e-23 * 300.15 / 205.6e-15
+    assert (diffuse * built.u_t**2) == pytest.approx(k_t_over_c, rel=0.01)
+    assert first.std() == pytest.approx(np.sqrt(diffuse), rel=0.08)
+    # the equation from behind the first event, its shot noise first
+    draw, parts = np.random.default_rng(1), 100
+    kept, h = built.tables.kept[mine], 25 * chip.step / built.tau[mine] / parts
+    r = (1.0 + np.sqrt(diffuse) * draw.standard_normal((4000, 3))) * kept
+    r += r * np.sqrt(shot) * draw.standard_normal(r.shape)
+    for _ in range(parts):
+        r += h * (1.0 - r) + np.sqrt(diffuse * r * (1.0 + r) * h) * draw.standard_normal(r.shape)
+    assert second.mean(axis=0) == pytest.approx(r.mean(axis=0), abs=1e-3)
+    assert (second.std(axis=0) / r.std(axis=0)).mean() == pytest.approx(1.0, abs=0.08)
+
+
+def test_a_chip_s_noise_reaches_its_cells_and_changes_nothing_else(chip: RollsChip) -> None:
+    noisy = RollsChip(chip.program, chip.silicon, "generator", noise=SiliconNoise(1, flicker=WHITE_ONLY))
+    found, clean = noisy.built().depression, chip.built().depression
+    assert found is not None
+    assert clean is not None
+    assert clean.noise is None
+    depressing = depressing_of(found, noisy.at_rest().depression)
+    assert depressing is not None
+    assert depressing.noise is found.noise is not None
+    assert all(np.array_equal(a, b) for a, b in zip(found.tables, clean.tables, strict=True))
 
 
 def test_a_state_of_other_synapses_and_groups_of_devices_are_refused(chip: RollsChip, off: RollsChip) -> None:

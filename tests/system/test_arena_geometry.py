@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from system.arena import Body, Scene
@@ -60,3 +61,25 @@ def test_the_chassis_is_ten_centimetres() -> None:
     outline = robot_outline((1.0, 2.0, 0.3))
     assert outline.area == pytest.approx(0.01)
     assert (outline.centroid.x, outline.centroid.y) == pytest.approx((1.0, 2.0))
+
+
+@pytest.mark.parametrize("name", ["clutter", "office", "moving", "chase"])
+def test_what_was_free_before_hides_no_collision(name: str) -> None:
+    scene = load_scene(name, seed=7)
+    skips, looks = obstacles_of(scene), obstacles_of(scene)
+    x, y, heading = scene.start
+    random, names, looked = np.random.default_rng(1), set[str | None](), 0
+    for k in range(3000):
+        # a random walk in steps of a centimetre and 5 ms, which is put back to its start now and then
+        heading += random.normal(0.0, 0.05)
+        x, y = x + 0.01 * np.cos(heading), y + 0.01 * np.sin(heading)
+        if k % 600 == 0:
+            x, y, heading = scene.start
+        before = list(skips.free)
+        found = collision(skips, (x, y, heading), 5e-3 * k)
+        looked += skips.free != before or found is not None
+        looks.free[3] = -np.inf
+        assert found == collision(looks, (x, y, heading), 5e-3 * k)
+        names.add(found)
+    assert len(names) > 1
+    assert looked < 2500

@@ -12,7 +12,8 @@ from system.arena_file import load_scene
 from system.arena_motion import place_bodies
 from system.dvs import Dvs, camera_of
 from system.dvs_lamp import find_lamps, is_on, no_glow
-from system.dvs_render import render, sketch_of
+from system.dvs_project import sketch_of
+from system.dvs_render import render
 from system.dvs_stage import stage_of
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from system.dvs_lamp import no_glow
-from system.dvs_pixel import Beat, Memory, Pixels, Raw, bandwidth, expose, noise_rate, settle
+from system.dvs_pixel import Beat, Memory, Pixels, bandwidth, expose, noise_rate, raw_of, settle
 
 F64 = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Bench:
         levels = [np.zeros(COUNT) for _ in range(5)]
         none, turn = np.zeros(COUNT, dtype=np.int64), np.zeros(1, dtype=np.int64)
         self.memory = Memory(*levels, none, np.zeros(8), turn, np.full(2, np.inf))
-        self.raw = Raw(np.zeros(100_000), np.zeros(100_000, dtype=np.int64), np.zeros(2, dtype=np.int64))
+        self.raw = raw_of(COUNT, 100_000)
         self.random = np.random.default_rng(1)
         settle(p, self.memory, np.full(COUNT, lux), 0.0)
 
@@ -170,6 +170,6 @@ def test_hot_pixels_fire_alone() -> None:
 
 def test_events_beyond_the_buffer_count_as_lost() -> None:
     bench = Bench(pixels(), 100.0)
-    bench.raw = Raw(np.zeros(100), np.zeros(100, dtype=np.int64), np.zeros(2, dtype=np.int64))
+    bench.raw = raw_of(COUNT, 100)
     bench.ramp(START, 1.1, 1, 0.01)
     assert bench.raw.used.tolist() == [100, 5 * COUNT - 100]

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from system.arena import Body, Scene, Shade, Tape, Wall
 from system.arena_motion import place_bodies
 from system.dvs import Dvs, camera_of
-from system.dvs_render import render, sketch_of
+from system.dvs_project import sketch_of
+from system.dvs_render import render
 from system.dvs_stage import darkest, stage_of
 
 F64 = NDArray[np.float64]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from chips import rolls_portrait
+from chips.rolls_bias_file import BiasTable, default_biases, write_biases
 from system.command_line import main
 from system.commands import show_rolls
 
@@ -41,6 +42,9 @@ def test_json_and_picture_tell_of_one_die(tmp_path: Path, capsys: pytest.Capture
     assert 0.1e-3 < power["at_rate"][0]["unconnected_W"] < 4e-3
     assert path.stat().st_size > 10_000
     check_plastic(found["plastic_power"])
+    # the default file has the step off: leaks and the gates of switches
+    assert 0.0 < found["depression_power"]["rest_W"] < 2e-6
+    assert 20e-15 < found["depression_power"]["event_energy_J"] < 100e-15
 
 
 def check_plastic(power: dict[str, Any]) -> None:
@@ -71,7 +75,19 @@ def test_print_has_a_table_of_each(capsys: pytest.CaptureFixture[str]) -> None:
         assert title in printed
     assert "at rest: learning circuits " in printed
     assert "energy of an event: of a column " in printed
+    assert "cells of depression, where a program has them: rest " in printed
     assert "256 of 256 neurons fire by the bias I_dc of 87.5nA alone" in printed
+
+
+def test_a_bias_file_without_the_array_s_biases_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept = tuple(e for e in default_biases().entries if not e.name.startswith(("PA_W", "NPA_WEIGHT_STD")))
+    write_biases(tmp_path / "few.csv", BiasTable(kept))
+    assert main([*OPTIONS, "--bias-file", str(tmp_path / "few.csv")]) == 0
+    printed = capsys.readouterr().out
+    assert "the plastic array: not told, the bias file lacks PA_WDRIFTUP_P, PA_WDRIFTDN_N" in printed
+    assert "cells of depression: not told, the bias file lacks NPA_WEIGHT_STD_N" in printed
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,10 @@ from chips.rolls_chip_layout import ZETA
 from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.noise import WHITE_ONLY
-from system import bug, pushbot, robot, sonar_head
+from system import bug, forest, pushbot, robot, sonar_head
 from system.arena_file import load_scene
 from system.command_line import main
+from system.forest_senses import Sensing
 from system.pushbot_campaign import drive_each
 from system.pushbot_drive import begin_run
 from system.pushbot_loop import Brain, open_loop
@@ -122,13 +123,27 @@ def test_a_latency_chips_recall_has_noise(capsys: pytest.CaptureFixture[str]) ->
     assert found["all"][3] == pytest.approx(found["off"][3], abs=0.05)
 
 
+def test_a_forests_selection_has_noise() -> None:
+    """The same forest and die: noise moves the microseconds that decisions take."""
+    die = Die("A", 1004)
+    found = []
+    for options in ({}, *({"silicon_noise": "white", "noise_seed": k} for k in (1, 1, 2))):
+        sensing = Sensing(selection="chip", **options)  # type: ignore[arg-type]
+        trace = forest.run(forest.Scenario(sensing=sensing, seed=5, die=die, pings=40))
+        found.append(trace.sample.deciding_s)
+    quiet, one, same, other = found
+    assert one == same
+    assert len({quiet, one, other}) == 3
+    assert [one, other] == pytest.approx([quiet, quiet], rel=0.2)
+
+
 @pytest.mark.parametrize(
     ("command", "text"),
     [
         (["bug"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
         (["bug", "--brain", "ideal"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
-        (["forest"], "--silicon-noise: not with --ranges exact; give --ranges chip"),
-        (["forest", "--selection", "chip"], "--silicon-noise: not with --ranges exact; give --ranges chip"),
+        (["forest"], "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"),
+        (["forest", "--ranges", "sonar"], "--silicon-noise: no chip is in the loop; give --ranges chip"),
         (["robot"], "--silicon-noise: no chip is in the loop; give --ranges chip, or leave it out"),
         (["forest", "--model", "latency-lif"], "--silicon-noise: only with --model latency-chip"),
         (

@@ -42,4 +42,4 @@ def test_a_tap_beside_its_transistors() -> None:
     found = tap_beside(4)
     assert found.count == 4
     assert found.mean == pytest.approx(3.05e-3, rel=0.01)
-    assert found.model == pytest.approx(0.38e-6, rel=0.03)
+    assert found.model == pytest.approx(0.345e-6, rel=0.03)

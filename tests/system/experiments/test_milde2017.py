@@ -10,11 +10,12 @@ import pytest
 
 from chips.pushbot_biases import LEVELS
 from chips.pushbot_network import pushbot_network
-from system.arena_geometry import obstacles_of
+from system.arena_geometry import obstacles_of, outline_at
 from system.dvs import Dvs, open_eye, picture, sensor_of
 from system.experiments import (
     milde2017_clutter,
     milde2017_fig5,
+    milde2017_moving,
     milde2017_office,
     milde2017_pairs,
     milde2017_table1,
@@ -85,6 +86,22 @@ def test_variability_needs_both_sides() -> None:
     both, one = summaries(passed=[1.0, -1.0] * 5), summaries(passed=[1.0] * 10)
     assert all(r.agrees for r in milde2017_variability.rows({"die 1000": both, "other dies": both}))
     assert not any(r.agrees for r in milde2017_variability.rows({"die 1000": one, "other dies": one}))
+
+
+@pytest.mark.parametrize("factor", milde2017_moving.FACTORS)
+def test_the_cup_ends_in_the_way_where_the_robot_would_be_1_07_m_on(factor: float) -> None:
+    scenario = Scenario(scene="moving", speed_factor=factor)
+    obstacles = obstacles_of(milde2017_moving.pushed(scenario))
+    cup = next(k for k, b in enumerate(scene_of(scenario).bodies) if b.motion is not None)
+    # 0.7 m/s at factor 1; 3.05 s at the scene's own factor, 0.3 s and 0.55 m at 0.2 m/s
+    there = 3.05 * 0.35 / (0.7 * factor)
+    y = [outline_at(obstacles, cup, t).centroid.y for t in (there - 0.1, there, there + 5.0)]
+    assert y == pytest.approx([0.98, 1.0, 1.0], abs=1e-3)
+
+
+def test_a_moving_cup_may_cost_five_points() -> None:
+    none, two, few = (summaries(collided=[1.0] * k + [0.0] * (20 - k)) for k in (0, 2, 1))
+    assert [r.agrees for r in milde2017_moving.rows({0.5: (few, none), 1.0: (two, none)})] == [True, False]
 
 
 def test_clutter_is_paired() -> None:

@@ -9,12 +9,22 @@ import pytest
 
 from system.experiment import Report
 from system.experiments import stockel2017_campaign as campaign
-from system.experiments.stockel2017_campaign import DESIGN, Condition, Outcome, conditions, outcome
+from system.experiments.stockel2017_campaign import (
+    DESIGN,
+    Condition,
+    Outcome,
+    by_name,
+    conditions,
+    described,
+    drive_one,
+    outcome,
+)
 from system.plot import save_picture
 from system.registry import load_experiment
+from system.share import Share
 
-ALL = Outcome((True,) * 10, (55.0,) * 10, (1.2,) * 10, 0)
-NONE = Outcome((False,) * 10, (), (), 7)
+ALL = Outcome(Share(10, 10), (55.0,) * 10, (1.2,) * 10, 0)
+NONE = Outcome(Share(0, 10), (), (), 7)
 
 
 def found() -> dict[Condition, Outcome]:
@@ -31,6 +41,10 @@ def test_each_condition_is_there_once() -> None:
     every = conditions("bug0")
     assert len(every) == len(set(every)) == 30
     assert Condition("bug0", DESIGN["bug0"]) in every
+
+
+def test_names_tell_all_conditions_apart() -> None:
+    assert list(by_name().values()) == [c for agent in DESIGN for c in conditions(agent)]
 
 
 def test_a_condition_says_where_it_was_calibrated_and_solved() -> None:
@@ -58,13 +72,16 @@ def test_statements_hold_and_fail() -> None:
 def test_a_die_drives_and_a_warm_one_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "DURATION", 70.0)
     base = Condition("bug0", DESIGN["bug0"], kind="gate")
-    there = outcome(base, [901])
-    assert there.reached == (True,)
-    assert "1 of 1" in str(there)
+    there = outcome([drive_one((described(base), 901))])
+    assert there.share == Share(1, 1)
+    assert str(there).startswith("1 of 1 (")
     assert there.ratios[0] >= 1.0
-    assert outcome(replace(base, temperature_c=32.0), [901]).reached == (False,)
-    cold = outcome(replace(base, use=campaign.SOLVED, temperature_c=7.0), [901])
-    assert (cold.reached, cold.refused) == ((False,), 1)
+    warm = drive_one((described(replace(base, temperature_c=32.0)), 901))
+    assert not warm["reached"]
+    cold = drive_one((described(replace(base, use=campaign.SOLVED, temperature_c=7.0)), 901))
+    assert (cold["reached"], cold["refused"]) == (False, 1)
+    assert outcome([warm, cold]).share == Share(0, 2)
+    assert outcome([warm, cold]).refused == 1
 
 
 def test_picture(tmp_path: Path) -> None:
