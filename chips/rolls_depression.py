@@ -20,9 +20,9 @@ I and I_rec are the die's, through its own mirrors. Nothing is fitted. Left out:
 the weights are depressed, and that gates that have moved apart share the switch otherwise.
 
 Error on dies 1000 to 1004, all levels, default weights, 0, 27 and 60 degC, both kinds of bias, 8 pulses at
-20, 100 and 500 Hz, steps of 0.2 to 2.4 U_T: of a charge over the first one 0.004 at the worst, 0.001 in the
-median; of a charge 2.3 % and 1.3 %, nearly the same in all pulses. Level 1 of 2 nA: 0.011 and 2.2 %; of
-0.6 nA, whose mirror does not come up in a pulse, 0.033 and 9 %; a step of 5 U_T: 0.007 and 3.5 %.
+20, 100 and 500 Hz, steps of 0.1 to 2.4 U_T: of a charge over the first one 0.004 at the worst, 0.0007 in the
+median; of a charge 0.8 % and 0.24 %. Level 1 of 2 nA: 0.011 and 3.0 %; of 0.6 nA, whose mirror does not come
+up in a pulse, 0.033 and 9.5 %; a step of 5 U_T: 0.007 and 4.4 %.
 
 A state is one synapse's, since the capacitors are: the synapses of a column see the same pulses, but those of
 one sign and latch alone take steps, and each by its own devices. `chips.rolls_depression_kernel` has this in

@@ -29,8 +29,10 @@ from circuits.errors import ParameterError
 from system.arena import Scene
 from system.arena_motion import go_along_arc, place_bodies
 from system.dvs_event import Bus, Events, in_order, read_out
+from system.dvs_expose import expose
 from system.dvs_lamp import Glow, find_lamps, no_glow
-from system.dvs_pixel import SPARE, Beat, Memory, Pixels, Raw, expose, raw_of, settle
+from system.dvs_noise import SPARE
+from system.dvs_pixel import Beat, Memory, Pixels, Raw, raw_of, settle
 from system.dvs_project import Camera, Sketch, sketch_of
 from system.dvs_render import render
 from system.dvs_stage import Stage, darkest, stage_of

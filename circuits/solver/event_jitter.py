@@ -22,9 +22,11 @@ long as no source has had a share in it (`DRIVEN`), m is scaled to where a shift
 shifts the event by as much. And a charge that comes in one of unequal steps is worth more or less than its
 time to these differences, which is made up for by what it is worth to an integrator.
 
-Noise at an earlier bend of a run, as at the end of a call before the next one, needs a tolerance at which
-the steps of the transient resolve the nodes there. This is the linear theory of what `simulate_noisy`
-draws: exact for noise that moves a node by little beside the scale on which devices bend.
+Noise at an earlier edge of a run, as at the end of a call before the next one, needs a tolerance at which
+the steps of the transient resolve it: behind an earlier event two tolerances are to be compared. This is the
+linear theory of what `simulate_noisy` draws: exact for noise that moves a node by little beside the scale on
+which devices bend.
+
 The transposed run is Tellegen's adjoint network: Director & Rohrer, "The generalized adjoint network and
 network sensitivities" (1969).
 """

@@ -10,13 +10,21 @@ from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS
 from chips.rolls_bias_file import BiasTable
-from chips.rolls_depression_power import DepressionEnergies, depression_energies
+from chips.rolls_depression_power import depression_energies
 from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
 from chips.rolls_plastic_power import PlasticEnergies, lacking, plastic_energies
 from chips.rolls_portrait import MULTIPLES, Portrait, portrait
 from chips.rolls_power import TYPICAL, Energies, energies
 from circuits.circuit import BiasKind
 from system.commands.output import print_json, print_line, print_table, quantity_cell, working
+from system.commands.show_rolls_power import (
+    RATES,
+    depression_document,
+    plastic_document,
+    print_depression,
+    print_plastic,
+    watts_cell,
+)
 from system.options import describe_silicon
 from system.plot import check_picture, save_picture
 from system.rolls_options import NAME, bias_table, refuse_block_options, silicon_of
@@ -26,9 +34,7 @@ from system.silicon_choice import SiliconChoice
 F64 = NDArray[np.float64]
 
 SUMMARY = "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses"
-RATES = (0.0, 10.0, 100.0, 1000.0)  # Hz, of all neurons, for which power is told
 ALL_TO_ALL = 1  # level of the other case; ours
-WEIGHTS = NEURONS * NEURONS  # of the plastic array
 
 
 def show_rolls(
@@ -57,13 +63,13 @@ def show_rolls(
     if plot is not None:
         save_picture(plot, lambda figure: draw_portrait(found, figure))
     document = _document(found, power, plastic, bias_file)
-    document["depression_power"] = _depression_power(depression, table)
+    document["depression_power"] = depression_document(depression, table)
     if as_json:
         print_json(document)
     else:
         _print(found, power, table, document)
-        _print_plastic(plastic, document["plastic_power"], table)
-        _print_depression(depression, table)
+        print_plastic(plastic, document["plastic_power"], table)
+        print_depression(depression, table)
 
 
 def _document(
@@ -95,7 +101,7 @@ def _document(
         "missing_levels": dict(p.missing),
         "cautions": p.cautions,
         "power": _power(e),
-        "plastic_power": _plastic_power(plastic),
+        "plastic_power": plastic_document(plastic),
     }  # fmt: skip
 
 
@@ -117,33 +123,6 @@ def _power(e: Energies) -> dict[str, Any]:
             for rate in RATES
         ],
     }  # fmt: skip
-
-
-def _plastic_power(e: PlasticEnergies | None) -> dict[str, Any] | None:
-    if e is None:
-        return None
-    return {
-        "learning_circuits_rest_W": e.rest,
-        "weight_rest_W": {"low": e.low_rest, "high": e.high_rest},
-        "column_event_energy_J": e.extender,
-        "weight_event_energy_J": {"low": e.low, "high": e.high},
-        "spike_rate_Hz": e.rates,
-        "spike_energy_J": e.spike,
-        "at_rate": [
-            {"rate_Hz": rate, "all_low_W": e.power(rate), "all_high_W": e.power(rate, WEIGHTS)}
-            for rate in RATES
-        ],
-    }
-
-
-def _depression_power(e: DepressionEnergies | None, table: BiasTable) -> dict[str, Any] | None:
-    if e is None:
-        return None
-    return {
-        "step_current_A": table.current(STEP_BIAS),
-        "rest_W": e.power(0.0),
-        "event_energy_J": e.event,
-    }
 
 
 def _quantities(p: Portrait) -> dict[str, F64]:
@@ -209,7 +188,7 @@ def _print_power(e: Energies, power: dict[str, Any]) -> None:
         f"of a column's event: {quantity_cell(e.column, 'J')}; of a latched synapse's, by level: {events}\n"
     )
     rows = [
-        (f"{row['rate_Hz']:g}", *(_watts(row[k]) for k in ("unconnected_W", "all_to_all_W")))
+        (f"{row['rate_Hz']:g}", *(watts_cell(row[k]) for k in ("unconnected_W", "all_to_all_W")))
         for row in power["at_rate"]
     ]
     title = f"power; the paper's typical figure is {quantity_cell(TYPICAL, 'W')}"
@@ -218,45 +197,3 @@ def _print_power(e: Energies, power: dict[str, Any]) -> None:
         f"of it biases {quantity_cell(e.biases, 'W')} and rest {quantity_cell(e.rest, 'W')}; without the bias"
         " generator's reference, the address-event circuits and the pads\n"
     )
-
-
-def _print_plastic(e: PlasticEnergies | None, power: dict[str, Any], table: BiasTable) -> None:
-    if e is None:
-        print_line(f"power of the plastic array: not told, the bias file lacks {', '.join(lacking(table))}")
-        return
-    rows = [
-        (f"{row['rate_Hz']:g}", *(_watts(row[k]) for k in ("all_low_W", "all_high_W")))
-        for row in power["at_rate"]
-    ]
-    print_table(
-        "power of the plastic array, beside the above",
-        ("all neurons at (Hz):", f"{WEIGHTS} low weights:", "high weights:"),
-        rows,
-    )
-    print_line(
-        f"at rest: learning circuits {quantity_cell(e.rest, 'W')}, a low weight"
-        f" {quantity_cell(e.low_rest, 'W')}, a high one {quantity_cell(e.high_rest, 'W')}"
-    )
-    spikes = ", ".join(
-        f"{quantity_cell(float(j), 'J')} at {rate:.3g} Hz" for rate, j in zip(e.rates, e.spike, strict=True)
-    )
-    print_line(
-        f"energy of an event: of a column {quantity_cell(e.extender, 'J')}, of a low weight"
-        f" {quantity_cell(e.low, 'J')}, of a high one {quantity_cell(e.high, 'J')}; of a neuron's spike in"
-        f" its learning circuit {spikes}"
-    )
-
-
-def _print_depression(e: DepressionEnergies | None, table: BiasTable) -> None:
-    if e is None:
-        print_line(f"power of cells of depression: not told, the bias file lacks {STEP_BIAS}")
-        return
-    print_line(
-        f"\ncells of depression, where a program has them: rest {quantity_cell(e.power(0.0), 'W')} with"
-        f" {STEP_BIAS} at {quantity_cell(table.current(STEP_BIAS), 'A')}, an exciting event of a synapse"
-        f" {quantity_cell(e.event, 'J')}"
-    )
-
-
-def _watts(value: float | None) -> str:
-    return "" if value is None else quantity_cell(value, "W")

@@ -12,7 +12,8 @@ many intervals know, and a few per cent of the models' own; of the sonar's it is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -74,13 +75,12 @@ def run(progress: Progress) -> Report:
     found = []
     for k, (fine, stop, grid) in enumerate(ROLLS):
         found.append(rolls_beside(fine, stop, grid, WHITE_ONLY))
-        progress(0.2 * (k + 1))
+        progress(0.06 * (k + 1))
     flicker = rolls_beside(*ROLLS[1], None)
     found += [nef_beside(*each) for each in NEF]
-    progress(0.9)
+    progress(0.28)
     found.append(tap_beside(TAP_TRIALS))
-    sonar = sonar_besides(TRIALS)
-    progress(1.0)
+    sonar = sonar_besides(TRIALS, lambda share: progress(0.35 + 0.65 * share))
     shown = [*found, *sonar, flicker]
     return Report(
         (*rows(found, flicker), *sonar_rows(sonar), *isolation_rows()),
@@ -181,17 +181,22 @@ def rows(found: Sequence[Beside], flicker: Beside) -> list[Row]:
     return [*held, Row(name, 1.0, flicker.ratio, beside, None, fitted=False, agrees=True)]
 
 
-def sonar_besides(trials: int) -> list[Beside]:
+def sonar_besides(trials: int, progress: Progress) -> list[Beside]:
     """All of the sonar's."""
-    return [
-        *(lso_beside(name, trials) for name in LSO),
-        step_beside(trials),
-        *(level_beside(slope, trials) for slope in SLOPES),
-        *(hearing_beside(name, ratio, trials) for name, ratio in PEAKS),
-        call_beside(trials),
-        interval_beside(INTERVALS),
-        *(selection_beside(contrast, grid, trials) for contrast, grid in SELECTIONS),
+    measured: list[Callable[[], Beside]] = [
+        *(partial(lso_beside, name, trials) for name in LSO),
+        partial(step_beside, trials),
+        *(partial(level_beside, slope, trials) for slope in SLOPES),
+        *(partial(hearing_beside, name, ratio, trials) for name, ratio in PEAKS),
+        partial(call_beside, trials),
+        partial(interval_beside, INTERVALS),
+        *(partial(selection_beside, contrast, grid, trials) for contrast, grid in SELECTIONS),
     ]
+    found = []
+    for k, measure in enumerate(measured):
+        found.append(measure())
+        progress((k + 1) / len(measured))
+    return found
 
 
 def sonar_rows(found: Sequence[Beside]) -> list[Row]:

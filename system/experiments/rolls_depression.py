@@ -19,6 +19,10 @@ weak inversion, so that its charge per spike falls as rate^-kappa. Rules, stated
   (ours, so that a transient is seen; the population's gain and codes of depression were chosen again, on dies
   3 to 8, after dies from 1000 on had shown 1.25 and 1.27 with the cell's own codes).
 
+Kappa is missed at 60 degC, by transistors and model alike: the switches of the bits that are off leak 0.06 to
+0.17 nA each into level 1, which has 3 to 4 nA left at 1,000 Hz. Without their off currents the slope would be
+0.91 to 0.95 of kappa's at all temperatures: the weights' inversion coefficient is 0.11 to 0.15.
+
 Without a rule: the spread of R over synapses, fixed gates, temperature.
 """
 

@@ -83,6 +83,20 @@ def test_an_edge_moves_without_jumps() -> None:
     assert changes <= 0.02 * (0.8 - images[0].min()) * (1.0 + 1e-6)
 
 
+def test_an_edge_a_hair_beside_a_column_leaves_nothing_of_the_last_picture() -> None:
+    # its left part is narrower than what is painted
+    scene = replace(EMPTY, bodies=(block(1.0, 2.0 * (4.0 - 2e-10) / FOCAL, 0.10),))
+    stage, camera = stage_of(scene), camera_of(DVS)
+    sketch = sketch_of(stage, camera)
+    place_bodies(stage.motions, 0.0, sketch.pose)
+    pictures = []
+    for _ in range(2):
+        render(stage, camera, sketch, 0.0, 0.0, 0.0)
+        pictures.append(sketch.light.copy())
+    assert 60.0 < sketch.edges[60, 0] < 60.0 + 1e-9
+    assert np.array_equal(*pictures)
+
+
 def test_a_low_block_shows_its_top() -> None:
     low = Body("block", (0.5, 0.0), (0.2, 0.3), 0.05, 0.2, top=0.5)
     column = seen(replace(EMPTY, bodies=(low,)))[:, 64]

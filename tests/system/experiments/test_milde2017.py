@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from inspect import signature
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from chips.pushbot_biases import LEVELS
 from chips.pushbot_network import pushbot_network
 from system.arena_geometry import obstacles_of, outline_at
+from system.campaign import ALONE
 from system.dvs import Dvs, open_eye, picture, sensor_of
 from system.experiments import (
     milde2017_clutter,
@@ -24,10 +26,11 @@ from system.experiments import (
 )
 from system.experiments.milde2017_temperature import avoided
 from system.pushbot import Scenario, Trace, scene_of
-from system.pushbot_campaign import Share, Summary
+from system.pushbot_campaign import Summary
 from system.pushbot_drive import begin_run
 from system.pushbot_wiring import HALF_ROWS
 from system.registry import EXPERIMENTS, load_experiment
+from system.share import Share
 
 NAMES = (
     "table1", "fig5", "fig6", "fig7", "pairs", "moving", "clutter", "variability", "office", "target",
@@ -39,6 +42,15 @@ NAMES = (
 def test_it_is_known(name: str) -> None:
     assert f"milde2017-{name}" in EXPERIMENTS
     assert load_experiment(f"milde2017-{name}").summary
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if n not in {"fig5", "fig6"}])
+def test_it_is_a_campaign_of_its_own_counts(name: str) -> None:
+    chosen = load_experiment(f"milde2017-{name}")
+    taken = signature(chosen.run).parameters
+    assert chosen.counts
+    assert {n: taken[n].default for n in chosen.counts} == dict(chosen.counts)
+    assert taken["campaign"].default is ALONE
 
 
 def test_figure_5_agrees_and_sees_a_wrong_sign() -> None:
