@@ -11,14 +11,14 @@ nothing competes, so that each knob has populations of its own:
 
 Weights without a knob follow that of their sign, by the same factor: pulse width and filters, which all
 share, are most of what differs. Of each population of 16 at most four neurons are left out afterwards. The
-modified network has the same neurons for these populations, so what is found for the plain one holds for it.
-Rates, drives and pairings are ours.
+modified network goes on from the codes found here, in `chips.pushbot_modified_calibration`. Rates, drives and
+pairings are ours.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -96,10 +96,15 @@ def events_of(network: Network, duration: float) -> Inputs:
     start = np.arange(round(START * START_RATE)) / START_RATE
     both = (*network["OL"].neurons, *network["OR"].neurons)
     parts = [
-        _to_all(start, network["exc"].neurons),
-        _to_all(_poisson(EVENTS, duration, 0), both),
-        *(_to_all(_poisson(OWNED, duration, k), (k,)) for k in network["target"].part(*FIELD).neurons),
+        to_all(start, network["exc"].neurons),
+        to_all(poisson_events(EVENTS, duration, 0), both),
+        *(to_all(poisson_events(OWNED, duration, k), (k,)) for k in network["target"].part(*FIELD).neurons),
     ]
+    return to_synapses(network, parts)
+
+
+def to_synapses(network: Network, parts: Sequence[tuple[F64, I64]]) -> Inputs:
+    """Events (times, neurons) in order of time, each to all virtual synapses of the network's inputs."""
     synapses = max(each.synapses for each in network.inputs)
     times, neurons = np.concatenate([t for t, _ in parts]), np.concatenate([n for _, n in parts])
     order = np.argsort(times, kind="stable")
@@ -140,12 +145,13 @@ def _followed(before: BiasTable, found: BiasTable) -> BiasTable:
     return found
 
 
-def _poisson(rate: float, until: float, key: int) -> F64:
+def poisson_events(rate: float, until: float, key: int) -> F64:
     """Times of events from START on, s; a longer run begins as a shorter one does."""
     random = np.random.default_rng((SEED, key))
     times = START + np.cumsum(random.exponential(1.0 / rate, math.ceil(2.0 * rate * until + 50.0)))
     return np.asarray(times[times < until])
 
 
-def _to_all(times: F64, neurons: tuple[int, ...]) -> tuple[F64, I64]:
+def to_all(times: F64, neurons: tuple[int, ...]) -> tuple[F64, I64]:
+    """Every event to every neuron: times and neurons."""
     return np.repeat(times, len(neurons)), np.tile(np.array(neurons, dtype=np.int64), times.size)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.population import Population, all_to_all, neural_field
-from chips.pushbot_biases import LEVELS, MODIFIED, STEP, modified_biases, pushbot_biases
+from chips.pushbot_biases import LEVELS, STEP, modified_biases, pushbot_biases
 from chips.pushbot_calibration import calibrate_pushbot, dropped, without
 from chips.pushbot_modified import field_network, modified_network
+from chips.pushbot_modified_calibration import calibrate_modified
 from chips.pushbot_network import PushbotLayout
 from chips.rebound_jitter import SiliconNoise
 from chips.rolls_bias_file import BiasTable
@@ -31,7 +32,7 @@ from system.pushbot_wiring import fan_out, merged
 
 F64 = NDArray[np.float64]
 
-GYRO_ANGLE = 6e-3  # rad an event, so 167 events a second at 1 rad/s; ours
+GYRO_ANGLE = 3e-3  # rad an event: 333 events and some 160 spikes a second at 1 rad/s; ours
 RELAYS = (254, 255)  # neurons whose synapses take a second chip's spikes; they are in no population
 SECOND = "-second"  # behind the lot's name, of the second chip's silicon
 STRONG = 4  # level
@@ -70,15 +71,13 @@ def brain_of(
     calibrated: otherwise with one table for all dies; the nominal die has that table in either case.
     noise: of the devices of every chip. Raises `ParameterError` for a network that the chip has no room for.
     """
-    layout = PushbotLayout(exc=architecture.exc)
-    biases, gone = pushbot_biases(), frozenset[int]()
-    if calibrated and die != NOMINAL:
-        biases, gone = calibration_of(layout, die, kind)
+    layout, table = PushbotLayout(exc=architecture.exc), pushbot_biases()
+    whole, codes_of = field_network(layout, LEVELS), calibration_of
     if architecture.modified:
-        network = without(modified_network(LEVELS, pushbot_biases(MODIFIED), layout), gone)
-        biases = modified_biases(biases)
-    else:
-        network = without(field_network(layout, LEVELS), gone)
+        table = modified_biases(table)
+        whole, codes_of = modified_network(LEVELS, table, layout), modified_calibration_of
+    biases, gone = codes_of(layout, die, kind) if calibrated and die != NOMINAL else (table, frozenset())
+    network = without(whole, gone)
     if architecture.frame:
         network = with_relays(network)
     silicon = Silicon(ROLLS_180, temperature_c, die)
@@ -135,10 +134,21 @@ def strengthened(network: Network) -> Network:
 
 @lru_cache(maxsize=CALIBRATIONS)
 def calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[BiasTable, frozenset[int]]:
-    """Codes of a die, and neurons to leave out; the same for both architectures and every temperature."""
+    """Codes of a die for the plain network, and neurons to leave out; the same at every temperature."""
     found = calibrate_pushbot(
         field_network(layout, LEVELS), pushbot_biases(), Silicon(ROLLS_180, die=die), kind
     )
+    return found.biases, dropped(found)
+
+
+@lru_cache(maxsize=CALIBRATIONS)
+def modified_calibration_of(
+    layout: PushbotLayout, die: Die, kind: BiasKind
+) -> tuple[BiasTable, frozenset[int]]:
+    """Codes of a die for the modified network, searched from the plain one's, and neurons to leave out."""
+    plain, _ = calibration_of(layout, die, kind)
+    network = modified_network(LEVELS, modified_biases(pushbot_biases()), layout)
+    found = calibrate_modified(network, plain, Silicon(ROLLS_180, die=die), kind)
     return found.biases, dropped(found)
 
 
