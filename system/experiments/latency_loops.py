@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy import stats
 
 from system.curved_openspace import DIRECTIONS, Arcs, Bat, arcs_of
 from system.curved_openspace_kernel import COLLIDED
@@ -34,6 +33,7 @@ from system.latency_lif import all_lif
 from system.latency_loop import REACH, WINDOW, stays
 from system.latency_numbers import Numbers
 from system.latency_run import LatencyScenario, place
+from system.share import share_where
 
 LOOPS = 20  # of the chip's, ours
 AGAIN = 60  # pings that are flown from each
@@ -81,11 +81,11 @@ def rows(found: Sequence[Loop]) -> tuple[Row, ...]:
     """Share of the loops that networks repeat, by its lower limit."""
     made = []
     for name in NAMES[:2]:
-        count = sum(x.repeated[name] for x in found)
-        low = float(stats.binomtest(count, len(found)).proportion_ci().low)
+        share = share_where(x.repeated[name] for x in found)
+        low = share.interval.low
         made.append(
-            Row(f"{name}_repeats_lower_limit", HALF, low, f"above one half; {count} of {len(found)}", HALF,
-                fitted=False, agrees=low > HALF)
+            Row(f"{name}_repeats_lower_limit", HALF, low, f"above one half; {share}", HALF, fitted=False,
+                agrees=low > HALF)
         )  # fmt: skip
     return tuple(made)
 

@@ -202,11 +202,16 @@ def test_a_deadline_halts_the_run() -> None:
 
 
 def test_ctrl_c_ends_the_run() -> None:
+    # a shell starts what it puts into the background with Ctrl-C ignored
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        ngspice.run(LONG_RC, deadline_s=60.0)
-    timer.join()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            ngspice.run(LONG_RC, deadline_s=60.0)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
     assert ngspice.run(RC).axis[-1] == pytest.approx(5e-3)
 
 

@@ -344,16 +344,18 @@ def test_interrupted(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_ctrl_c_reaches_a_running_command() -> None:
+    # a shell starts what it puts into the background with Ctrl-C ignored
     code = (
-        "import sys, time; from system.commands import listing; from system.command_line import main;"
+        "import signal, sys, time; signal.signal(signal.SIGINT, signal.default_int_handler);"
+        "from system.commands import listing; from system.command_line import main;"
         "listing.list_command = lambda **_: (print('ready', flush=True), time.sleep(60));"
         "sys.exit(main(['list']))"
     )
-    child = process(code=code)
-    assert child.stdout is not None
-    assert child.stdout.readline() == "ready\n"
-    child.send_signal(signal.SIGINT)
-    _, err = child.communicate(timeout=10)
+    with process(code=code) as child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "ready\n"
+        child.send_signal(signal.SIGINT)
+        _, err = child.communicate()
     assert (child.returncode, err) == (130, "noctule: interrupted\n")
 
 
