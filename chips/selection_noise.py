@@ -42,7 +42,7 @@ F64 = NDArray[np.float64]
 
 SHORTEST, LONGEST = 1e-6, 10e-3  # s, of a decision between which its noise is worked out; ours
 _KNOTS = 9  # over ln t of what flicker makes; ours
-_FEW = 0.05  # L below which the series of phi is exact to 1e-5
+_FEW = 0.05  # L below which three terms of the series are exact to 1e-5
 
 _compiled = compiled()
 
@@ -139,7 +139,7 @@ def _variance(current: float, specific: float, devices: float, wander: float, ti
     """Variance (A^2) of the mean over `time` (s) of a current (A), by as many devices that carry it."""
     root = math.sqrt(current / specific)
     if root < _FEW:
-        phi, psi = 1.0 - 0.4 * root, 1.0 - 0.5 * root
+        phi, psi = 1.0 - 0.4 * root + root * root / 9.0, 1.0 - 0.5 * root + root * root / 6.0
     else:
         e = math.exp(-root)
         phi = 4.0 / root**4 * (root**3 / 3.0 - 2.0 + e * (root * root + 2.0 * root + 2.0))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from chips.rebound_jitter import SiliconNoise
+from chips.shot_noise import shot_share
 from chips.wavefront_chip import ChipCells, WavefrontChip
 from chips.wavefront_jitter import axon_jitter, axon_spread, sink_currents
 from chips.wavefront_model import axon_delays, chip_model
@@ -12,11 +13,31 @@ from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.noise import WHITE_ONLY
+from circuits.process import ELEMENTARY_CHARGE
 from circuits.silicon import Silicon
 from circuits.solver.event_jitter import event_jitter
 
 WHITE = SiliconNoise(3, flicker=WHITE_ONLY)
 MAP = np.random.default_rng(11).integers(1, 11, (6, 6))
+
+
+def test_white_jitter_is_the_sinks_shot_noise() -> None:
+    model, silicon = chip_model((1, 3)), Silicon()
+    delays = axon_delays(model, silicon, np.array([[1, 9, 0]])).ravel()
+    found = axon_spread(model, silicon, delays, WHITE)
+    current, specific = sink_currents(model, silicon)
+    # 3.0046 nA of the bias, 27 degC
+    np.testing.assert_allclose(current, 3.0046e-9, rtol=1e-3)
+    phi = shot_share(current, specific)[:2]
+    np.testing.assert_allclose(
+        found[:2], np.sqrt(phi * ELEMENTARY_CHARGE * delays[:2] / 3.0046e-9), rtol=1e-3
+    )
+    assert found[2] == 0.0
+    both = axon_spread(model, silicon, delays, SiliconNoise(3))
+    assert (both[:2] > found[:2]).all()
+    # the sink's flicker, 5 uV/sqrt(Hz) at 1 Hz, moves a delay by its own share: longer ones by more
+    extra = np.sqrt(both[:2] ** 2 - found[:2] ** 2)
+    assert 6.0 < extra[1] / extra[0] < 9.5
 
 
 @pytest.mark.parametrize("code", [1, 9])

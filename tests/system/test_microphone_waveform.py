@@ -14,30 +14,15 @@ from hypothesis import strategies as st
 from scipy.signal import welch
 
 from circuits.errors import ParameterError
-from system.acoustics import FULL_SCALE_AMPLITUDE, Call, speed_of_sound
+from system.acoustics import FULL_SCALE_AMPLITUDE, Call
 from system.microphone import (
     Microphone,
     MicrophoneState,
     SoundPath,
-    hear,
     sound_segments,
 )
 from system.microphone_waveform import clipped_samples, envelope, listen, waveform
-from system.targets import default_scene
-
-RATE = 1e6  # Hz
-EAR = Microphone()
-QUIET = Microphone(noise_rms=0.0)
-LINEAR = Microphone(noise_rms=0.0, supply=1e3, mid_supply=500.0)  # never clips
-SCENE = default_scene()
-SPEED = speed_of_sound(EAR.air.temperature)
-
-
-def heard(parameters: Microphone, *calls: Call) -> MicrophoneState:
-    state = MicrophoneState()
-    for call in calls:
-        state = hear(parameters, state, call, SCENE)
-    return state
+from tests.system.test_microphone import EAR, LINEAR, QUIET, RATE, heard
 
 
 def test_quietest_direct_call_reaches_its_peak_in_the_waveform() -> None:
