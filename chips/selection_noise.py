@@ -28,7 +28,7 @@ from chips.board_kernel import table_at
 from chips.noise_draw import Draws, draw, new_draws
 from chips.rebound_jitter import SiliconNoise
 from chips.selection_kernel import NOBODY, Selection, decide
-from chips.shot_noise import current_wander
+from chips.shot_noise import current_wander, share_at, steepness_at
 from circuits.blocks import winner_take_all as circuit_of
 from circuits.circuit import Circuit
 from circuits.compiled import compiled
@@ -42,7 +42,6 @@ F64 = NDArray[np.float64]
 
 SHORTEST, LONGEST = 1e-6, 10e-3  # s, of a decision between which its noise is worked out; ours
 _KNOTS = 9  # over ln t of what flicker makes; ours
-_FEW = 0.05  # L below which three terms of the series are exact to 1e-5
 
 _compiled = compiled()
 
@@ -138,14 +137,9 @@ def noisy_decide(
 def _variance(current: float, specific: float, devices: float, wander: float, time: float) -> float:
     """Variance (A^2) of the mean over `time` (s) of a current (A), by as many devices that carry it."""
     root = math.sqrt(current / specific)
-    if root < _FEW:
-        phi, psi = 1.0 - 0.4 * root + root * root / 9.0, 1.0 - 0.5 * root + root * root / 6.0
-    else:
-        e = math.exp(-root)
-        phi = 4.0 / root**4 * (root**3 / 3.0 - 2.0 + e * (root * root + 2.0 * root + 2.0))
-        psi = (1.0 - e) / root
-    white: float = devices * ELEMENTARY_CHARGE * phi * current / time
-    return white + psi * psi * current * current * wander
+    white: float = devices * ELEMENTARY_CHARGE * share_at(root) * current / time
+    slow: float = (steepness_at(root) * current) ** 2 * wander
+    return white + slow
 
 
 def _area(circuit: Circuit, name: str) -> float:

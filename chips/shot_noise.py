@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chips.rebound_jitter import SiliconNoise, mean_variance
+from circuits.compiled import compiled
 from circuits.noise import gate_flicker, noise_model
 from circuits.process import Polarity
 from circuits.silicon import Silicon
@@ -29,19 +30,40 @@ F64 = NDArray[np.float64]
 _WEAK = 0.05  # L below which three terms of the series are exact to 1e-5
 _FASTEST = 0.1  # of the shortest time: a grid up to whose band flicker is summed
 
+_compiled = compiled()
+
+
+@_compiled
+def share_at(root: float) -> float:
+    """Share phi at L = `root`."""
+    if root < _WEAK:
+        return 1.0 - 0.4 * root + root * root / 9.0
+    e = math.exp(-root)
+    return 4.0 / root**4 * (root**3 / 3.0 - 2.0 + e * (root * root + 2.0 * root + 2.0))
+
+
+@_compiled
+def steepness_at(root: float) -> float:
+    """Steepness psi at L = `root`."""
+    return -math.expm1(-root) / root if root > 0.0 else 1.0
+
+
+_shares = np.vectorize(share_at, otypes=[np.float64])
+_steepnesses = np.vectorize(steepness_at, otypes=[np.float64])
+
 
 def shot_share(current: ArrayLike, specific: ArrayLike) -> F64:
     """Share phi of currents (A) of devices of these specific currents (A), in the shape of both."""
-    root = np.sqrt(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
-    x = np.maximum(root, _WEAK)
-    whole = 4.0 / x**4 * (x**3 / 3.0 - 2.0 + np.exp(-x) * (x * x + 2.0 * x + 2.0))
-    return np.asarray(np.where(root < _WEAK, 1.0 - 0.4 * root + root**2 / 9.0, whole))
+    return np.asarray(_shares(_root(current, specific)))
 
 
 def steepness(current: ArrayLike, specific: ArrayLike) -> F64:
     """Steepness psi of currents (A) of devices of these specific currents (A), in the shape of both."""
-    root = np.sqrt(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
-    return np.asarray(-np.expm1(-root) / np.maximum(root, 1e-9))
+    return np.asarray(_steepnesses(_root(current, specific)))
+
+
+def _root(current: ArrayLike, specific: ArrayLike) -> F64:
+    return np.sqrt(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
 
 
 def gate_wander(
