@@ -1,0 +1,39 @@
+"""Campaign files that are kept: of the present numbers, and what is flown again is what they say."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from system.campaign import Campaign, Found, Key
+from system.experiments import latency_forests
+
+FORESTS = Path(__file__).parents[3] / "evidence" / "latency-forests.jsonl"
+
+
+def kept() -> dict[Key, Found]:
+    _, *lines = FORESTS.read_text().splitlines()
+    rows = [json.loads(line) for line in lines]
+    return {(str(row["key"][0]), int(row["key"][1])): row["found"] for row in rows}
+
+
+@pytest.mark.parametrize("key", [("analog", 1006), ("chip", 1006)])
+def test_a_flight_flown_again_is_the_one_that_is_kept(key: Key) -> None:
+    assert latency_forests.fly_one(key) == kept()[key]
+
+
+def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_path: Path) -> None:
+    # a file of other numbers would be refused, and a flight that is missing would be flown and added
+    copy = tmp_path / FORESTS.name
+    shutil.copy(FORESTS, copy)
+    network = sum(model == "network" for model, _ in kept())
+    assert network >= 20
+    report = latency_forests.reproduce(
+        lambda _: None, Campaign(file=copy, resume=True), forests=latency_forests.FORESTS, network=network
+    )
+    assert copy.read_bytes() == FORESTS.read_bytes()
+    assert [row.name for row in report.rows][:2] == [
+        "network_four_crossings_upper_limit", "chip_four_crossings_upper_limit",
+    ]  # fmt: skip
+    assert f"network: {network} flights" in report.notes[2]
