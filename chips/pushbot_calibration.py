@@ -42,14 +42,14 @@ I64 = NDArray[np.int64]
 CELSIUS = 27.0  # degC, of the calibration
 ROUNDS = 10  # runs of the chip at most
 MOST = 4  # neurons that a population may do without
-EVENTS = 110.0  # 1/s, to both obstacle populations, each for all of their neurons
+EVENTS = 200.0  # 1/s, to both obstacle populations, each for all of their neurons
 OWNED = 45.0  # 1/s, to each driven neuron of the field
 FIELD = (48, 80)  # neurons of the field that are driven
 START, START_RATE = 0.05, 1000.0  # s and 1/s: events that start exc
 SEED = 8  # of when events come, the same in all runs and on all dies
 # Hz: what the codes of `chips.pushbot_biases` give on the nominal die under these drives
 RATES: Mapping[str, float] = {
-    "OL": 63.0, "OR": 63.0, "DL": 89.0, "DR": 89.0, "sp": 152.0, "exc": 313.0, "target": 115.0,
+    "OL": 170.0, "OR": 170.0, "DL": 201.0, "DR": 201.0, "sp": 31.0, "exc": 312.0, "target": 169.0,
 }  # fmt: skip
 
 

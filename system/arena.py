@@ -25,10 +25,12 @@ Repeat = Literal["stop", "shuttle", "loop"]
 REPEATS: tuple[Repeat, ...] = ("stop", "shuttle", "loop")
 
 # Share of the light that a sensor of silicon sees come back, without unit; ours. White to blue is a step of
-# 1.7 in log light, to red 0.75, to yellow 0.17: less than a threshold of the sensor (0.21 and 0.24).
+# 1.7 in log light, to red 0.75, to yellow 0.53: two thresholds of the sensor (0.21 and 0.24). That was
+# fitted to the yellow row of Table 1 of Milde et al. 2017, where two blocks of three are avoided in one cell
+# of seven; below a threshold, at 0.17, none is in any.
 COLOURS: dict[str, float] = {
     "white": 0.85,
-    "yellow": 0.72,
+    "yellow": 0.50,
     "wood": 0.50,
     "red": 0.40,
     "grey": 0.35,

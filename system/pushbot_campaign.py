@@ -16,10 +16,12 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.pushbot_biases import LEVELS
+from chips.pushbot_biases import CODES, LEVELS, MODIFIED
+from chips.pushbot_calibration import RATES
+from chips.pushbot_modified_calibration import RATES as MODIFIED_RATES
 from circuits.die import Die
 from circuits.errors import ParameterError
-from system.arena import Scene
+from system.arena import COLOURS, Scene
 from system.campaign import ALONE, Campaign, Found, Key
 from system.dvs import Dvs
 from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summarise
@@ -29,7 +31,7 @@ from system.share import Share, share_where
 
 F64 = NDArray[np.float64]
 
-FIRST = 6000  # of dies and seeds that report; those below were seen while codes and levels were chosen
+FIRST = 9000  # of dies and seeds that report; those below were seen while codes and levels were chosen
 DIES = 10  # of a campaign; ours
 EVERY = 10  # steps of the sensor between two points of a path that is kept; ours
 Summary = dict[str, float | None]
@@ -117,7 +119,10 @@ def drive_all(
     chips = Chips(tuple(tuple(drives[k] for k in group) for group in groups), make)
     keys = [(f"die {drives[group[0]].scenario.die.number}", j) for j, group in enumerate(groups)]
     found: dict[int, Driven] = {}
-    numbers = (version("noctule"), Dvs(), Pushbot(), LEVELS, chips.drives)
+    numbers = (
+        version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, RATES, MODIFIED_RATES,
+        chips.drives,
+    )  # fmt: skip
     with closing(campaign.runs(name, numbers, chips, keys)) as pieces:
         for group, piece in zip(groups, pieces, strict=True):
             for k, run in zip(group, piece["runs"], strict=True):

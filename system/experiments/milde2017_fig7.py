@@ -48,7 +48,7 @@ def rows(free: Free) -> tuple[Row, ...]:
     blue, yellow = free["normal", "blue"], free["normal", "yellow"]
     seen = Row("normal_blue_avoided", "yes", str(blue), f"at least {SEEN:g}", SEEN, fitted=False,
                agrees=blue.value >= SEEN)  # fmt: skip
-    unseen = Row("normal_yellow_avoided", "no", str(yellow), f"at most {UNSEEN:g}", UNSEEN, fitted=False,
+    unseen = Row("normal_yellow_avoided", "no", str(yellow), f"at most {UNSEEN:g}", UNSEEN, fitted=True,
                  agrees=yellow.value <= UNSEEN)  # fmt: skip
     dark = [
         Row(

@@ -31,7 +31,7 @@ from system.share import Share, share_where
 
 F64 = NDArray[np.float64]
 
-RUNS, DIES = 40, 10
+RUNS, DIES = 100, 10
 FACTORS = (0.1, 0.5, 1.0, 2.0)  # of speed; the paper's ends, and two between; ours
 OWN = 0.5  # factor at which the scene's own timing is driven too
 WAY = 0.8  # m of 1.1 that a robot has gone when the cup stands in its way; ours

@@ -126,8 +126,8 @@ def test_colours_make_events_by_contrast() -> None:
         sensor = sensor_of(QUIET, recoloured(BARE, colour), Die(number=1003))
         eye = open_eye(sensor, 1, BARE.start)
         counts[colour] = len(advance(sensor, eye, Segment(1.0, 0.35)))
-    assert counts["blue"] > 1.8 * counts["red"]  # 8 thresholds of contrast to 3 or 4
-    assert counts["red"] > 3.0 * counts["yellow"]  # which is below the mean threshold
+    assert counts["blue"] > 1.8 * counts["red"]  # 8 thresholds of contrast to 3
+    assert counts["red"] > 1.5 * counts["yellow"] > 0  # and to 2
 
 
 def test_events_go_with_the_way_and_not_with_time() -> None:

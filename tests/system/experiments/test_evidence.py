@@ -7,9 +7,13 @@ from pathlib import Path
 import pytest
 
 from system.campaign import Campaign, Found, Key
-from system.experiments import latency_forests
+from system.experiments import latency_forests, milde2017_table1
+from system.pushbot import Scenario, summarise
+from system.pushbot_campaign import Drive, drive_again, trials
+from system.registry import load_experiment
 
-FORESTS = Path(__file__).parents[3] / "evidence" / "latency-forests.jsonl"
+EVIDENCE = Path(__file__).parents[3] / "evidence"
+FORESTS = EVIDENCE / "latency-forests.jsonl"
 
 
 def kept() -> dict[Key, Found]:
@@ -37,3 +41,20 @@ def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_p
         "network_four_crossings_upper_limit", "chip_four_crossings_upper_limit",
     ]  # fmt: skip
     assert f"network: {network} flights" in report.notes[2]
+
+
+@pytest.mark.parametrize("name", ["milde2017-table1"])
+def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(name: str, tmp_path: Path) -> None:
+    copy = tmp_path / f"{name}.jsonl"
+    shutil.copy(EVIDENCE / copy.name, copy)
+    load_experiment(name).run(lambda _: None, Campaign(file=copy, resume=True))
+    assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
+
+
+def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
+    _, first, *_ = (EVIDENCE / "milde2017-table1.jsonl").read_text().splitlines()
+    speed, turn = milde2017_table1.CELLS[0]
+    scenario, *_ = trials(Scenario(colour="blue", speed_factor=speed, turn_factor=turn), 1)
+    row = json.loads(first)
+    assert row["key"][0] == f"die {scenario.die.number}"
+    assert summarise(drive_again(Drive(scenario))) == row["found"]["runs"][0]["summary"]
