@@ -43,7 +43,7 @@ def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_p
     assert f"network: {network} flights" in report.notes[2]
 
 
-@pytest.mark.parametrize("name", ["milde2017-table1"])
+@pytest.mark.parametrize("name", ["milde2017-table1", "milde2017-clutter"])
 def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(name: str, tmp_path: Path) -> None:
     copy = tmp_path / f"{name}.jsonl"
     shutil.copy(EVIDENCE / copy.name, copy)
