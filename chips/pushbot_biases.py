@@ -2,20 +2,20 @@
 
 All are ours. The table of the paper's experiments (Appendix A) is not public, and with the lab's default
 weights (inhibition of up to 44 uA) one spike silences a neuron of our circuits for long. They were found by
-hand on the nominal die, with the generator's currents and noise of seeds below 1000;
-`chips.pushbot_calibration` brings other dies to what they do:
+hand in closed loop, with the generator's currents on dies and seeds below 1000, which
+`chips.pushbot_calibration` brings to what they do on the nominal die:
 
-* a neuron of an obstacle population makes half a spike of each of the about 100 events a second that the
-  empty arena makes in its side of the sensor at 0.35 m/s, and nearly one of each at 200 a second and more,
-  where a block fills part of the view: so a slow robot, whose events come seldom, comes nearer to a block
-  than a faster one, as the paper's does. With a leak of 0.35 instead of 0.31 nA rates rise more steeply, but
-  three runs in ten do not reach the target, most of them on dies whose sides differ;
+* a neuron of an obstacle population makes two thirds of a spike of each of the about 100 events a second
+  that the empty arena makes in its side of the sensor at 0.35 m/s, and 0.85 of each at 200 a second, where a
+  block fills part of the view. That a slow robot comes nearer to a block, as the paper's does, is not shown
+  with it. With a leak of 0.35 instead of 0.31 nA rates rise more steeply, but three runs in ten do not
+  reach the target (dies 100 to 109);
 * exc holds itself up once started, at what the refractory period lets through, and sp fires nearly as it
   does, at the 280 Hz that are 0.37 m/s at speed factor 0.5 (equation (2), the robot's wheels);
 * obstacle populations slow sp down; the stronger of two drives silences the other, and a drive lowers both
   obstacle populations, so that events of the robot's own turn make it turn less long: the weaker that is, the
   longer the robot stands in clutter, the stronger, the nearer it comes to blocks at speed factor 2. With
-  events of 0.33 uA and a leak of 0.30 nA it touches half of the blocks there;
+  events of 0.33 uA and a leak of 0.30 nA it touches half of the blue blocks there (dies 8000 to 8009);
 * a drive that has won holds the other off until its own rate is less than half of what would drive the
   other: the robot's own turn makes as many events on either side, and with as weak an inhibition as the
   excitation the drives change places every second before a wall, until the robot touches it.
@@ -41,8 +41,8 @@ LEVELS = PushbotLevels(
 
 # coarse current and fine code; nominal current at 27 degC behind it
 CODES: Mapping[str, tuple[str, int]] = {
-    # neuron: no direct current, so that it rests; a leak that lone events hardly overcome; refractory
-    # period such that sp stands for 0.7 m/s at speed factor 1
+    # neuron: no direct current, so that it rests; refractory period such that sp stands for 0.7 m/s at
+    # speed factor 1
     "IF_DC_P": ("15p", 0),
     "IF_TAU2_N": ("820p", 97),  # 0.31 nA
     "IF_TAU1_N": ("105p", 73),  # 30 pA, for what owns columns of the sensor and hears few events

@@ -53,10 +53,10 @@ def test_events_come_alike_to_both_sides_and_begin_alike_in_a_longer_run() -> No
 
 
 def test_a_die_comes_to_its_rates() -> None:
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=5))
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=19))
     found = calibrate_pushbot(NETWORK, pushbot_biases(), silicon)
     for name in ("OL", "OR", "DL", "DR"):
-        assert abs(found.before[name] / RATES[name] - 1.0) > 0.1  # outside with the table's codes
+        assert abs(found.before[name] / RATES[name] - 1.0) > 0.2  # die 19 is far off with the table's codes
         assert found.rates[name] == pytest.approx(RATES[name], rel=0.1)
     assert max(len(gone) for gone in found.blacklist.values()) <= MOST
     assert not found.blacklist["exc"]

@@ -121,13 +121,17 @@ def test_events_are_the_edges_way_times_their_contrast() -> None:
 
 
 def test_colours_make_events_by_contrast() -> None:
+    scenes = {colour: recoloured(BARE, colour) for colour in ("blue", "red", "yellow")}
+    scenes["faint"] = replace(BARE, bodies=tuple(replace(b, reflectance=0.72) for b in BARE.bodies))
     counts = {}
-    for colour in ("blue", "red", "yellow"):
-        sensor = sensor_of(QUIET, recoloured(BARE, colour), Die(number=1003))
+    for colour, scene in scenes.items():
+        sensor = sensor_of(QUIET, scene, Die(number=1003))
         eye = open_eye(sensor, 1, BARE.start)
         counts[colour] = len(advance(sensor, eye, Segment(1.0, 0.35)))
     assert counts["blue"] > 1.8 * counts["red"]  # 8 thresholds of contrast to 3
-    assert counts["red"] > 1.5 * counts["yellow"] > 0  # and to 2
+    assert counts["red"] > 1.5 * counts["yellow"]  # and to 2
+    assert counts["red"] > 3.0 * counts["faint"]  # which is below the mean threshold
+    assert counts["yellow"] > counts["faint"]
 
 
 def test_events_go_with_the_way_and_not_with_time() -> None:

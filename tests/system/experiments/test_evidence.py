@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from circuits.errors import ParameterError
+from system import pushbot_campaign
 from system.campaign import Campaign, Found, Key
 from system.experiments import latency_forests, milde2017_table1
 from system.pushbot import Scenario, summarise
@@ -49,6 +51,17 @@ def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(name: st
     shutil.copy(EVIDENCE / copy.name, copy)
     load_experiment(name).run(lambda _: None, Campaign(file=copy, resume=True))
     assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
+
+
+@pytest.mark.parametrize("number", ["CODES", "MODIFIED", "RATES", "MODIFIED_RATES", "COLOURS"])
+def test_drives_with_other_codes_or_colours_are_refused(
+    number: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / "milde2017-table1.jsonl"
+    shutil.copy(EVIDENCE / copy.name, copy)
+    monkeypatch.setattr(pushbot_campaign, number, {})
+    with pytest.raises(ParameterError, match="other numbers"):
+        load_experiment("milde2017-table1").run(lambda _: None, Campaign(file=copy, resume=True))
 
 
 def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
