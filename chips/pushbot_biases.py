@@ -8,14 +8,15 @@ hand in closed loop, with the generator's currents on dies and seeds below 1000,
 * a neuron of an obstacle population makes two thirds of a spike of each of the about 100 events a second
   that the empty arena makes in its side of the sensor at 0.35 m/s, and 0.85 of each at 200 a second, where a
   block fills part of the view. That a slow robot comes nearer to a block, as the paper's does, is not shown
-  with it. With a leak of 0.35 instead of 0.31 nA rates rise more steeply, but three runs in ten do not
-  reach the target (dies 100 to 109);
+  with it for blue blocks;
 * exc holds itself up once started, at what the refractory period lets through, and sp fires nearly as it
   does, at the 280 Hz that are 0.37 m/s at speed factor 0.5 (equation (2), the robot's wheels);
 * obstacle populations slow sp down; the stronger of two drives silences the other, and a drive lowers both
-  obstacle populations, so that events of the robot's own turn make it turn less long: the weaker that is, the
-  longer the robot stands in clutter, the stronger, the nearer it comes to blocks at speed factor 2. With
-  events of 0.33 uA and a leak of 0.30 nA it touches half of the blue blocks there (dies 8000 to 8009);
+  obstacle populations, so that events of the robot's own turn make it turn less long. How much so is
+  `chips.pushbot_calibration.TURN_RATE`, to which each die's INH0 is brought: at 85 Hz the robot stands for a
+  quarter of its time in clutter, at 125 Hz for two thirds (dies 100 to 109, EXC1 of 0.13 uA), and the lower
+  it is, the nearer the robot comes to single blocks. Drives by 129 nA of an obstacle population differ less
+  in how far they pass a block than by 141 nA;
 * a drive that has won holds the other off until its own rate is less than half of what would drive the
   other: the robot's own turn makes as many events on either side, and with as weak an inhibition as the
   excitation the drives change places every second before a wall, until the robot touches it.
@@ -58,11 +59,11 @@ CODES: Mapping[str, tuple[str, int]] = {
     "NPDPIE_THR_P": ("15p", 102),
     "NPDPII_TAU_P": ("15p", 171),  # 10 pA
     "NPDPII_THR_P": ("15p", 171),
-    # levels 1 to 4: 10, 90, 141, 221 nA excite, 11, 54, 261, 304 nA inhibit
+    # levels 1 to 4: 10, 90, 129, 209 nA excite, 12, 55, 263, 306 nA inhibit
     "NPA_WEIGHT_EXC_P": ("50n", 51),
     "NPA_WEIGHT_EXC0_P": ("0.4u", 51),
-    "NPA_WEIGHT_EXC1_P": ("0.4u", 84),
-    "NPA_WEIGHT_INH_N": ("50n", 58),
+    "NPA_WEIGHT_EXC1_P": ("0.4u", 76),
+    "NPA_WEIGHT_INH_N": ("50n", 62),
     "NPA_WEIGHT_INH0_N": ("50n", 220),
     "NPA_WEIGHT_INH1_N": ("0.4u", 160),
 }

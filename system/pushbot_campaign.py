@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.pushbot_biases import CODES, LEVELS, MODIFIED
-from chips.pushbot_calibration import RATES
+from chips.pushbot_calibration import EVENTS, RATES, TURN_EVENTS, TURN_RATE
+from chips.pushbot_modified_calibration import EVENTS as MODIFIED_EVENTS
 from chips.pushbot_modified_calibration import RATES as MODIFIED_RATES
 from circuits.die import Die
 from circuits.errors import ParameterError
@@ -31,7 +32,7 @@ from system.share import Share, share_where
 
 F64 = NDArray[np.float64]
 
-FIRST = 9000  # of dies and seeds that report; those below were seen while codes and levels were chosen
+FIRST = 9400  # of dies and seeds that report; those below were seen while codes and levels were chosen
 DIES = 10  # of a campaign; ours
 EVERY = 10  # steps of the sensor between two points of a path that is kept; ours
 Summary = dict[str, float | None]
@@ -120,8 +121,8 @@ def drive_all(
     keys = [(f"die {drives[group[0]].scenario.die.number}", j) for j, group in enumerate(groups)]
     found: dict[int, Driven] = {}
     numbers = (
-        version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, RATES, MODIFIED_RATES,
-        chips.drives,
+        version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, EVENTS, RATES,
+        TURN_EVENTS, TURN_RATE, MODIFIED_EVENTS, MODIFIED_RATES, chips.drives,
     )  # fmt: skip
     with closing(campaign.runs(name, numbers, chips, keys)) as pieces:
         for group, piece in zip(groups, pieces, strict=True):

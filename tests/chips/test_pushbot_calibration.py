@@ -6,19 +6,25 @@ import pytest
 from chips.pushbot_biases import LEVELS, STEP, pushbot_biases
 from chips.pushbot_calibration import (
     EVENTS,
+    LOOP,
     MOST,
     RATES,
+    TURN_RATE,
     calibrate_pushbot,
     calibration_task,
     driven_part,
     dropped,
     events_of,
+    loop_task,
     without,
 )
 from chips.pushbot_modified import field_network, modified_network
 from chips.pushbot_network import PAPER
-from chips.rolls_calibration import neuron_rates
+from chips.rolls_bias_file import BiasTable
+from chips.rolls_calibration import code_for, neuron_rates
 from chips.rolls_chip import RollsChip
+from chips.rolls_network import Network
+from circuits.blocks.rolls_bias import current_of
 from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
@@ -31,6 +37,11 @@ def test_nothing_competes_in_what_is_driven() -> None:
     names = {(p.source.name, p.target.name) for p in driven_part(NETWORK).projections}
     assert ("OL", "DR") in names
     assert not {("DL", "DR"), ("DR", "DL"), ("DL", "OL"), ("target", "target")} & names
+
+
+def test_the_loop_of_a_turn_has_no_other_connections() -> None:
+    names = {(p.source.name, p.target.name) for p in driven_part(NETWORK, LOOP).projections}
+    assert names == {("OR", "DL"), ("OL", "DR"), ("DL", "OL"), ("DL", "OR"), ("DR", "OL"), ("DR", "OR")}
 
 
 def test_the_rates_asked_for_are_the_nominal_die_s() -> None:
@@ -64,6 +75,27 @@ def test_a_die_comes_to_its_rates() -> None:
     assert sum(len(p) for p in left.populations) == sum(len(p) for p in NETWORK.populations) - len(
         dropped(found)
     )
+
+
+def drive_rate_in_a_turn(network: Network, biases: BiasTable, silicon: Silicon) -> float:
+    """Geometric mean of the rates of DL and DR in the closed loop, Hz."""
+    task = loop_task(network, biases)
+    rates = neuron_rates(RollsChip(task.program, silicon, "generator", step=STEP), task.drive)
+    left, right = (rates[list(network[name].neurons)].mean() for name in ("DL", "DR"))
+    return float(np.sqrt(left * right))
+
+
+def test_a_turn_ends_itself_alike_on_a_die() -> None:
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=104))
+    table = pushbot_biases()
+    found = calibrate_pushbot(NETWORK, table, silicon)
+    left = without(NETWORK, dropped(found))
+    assert drive_rate_in_a_turn(left, found.biases, silicon) == pytest.approx(TURN_RATE, rel=0.1)
+    # INH0 by the factor of INH, as the other inhibiting weights: the die whose robot turned without end
+    factor = current_of(found.biases.code("NPA_WEIGHT_INH_N")) / current_of(table.code("NPA_WEIGHT_INH_N"))
+    followed = code_for(factor * current_of(table.code("NPA_WEIGHT_INH0_N")))
+    open_only = found.biases.with_code("NPA_WEIGHT_INH0_N", *followed)
+    assert drive_rate_in_a_turn(left, open_only, silicon) > 1.2 * TURN_RATE
 
 
 def test_what_is_left_keeps_its_levels() -> None:

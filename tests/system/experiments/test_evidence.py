@@ -53,7 +53,13 @@ def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(name: st
     assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
 
 
-@pytest.mark.parametrize("number", ["CODES", "MODIFIED", "RATES", "MODIFIED_RATES", "COLOURS"])
+@pytest.mark.parametrize(
+    "number",
+    [
+        "CODES", "MODIFIED", "EVENTS", "RATES", "TURN_EVENTS", "TURN_RATE", "MODIFIED_EVENTS",
+        "MODIFIED_RATES", "COLOURS",
+    ],
+)  # fmt: skip
 def test_drives_with_other_codes_or_colours_are_refused(
     number: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
