@@ -55,7 +55,7 @@ EVENTS = 200.0  # 1/s, to both obstacle populations, each for all of their neuro
 OWNED = 45.0  # 1/s, to each driven neuron of the field
 FIELD = (48, 80)  # neurons of the field that are driven
 START, START_RATE = 0.05, 1000.0  # s and 1/s: events that start exc
-TURN_EVENTS = 3000.0  # 1/s, as EVENTS: what a turn of 1 rad/s makes on either side in the clutter
+TURN_EVENTS = 3000.0  # 1/s, as EVENTS; about what a turn of 0.6 to 1 rad/s makes on a side in clutter
 TURN_RATE = 104.0  # Hz of DL and DR under these, both inhibiting OL and OR; 95 on the nominal die
 SEED = 8  # of when events come, the same in all runs and on all dies
 OPEN = frozenset(
@@ -71,15 +71,15 @@ RATES: Mapping[str, float] = {
 def calibrate_pushbot(
     network: Network, biases: BiasTable, silicon: Silicon, kind: BiasKind = "generator"
 ) -> Calibration:
-    """Calibrate the plain network on the die of `silicon`, at 27 degC."""
-    found = calibrate(
-        calibration_task(network, biases), replace(silicon, temperature_c=CELSIUS), kind, ROUNDS, STEP
-    )
-    found = replace(found, biases=_followed(biases, found.biases))
-    closed = calibrate(
-        loop_task(without(network, dropped(found)), found.biases), replace(silicon, temperature_c=CELSIUS),
-        kind, ROUNDS, STEP,
-    )  # fmt: skip
+    """Calibrate the plain network on the die of `silicon`, at 27 degC.
+
+    Rates of the result are those of the first search; `runs` counts both.
+    """
+    silicon = replace(silicon, temperature_c=CELSIUS)
+    found = calibrate(calibration_task(network, biases), silicon, kind, ROUNDS, STEP)
+    followed = _followed(biases, found.biases)
+    loop = loop_task(without(network, dropped(found)), followed)
+    closed = calibrate(loop, silicon, kind, ROUNDS, STEP)
     return replace(found, biases=closed.biases, runs=found.runs + closed.runs)
 
 

@@ -85,6 +85,12 @@ def drive_rate_in_a_turn(network: Network, biases: BiasTable, silicon: Silicon) 
     return float(np.sqrt(left * right))
 
 
+def test_a_turn_ends_itself_on_the_nominal_die_as_on_others() -> None:
+    # alike neurons fire in step, so this rate hardly depends on INH0
+    rate = drive_rate_in_a_turn(NETWORK, pushbot_biases(), Silicon(ROLLS_180))
+    assert rate == pytest.approx(TURN_RATE, rel=0.1)
+
+
 def test_a_turn_ends_itself_alike_on_a_die() -> None:
     silicon = Silicon(ROLLS_180, 27.0, Die(number=104))
     table = pushbot_biases()
