@@ -69,23 +69,25 @@ CODES: Mapping[str, tuple[str, int]] = {
 }
 
 # of the modified network, whose obstacle neurons hear one sixteenth of the events: strong connections from
-# the sensor's centre (levels 2 and 4: 0.61 and 0.69 uA), and weak events with a leak over which a neuron sums
-# them: lone ones make no spike, 80 a second one spike each. At 30 pA ten a second make two spikes each, and
-# then the sensor's noise steers. With events of 0.11 to 0.16 uA the robot stands longer.
-# Inhibiting filters last 60 ms instead of 6, longer than the gaps between spikes of what inhibits: a drive or
-# a speed that one spike stopped does not come back between two; slowing by 39 nA (level -2) then is enough
+# the sensor's centre (levels 1, 3, 2, 4 from its edge on: 0.20, 1.0, 1.8, 2.6 uA), and weak events with a
+# leak over which a neuron sums them: lone ones make no spike, 80 a second one spike each. At 30 pA ten a
+# second make two spikes each, and then the sensor's noise steers.
+# Drives are excited for 60 ms, so that they end a turn that the gyro's populations blind. Inhibition lasts
+# 120 ms instead of 6: a drive that has won stays the winner for a while, and a robot that has turned does not
+# start before it sees
 MODIFIED: Mapping[str, tuple[str, int]] = {
     "IF_TAU2_N": ("820p", 62),  # 0.20 nA, of what has no columns
     "VA_EXC_N": ("0.4u", 62),  # 97 nA
-    "NPA_WEIGHT_EXC0_P": ("3.2u", 48),
-    "NPA_WEIGHT_EXC1_P": ("0.4u", 48),
+    "NPA_WEIGHT_EXC_P": ("0.4u", 128),  # 0.20 uA
+    "NPA_WEIGHT_EXC0_P": ("3.2u", 128),  # 1.6 uA
+    "NPA_WEIGHT_EXC1_P": ("3.2u", 64),  # 0.80 uA
     "IF_TAU1_N": ("820p", 31),  # 0.10 nA
-    "NPDPIE_TAU_P": ("15p", 171),  # 10 pA, 6 ms
-    "NPDPIE_THR_P": ("15p", 171),
-    "NPDPII_TAU_P": ("15p", 17),  # 1.0 pA
-    "NPDPII_THR_P": ("15p", 17),
-    "NPA_WEIGHT_INH_N": ("50n", 87),  # 17 nA
-    "NPA_WEIGHT_INH0_N": ("50n", 115),  # 22 nA
+    "NPDPIE_TAU_P": ("15p", 17),  # 1.0 pA
+    "NPDPIE_THR_P": ("15p", 17),
+    "NPDPII_TAU_P": ("15p", 8),  # 0.47 pA
+    "NPDPII_THR_P": ("15p", 8),
+    "NPA_WEIGHT_INH_N": ("50n", 56),  # 11 nA
+    "NPA_WEIGHT_INH0_N": ("50n", 76),  # 15 nA
     "NPA_WEIGHT_INH1_N": ("0.4u", 140),  # 0.22 uA
 }
 

@@ -8,17 +8,20 @@ centre each four neurons have the next stronger of the four exciting weights. Wh
 events; it has the slower leak, IF_TAU1, and so a lower threshold, as the target field has. It must still sum
 events that come close to one another in time: where each makes spikes, noise near the centre steers.
 
-Drives inhibit sp, which no source shows: in a turn the gyro's populations silence the obstacle populations,
-so sp would come back and the robot speed up towards what is still ahead. The paper finds that speed is
-smoother with the modified architecture; one that depends on the decision, and not on each event, is. With
-level -1 the robot drives through its turns and touches as often a metre as without; with -3 it stops in them.
+The robot sees in short ways straight ahead. What a turn of its own moves over the sensor says little of what
+is near: the gyro's populations silence OL and OR from about 0.3 rad/s on, so drives, which no longer inhibit
+them, answer to what was seen before. A drive's filter holds that for some 60 ms and turns the robot by 10 to
+40 degrees (turn factor 5); meanwhile drives and gyro hold sp back (no source shows these two arrows), whose
+inhibition lasts about 120 ms. Then the robot goes on, and looks. Drives that also inhibit OL and OR, a
+stronger inhibition by the gyro, and a ramp whose outer half weighs next to nothing each touched more (dies
+100 to 124).
 
 16 neurons a gyro population and the levels are ours. With exc of 16 neurons the chip is full.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,11 +32,26 @@ from chips.rolls_network import Network, PopulationInput
 from chips.rolls_program import level_current
 
 GYRO = 16  # neurons of a gyro population; ours
-GYRO_TO_OBSTACLE = -1
-DRIVE_TO_OBSTACLE = -1  # level: the gyro's populations do part of what drives do in the plain network
-SLOWING = -2  # level from obstacle populations to sp, 39 nA with the biases of this network
-EXC_TO_SPEED = 3  # level, as strong as the plain network's
-DRIVE_TO_SPEED = -3  # level from drives to sp, 0.24 uA: one spike of a drive and sp is silent
+
+
+@dataclass(frozen=True, slots=True)
+class ModifiedLevels:
+    """Levels that differ from the plain network's, ours; currents: with `chips.pushbot_biases.MODIFIED`.
+
+    The ramp takes the stronger exciting levels, so that all others are 1.
+    """
+
+    gyro_to_obstacle: int = -1  # 11 nA
+    gyro_to_speed: int = -1
+    drive_to_speed: int = -1
+    drive_to_obstacle: int = 0  # none: the gyro's populations do what drives do in the plain network
+    obstacle_to_speed: int = -1
+    exc_to_speed: int = 1  # 0.20 uA
+    target_to_drive: int = 1
+    field_near: tuple[int, ...] = (1, 1, 1)
+
+
+MODIFIED_LEVELS = ModifiedLevels()
 
 
 def field_network(layout: PushbotLayout, levels: PushbotLevels) -> Network:
@@ -49,9 +67,12 @@ def modified_network(
 
     Raises `ParameterError` where the chip has too few neurons.
     """
+    changed = MODIFIED_LEVELS
     own = replace(
-        levels, drive_to_obstacle=DRIVE_TO_OBSTACLE, obstacle_to_speed=SLOWING, exc_to_speed=EXC_TO_SPEED
-    )
+        levels, drive_to_obstacle=changed.drive_to_obstacle, obstacle_to_speed=changed.obstacle_to_speed,
+        exc_to_speed=changed.exc_to_speed, target_to_drive=changed.target_to_drive,
+        field_near=changed.field_near,
+    )  # fmt: skip
     base = pushbot_network(layout, own)
     sizes = {"before": 5 * layout.population + layout.exc + TARGET_NEURONS, "GL": gyro, "GR": gyro}
     placed = place(sizes)
@@ -60,8 +81,11 @@ def modified_network(
     graded = {("OR", "DL"), ("OL", "DR")}
     kept = tuple(p for p in base.projections if (p.source.name, p.target.name) not in graded)
     ramps = tuple(_ramp(base[a], base[b], biases) for a, b in sorted(graded))
-    suppress = tuple(all_to_all(g, o, GYRO_TO_OBSTACLE) for g in turning for o in obstacles)
-    slow = tuple(all_to_all(base[d], base["sp"], DRIVE_TO_SPEED) for d in ("DL", "DR"))
+    suppress = tuple(all_to_all(g, o, changed.gyro_to_obstacle) for g in turning for o in obstacles)
+    slow = (
+        *(all_to_all(base[d], base["sp"], changed.drive_to_speed) for d in ("DL", "DR")),
+        *(all_to_all(g, base["sp"], changed.gyro_to_speed) for g in turning),
+    )
     inputs = tuple(
         PopulationInput(name, population, levels.dvs_synapses)
         for name, population in zip(("gyro_left", "gyro_right"), turning, strict=True)

@@ -35,6 +35,8 @@ from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import Readers, number, read_route, seconds, switch, whole, words
 
 DEFAULT_SCENE = "single-block"
+TURN_FACTOR = 0.5  # the paper's in most of its runs
+MODIFIED_TURN_FACTOR = 5.0  # of the modified architecture, whose turns are short; ours
 FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
 MARGIN = 12.0  # s, that a run may take beyond twice the straight way to the line; ours
 BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
@@ -58,16 +60,16 @@ class Scenario:
     """What a Pushbot is asked to do.
 
     scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
-    window, readout: of equations (1) and (2), s, window and kind None for those of the architecture; target:
-    whether the field gets events, None where the scene has a target; temperature_c: of the run (degC);
-    calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
+    window, readout: of equations (1) and (2), s; turn factor and window None for those of the architecture;
+    target: whether the field gets events, None where the scene has a target; temperature_c: of the run
+    (degC); calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
     raise_lateral: see `Architecture`; duration: s, None for the scene's; silicon_noise: of its devices,
     and its seed, None for `seed`, which is also that of the scene and the sensor.
     """
 
     scene: str = DEFAULT_SCENE
     speed_factor: float = 0.5
-    turn_factor: float = 0.5
+    turn_factor: float | None = None
     window: float | None = None
     readout: ReadoutKind = "sliding"
     modified: bool = False
@@ -102,7 +104,9 @@ class Scenario:
         """How spikes become commands."""
         usual = DIRECT if self.readout == "spikes" else (LOOK if self.modified else REFERENCE)
         window = self.window if self.window is not None else usual
-        return Readout(Factors(self.speed_factor, self.turn_factor), window, self.readout)
+        turn = MODIFIED_TURN_FACTOR if self.modified else TURN_FACTOR
+        turn = self.turn_factor if self.turn_factor is not None else turn
+        return Readout(Factors(self.speed_factor, turn), window, self.readout)
 
     def architecture(self) -> Architecture:
         """What is on the chip."""

@@ -32,7 +32,7 @@ from system.pushbot_wiring import fan_out, merged
 
 F64 = NDArray[np.float64]
 
-GYRO_ANGLE = 3e-3  # rad an event: 333 events and some 160 spikes a second at 1 rad/s; ours
+GYRO_ANGLE = 2e-3  # rad an event: 500 events a second at 1 rad/s; ours
 RELAYS = (254, 255)  # neurons whose synapses take a second chip's spikes; they are in no population
 SECOND = "-second"  # behind the lot's name, of the second chip's silicon
 STRONG = 4  # level

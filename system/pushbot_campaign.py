@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from chips.pushbot_biases import CODES, LEVELS, MODIFIED
 from chips.pushbot_calibration import EVENTS, RATES, TURN_EVENTS, TURN_RATE
+from chips.pushbot_modified import MODIFIED_LEVELS
 from chips.pushbot_modified_calibration import EVENTS as MODIFIED_EVENTS
 from chips.pushbot_modified_calibration import RATES as MODIFIED_RATES
 from circuits.die import Die
@@ -26,6 +27,7 @@ from system.arena import COLOURS, Scene
 from system.campaign import ALONE, Campaign, Found, Key
 from system.dvs import Dvs
 from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summarise
+from system.pushbot_brain import GYRO_ANGLE
 from system.pushbot_loop import Brain
 from system.pushbot_robot import Pushbot
 from system.share import Share, share_where
@@ -122,7 +124,7 @@ def drive_all(
     found: dict[int, Driven] = {}
     numbers = (
         version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, EVENTS, RATES,
-        TURN_EVENTS, TURN_RATE, MODIFIED_EVENTS, MODIFIED_RATES, chips.drives,
+        TURN_EVENTS, TURN_RATE, MODIFIED_LEVELS, MODIFIED_EVENTS, MODIFIED_RATES, GYRO_ANGLE, chips.drives,
     )  # fmt: skip
     with closing(campaign.runs(name, numbers, chips, keys)) as pieces:
         for group, piece in zip(groups, pieces, strict=True):

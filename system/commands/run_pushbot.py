@@ -51,7 +51,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "system": system,
         "scene": trace.scene.name,
         "speed_factor": s.speed_factor,
-        "turn_factor": s.turn_factor,
+        "turn_factor": readout.factors.turn,
         "window_s": readout.window,
         "readout": readout.kind,
         "modified": s.modified,
@@ -81,7 +81,7 @@ def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
     end = "touched nothing" if trace.drive.touched is None else f"touched {trace.drive.touched}"
     print_line(f"{trace.scene.name}: {end} in {summary['time_s']:.3g} s")
     rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
-    title = f"{system}, speed factor {s.speed_factor:g}, turn factor {s.turn_factor:g}, {s.die}"
+    title = f"{system}, speed factor {s.speed_factor:g}, turn factor {s.read().factors.turn:g}, {s.die}"
     print_table(title, ("quantity", "value:"), rows)
     for caution in trace.brain.chip.cautions():
         print_line(f"caution: {caution}")

@@ -15,6 +15,7 @@ from chips.rolls_program import level_current
 from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
+from system.pushbot_wiring import kick, merged
 
 BIASES = pushbot_biases()
 
@@ -42,15 +43,15 @@ def test_weights_rise_by_current_from_the_edge_to_the_centre() -> None:
         assert len(set(currents)) == 4
 
 
-def test_gyro_populations_inhibit_both_obstacle_populations_and_nothing_else() -> None:
+def test_gyro_populations_inhibit_both_obstacle_populations_and_the_speed_and_nothing_else() -> None:
     network = modified_network(LEVELS, BIASES)
     levels = network.levels()
-    obstacles = {*network["OL"].neurons, *network["OR"].neurons}
+    held = {n for name in ("OL", "OR", "sp") for n in network[name].neurons}
     for name in ("GL", "GR"):
         out = levels[:, list(network[name].neurons)]
         reached = set(np.flatnonzero((out != 0).any(axis=1)).tolist())
-        assert reached == obstacles
-        assert (out[sorted(obstacles)] < 0).all()
+        assert reached == held
+        assert (out[sorted(held)] < 0).all()
 
 
 def test_the_slower_leak_is_for_what_owns_columns() -> None:
@@ -60,12 +61,52 @@ def test_the_slower_leak_is_for_what_owns_columns() -> None:
         field_network(PushbotLayout(exc=60), LEVELS)
 
 
-def test_drives_suppress_obstacle_populations_less_than_in_the_plain_network() -> None:
+def test_drives_hold_back_the_speed_and_leave_obstacle_populations_to_the_gyro() -> None:
+    plain, modified = field_network(PAPER, LEVELS), modified_network(LEVELS, pushbot_biases(MODIFIED))
+    for drive in ("DL", "DR"):
+        for held, in_plain, in_modified in (("OL", True, False), ("OR", True, False), ("sp", False, True)):
+            at = np.ix_(modified[held].neurons, modified[drive].neurons)
+            assert (plain.levels()[at] < 0).all() == in_plain
+            assert (modified.levels()[at] < 0).all() == in_modified
+
+
+def events(neurons: tuple[int, ...], rate: float, begin: float, end: float) -> Inputs:
+    """Even ones from `begin` to `end` s to all of the neurons, by 4 synapses each."""
+    shots = round(rate * (end - begin))
+    times = begin + (np.arange(shots) + 0.5) / rate
+    wide = 4 * len(neurons)
+    return Inputs(
+        np.repeat(times, wide), np.tile(np.repeat(np.array(neurons), 4), shots),
+        np.tile(VIRTUAL_EXCITATORY + np.arange(4), shots * len(neurons)),
+    )  # fmt: skip
+
+
+def test_a_turn_outlasts_what_began_it_and_the_robot_waits_until_it_is_over() -> None:
     biases = pushbot_biases(MODIFIED)
-    plain, modified = field_network(PAPER, LEVELS).levels(), modified_network(LEVELS, biases)
-    at = np.ix_(modified["OL"].neurons, modified["DL"].neurons)
-    weak, strong = (level_current(biases, -int(m[at][0, 0])) for m in (modified.levels(), plain))
-    assert weak < strong
+    network = modified_network(LEVELS, biases)
+    chip = RollsChip(network_program(network, biases), Silicon(ROLLS_180), "generator", step=STEP)
+    seen = network["OL"].neurons[-4:]  # a block left of the centre, from 0.3 s on
+    inputs = merged([
+        kick(network, 4), events(seen, 400.0, 0.3, 0.8),
+        events(network["GR"].neurons, 500.0, 0.4, 0.8),  # a turn at 1 rad/s from 0.4 to 0.8 s
+    ])  # fmt: skip
+    spikes, _ = chip.run(chip.at_rest(), 1.2, inputs)
+
+    def rate(name: str, begin: float, end: float) -> float:
+        chosen = np.isin(spikes.neurons, network[name].neurons)
+        inside = (spikes.times >= begin) & (spikes.times < end)
+        return float((chosen & inside).sum() / len(network[name]) / (end - begin))
+
+    # free way, seen, turning and blind, over
+    assert rate("sp", 0.2, 0.3) > 250.0
+    assert rate("OL", 0.3, 0.4) > 30.0
+    assert rate("DR", 0.32, 0.4) > 100.0
+    assert rate("DL", 0.3, 1.2) == 0.0
+    assert rate("OL", 0.45, 0.8) < 0.1 * rate("OL", 0.3, 0.4)
+    assert rate("DR", 0.45, 0.5) > 50.0
+    assert rate("DR", 0.7, 0.8) == 0.0
+    assert rate("sp", 0.45, 0.8) < 0.1 * rate("sp", 0.2, 0.3)
+    assert rate("sp", 1.1, 1.2) > 250.0
 
 
 def spikes_per_event(rate: float, code: tuple[str, int], duration: float = 2.0) -> float:
@@ -92,15 +133,3 @@ def test_an_obstacle_neuron_sums_events() -> None:
     assert 0.0 < spikes_per_event(40.0, MODIFIED["IF_TAU1_N"]) < 0.5
     assert 0.5 < spikes_per_event(80.0, MODIFIED["IF_TAU1_N"]) < 1.5
     assert spikes_per_event(10.0, ("105p", 73)) >= 2.0
-
-
-def test_a_drive_stops_the_robot() -> None:
-    biases = pushbot_biases(MODIFIED)
-    plain, network = field_network(PAPER, LEVELS), modified_network(LEVELS, biases)
-    for name in ("DL", "DR"):
-        at = np.ix_(network["sp"].neurons, network[name].neurons)
-        assert not plain.levels()[at].any()
-        # more than what an obstacle population does, whose spikes come as seldom
-        drive = {level_current(biases, int(k)) for k in network.levels()[at].ravel()}
-        slowing = network.levels()[np.ix_(network["sp"].neurons, network["OL"].neurons)]
-        assert min(drive) > 2.0 * level_current(biases, int(slowing[0, 0]))

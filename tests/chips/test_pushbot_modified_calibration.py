@@ -38,12 +38,10 @@ def test_a_die_comes_to_its_rates() -> None:
     silicon = Silicon(ROLLS_180, 27.0, Die(number=5))
     # from the table itself, farther off than what the plain network's calibration leaves
     found = calibrate_modified(NETWORK, pushbot_biases(), silicon)
-    for name in ("OL", "OR", "DL", "DR"):
-        assert abs(found.before[name] / RATES[name] - 1.0) > 0.3
+    # drives, which begin at 330 Hz, near what their refractory period lets through, cannot be as far off
+    for name, off in {"OL": 0.3, "OR": 0.3, "DL": 0.15, "DR": 0.15}.items():
+        assert abs(found.before[name] / RATES[name] - 1.0) > off
         assert found.rates[name] == pytest.approx(RATES[name], rel=0.1)
-    # sp falls within a few Hz of OL from its full rate to none: it is not brought nearer than this
-    assert found.before["sp"] < 0.5 * RATES["sp"]
-    assert found.rates["sp"] == pytest.approx(RATES["sp"], rel=0.2)
     assert max(len(gone) for gone in found.blacklist.values()) <= MOST
-    for name in ("NPA_WEIGHT_EXC_P", "IF_RFR2_N", "IF_TAU1_N"):
+    for name in ("NPA_WEIGHT_EXC_P", "IF_RFR2_N", "IF_TAU1_N", "NPA_WEIGHT_INH_N", "NPA_WEIGHT_INH1_N"):
         assert found.biases.code(name) == BIASES.code(name)
