@@ -69,7 +69,7 @@ CODES: Mapping[str, tuple[str, int]] = {
 }
 
 # of the modified network, whose obstacle neurons hear one sixteenth of the events: strong connections from
-# the sensor's centre (levels 1, 3, 2, 4 from its edge on: 0.20, 1.0, 1.8, 2.6 uA), and weak events with a
+# the sensor's centre (levels 1, 3, 2, 4 from its edge on: 0.13, 0.63, 1.1, 1.6 uA), and weak events with a
 # leak over which a neuron sums them: lone ones make no spike, 80 a second one spike each. At 30 pA ten a
 # second make two spikes each, and then the sensor's noise steers.
 # Drives are excited for 60 ms, so that they end a turn that the gyro's populations blind. Inhibition lasts
@@ -78,16 +78,16 @@ CODES: Mapping[str, tuple[str, int]] = {
 MODIFIED: Mapping[str, tuple[str, int]] = {
     "IF_TAU2_N": ("820p", 62),  # 0.20 nA, of what has no columns
     "VA_EXC_N": ("0.4u", 62),  # 97 nA
-    "NPA_WEIGHT_EXC_P": ("0.4u", 128),  # 0.20 uA
-    "NPA_WEIGHT_EXC0_P": ("3.2u", 128),  # 1.6 uA
-    "NPA_WEIGHT_EXC1_P": ("3.2u", 64),  # 0.80 uA
+    "NPA_WEIGHT_EXC_P": ("0.4u", 83),  # 0.13 uA
+    "NPA_WEIGHT_EXC0_P": ("3.2u", 80),  # 1.0 uA
+    "NPA_WEIGHT_EXC1_P": ("3.2u", 40),  # 0.50 uA
     "IF_TAU1_N": ("820p", 31),  # 0.10 nA
     "NPDPIE_TAU_P": ("15p", 17),  # 1.0 pA
     "NPDPIE_THR_P": ("15p", 17),
     "NPDPII_TAU_P": ("15p", 8),  # 0.47 pA
     "NPDPII_THR_P": ("15p", 8),
-    "NPA_WEIGHT_INH_N": ("50n", 56),  # 11 nA
-    "NPA_WEIGHT_INH0_N": ("50n", 76),  # 15 nA
+    "NPA_WEIGHT_INH_N": ("50n", 36),  # 7.1 nA
+    "NPA_WEIGHT_INH0_N": ("6.5n", 158),  # 4.0 nA
     "NPA_WEIGHT_INH1_N": ("0.4u", 140),  # 0.22 uA
 }
 

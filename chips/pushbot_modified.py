@@ -41,12 +41,12 @@ class ModifiedLevels:
     The ramp takes the stronger exciting levels, so that all others are 1.
     """
 
-    gyro_to_obstacle: int = -1  # 11 nA
-    gyro_to_speed: int = -1
+    gyro_to_obstacle: int = -2  # 11 nA
+    gyro_to_speed: int = -1  # 7 nA
     drive_to_speed: int = -1
     drive_to_obstacle: int = 0  # none: the gyro's populations do what drives do in the plain network
     obstacle_to_speed: int = -1
-    exc_to_speed: int = 1  # 0.20 uA
+    exc_to_speed: int = 1  # 0.13 uA
     target_to_drive: int = 1
     field_near: tuple[int, ...] = (1, 1, 1)
 

@@ -43,7 +43,7 @@ from circuits.silicon import Silicon
 ROUNDS = 8  # runs of the chip at most
 EVENTS = 30.0  # 1/s, to each neuron of the obstacle populations
 # Hz: what the codes of `chips.pushbot_biases.MODIFIED` give on the nominal die under these events
-RATES: Mapping[str, float] = {"OL": 17.0, "OR": 17.0, "DL": 276.0, "DR": 276.0}
+RATES: Mapping[str, float] = {"OL": 17.0, "OR": 17.0, "DL": 232.0, "DR": 232.0}
 
 
 def calibrate_modified(
