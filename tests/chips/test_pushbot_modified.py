@@ -1,4 +1,4 @@
-"""The modified architecture: a full chip, weights graded by current, gyro populations that only suppress."""
+"""The modified architecture: a full chip, weights graded by current, turns that outlast what began them."""
 
 from dataclasses import replace
 
@@ -107,3 +107,29 @@ def test_a_turn_outlasts_what_began_it_and_the_robot_stands_meanwhile() -> None:
     assert rate("DR", 0.7, 0.8) == 0.0
     assert rate("sp", 0.5, 0.65) == 0.0
     assert rate("sp", 1.1, 1.2) > 250.0
+
+
+def spikes_per_event(rate: float, code: tuple[str, int], duration: float = 2.0) -> float:
+    """Of a population OL without connections, whose neurons hear 4 synapses at `rate` a second, evenly."""
+    biases = pushbot_biases({**MODIFIED, "IF_TAU1_N": code})
+    network = modified_network(LEVELS, biases)
+    members = np.array(network["OL"].neurons)
+    times = np.repeat((np.arange(round(rate * duration)) + 0.5) / rate, 4 * members.size)
+    shots = round(rate * duration)
+    inputs = Inputs(
+        times,
+        np.tile(np.repeat(members, 4), shots),
+        np.tile(VIRTUAL_EXCITATORY + np.arange(4), times.size // 4),
+    )
+    alone = network_program(replace(network, projections=()), biases)
+    chip = RollsChip(alone, Silicon(ROLLS_180), "generator", step=STEP)
+    heard, _ = chip.run(chip.at_rest(), duration, inputs)
+    return float(heard.neurons.size / members.size / shots)
+
+
+def test_an_obstacle_neuron_sums_events() -> None:
+    # none of events 100 ms apart, nearly a spike each of those 12.5 ms apart; two each with the field's leak
+    assert spikes_per_event(10.0, MODIFIED["IF_TAU1_N"]) == 0.0
+    assert 0.0 < spikes_per_event(40.0, MODIFIED["IF_TAU1_N"]) < 0.5
+    assert 0.5 < spikes_per_event(80.0, MODIFIED["IF_TAU1_N"]) < 1.5
+    assert spikes_per_event(10.0, ("105p", 73)) >= 2.0
