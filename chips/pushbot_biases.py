@@ -68,10 +68,12 @@ CODES: Mapping[str, tuple[str, int]] = {
     "NPA_WEIGHT_INH1_N": ("0.4u", 160),
 }
 
-# of the modified network, whose obstacle neurons hear one sixteenth of the events: strong connections from
-# the sensor's centre (levels 1, 3, 2, 4 from its edge on: 0.13, 0.63, 1.1, 1.6 uA), and weak events with a
-# leak over which a neuron sums them: lone ones make no spike, 80 a second one spike each. At 30 pA ten a
-# second make two spikes each, and then the sensor's noise steers.
+# of the modified network, whose obstacle neurons hear one sixteenth of the events: a ramp to the drives
+# (levels 1, 3, 2, 4 from the sensor's edge on: 0.13, 0.23, 0.33, 0.43 uA), and weak events with a leak over
+# which a neuron sums them: lone ones make no spike, 80 a second one spike each. At 30 pA ten a second make
+# two spikes each, and then the sensor's noise steers. With ramps of up to 1.6 or 2.6 uA drives fire as fast as
+# the refractory period lets them, whatever is seen: at turn factor 5 half of the turns are of more than 160
+# degrees, and the robot tumbles in one place and touches hardly anything.
 # Drives are excited for 60 ms, so that they end a turn that the gyro's populations blind. Inhibition lasts
 # 120 ms instead of 6: a drive that has won stays the winner for a while, and a robot that has turned does not
 # start before it sees
@@ -79,15 +81,15 @@ MODIFIED: Mapping[str, tuple[str, int]] = {
     "IF_TAU2_N": ("820p", 62),  # 0.20 nA, of what has no columns
     "VA_EXC_N": ("0.4u", 62),  # 97 nA
     "NPA_WEIGHT_EXC_P": ("0.4u", 83),  # 0.13 uA
-    "NPA_WEIGHT_EXC0_P": ("3.2u", 80),  # 1.0 uA
-    "NPA_WEIGHT_EXC1_P": ("3.2u", 40),  # 0.50 uA
+    "NPA_WEIGHT_EXC0_P": ("0.4u", 128),  # 0.20 uA
+    "NPA_WEIGHT_EXC1_P": ("0.4u", 64),  # 0.10 uA
     "IF_TAU1_N": ("820p", 31),  # 0.10 nA
     "NPDPIE_TAU_P": ("15p", 17),  # 1.0 pA
     "NPDPIE_THR_P": ("15p", 17),
     "NPDPII_TAU_P": ("15p", 8),  # 0.47 pA
     "NPDPII_THR_P": ("15p", 8),
-    "NPA_WEIGHT_INH_N": ("50n", 36),  # 7.1 nA
-    "NPA_WEIGHT_INH0_N": ("6.5n", 158),  # 4.0 nA
+    "NPA_WEIGHT_INH_N": ("50n", 71),  # 14 nA
+    "NPA_WEIGHT_INH0_N": ("50n", 51),  # 10 nA
     "NPA_WEIGHT_INH1_N": ("0.4u", 140),  # 0.22 uA
 }
 

@@ -8,13 +8,10 @@ centre each four neurons have the next stronger of the four exciting weights. Wh
 events; it has the slower leak, IF_TAU1, and so a lower threshold, as the target field has. It must still sum
 events that come close to one another in time: where each makes spikes, noise near the centre steers.
 
-The robot sees in short ways straight ahead. What a turn of its own moves over the sensor says little of what
-is near: the gyro's populations silence OL and OR from about 0.3 rad/s on, so drives, which no longer inhibit
-them, answer to what was seen before. A drive's filter holds that for some 60 ms and turns the robot by 10 to
-40 degrees (turn factor 5); meanwhile drives and gyro hold sp back (no source shows these two arrows), whose
-inhibition lasts about 120 ms. Then the robot goes on, and looks. Drives that also inhibit OL and OR, a
-stronger inhibition by the gyro, and a ramp whose outer half weighs next to nothing each touched more (dies
-100 to 124).
+The robot looks between turns. What a turn of its own moves over the sensor says little of what is near: the
+gyro's populations silence OL and OR from about 0.5 rad/s on, so drives, which no longer inhibit them, answer
+to what was seen before. A drive's filter holds that for some 60 ms; meanwhile drives and gyro hold sp back
+(no source shows these two arrows), whose inhibition lasts about 120 ms. Then the robot goes on, and looks.
 
 16 neurons a gyro population and the levels are ours. With exc of 16 neurons the chip is full.
 """
@@ -38,14 +35,14 @@ GYRO = 16  # neurons of a gyro population; ours
 class ModifiedLevels:
     """Levels that differ from the plain network's, ours; currents: with `chips.pushbot_biases.MODIFIED`.
 
-    The ramp takes the stronger exciting levels, so that all others are 1.
+    The ramp takes the stronger exciting levels; what is not part of it has the weakest.
     """
 
-    gyro_to_obstacle: int = -2  # 11 nA
-    gyro_to_speed: int = -1  # 7 nA
+    gyro_to_obstacle: int = -1  # 14 nA
+    gyro_to_speed: int = -1
     drive_to_speed: int = -1
     drive_to_obstacle: int = 0  # none: the gyro's populations do what drives do in the plain network
-    obstacle_to_speed: int = -1
+    obstacle_to_speed: int = -2  # 24 nA
     exc_to_speed: int = 1  # 0.13 uA
     target_to_drive: int = 1
     field_near: tuple[int, ...] = (1, 1, 1)

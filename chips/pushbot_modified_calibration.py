@@ -10,9 +10,8 @@ rates are those of the nominal die:
     events -> OL, OR     VA_EXC_N           ramps -> DL, DR     NPA_WEIGHT_EXC0_P (levels 2 and 4)
 
 Inhibition, IF_TAU1_N, which the field needs too, the refractory period and the other levels of the ramp stay
-as the plain network has them: at what OL and OR fire here, sp is slowed by a few per cent, which tells
-nothing of its inhibition. How strongly the gyro's populations answer is not calibrated. Of OL, OR, DL and DR
-at most four neurons each are left out, anew. Rates, drives and pairings are ours.
+as the plain network has them; how strongly the gyro's populations answer is not calibrated. Of OL, OR, DL and
+DR at most four neurons each are left out, anew. Rates, drives and pairings are ours.
 """
 
 from __future__ import annotations
@@ -41,9 +40,9 @@ from circuits.circuit import BiasKind
 from circuits.silicon import Silicon
 
 ROUNDS = 8  # runs of the chip at most
-EVENTS = 30.0  # 1/s, to each neuron of the obstacle populations
+EVENTS = 60.0  # 1/s, to each neuron of the obstacle populations
 # Hz: what the codes of `chips.pushbot_biases.MODIFIED` give on the nominal die under these events
-RATES: Mapping[str, float] = {"OL": 17.0, "OR": 17.0, "DL": 232.0, "DR": 232.0}
+RATES: Mapping[str, float] = {"OL": 50.0, "OR": 50.0, "DL": 220.0, "DR": 220.0}
 
 
 def calibrate_modified(

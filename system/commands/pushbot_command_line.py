@@ -19,7 +19,7 @@ def pushbot(
     ] = None,
     speed_factor: Annotated[float | None, typer.Option(help="Of equation (2); 0.5, about 0.35 m/s.")] = None,
     turn_factor: Annotated[
-        float | None, typer.Option(help="Of equation (1); 0.5, or 5 with --modified.")
+        float | None, typer.Option(help="Of equation (1); 0.5, or 2 with --modified.")
     ] = None,
     window: Annotated[
         str | None, typer.Option(metavar="TIME", help="In which spikes are counted; 500ms.")
