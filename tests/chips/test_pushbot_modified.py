@@ -88,7 +88,7 @@ def test_a_turn_outlasts_what_began_it_and_the_robot_stands_meanwhile() -> None:
     seen = network["OL"].neurons[-4:]  # a block left of the centre, from 0.3 s on
     inputs = merged([
         kick(network, 4), events(seen, 400.0, 0.3, 0.8),
-        events(network["GR"].neurons, 500.0, 0.4, 0.8),  # a turn at 1 rad/s from 0.4 to 0.8 s
+        events(network["GR"].neurons, 250.0, 0.4, 0.8),  # a turn at 0.5 rad/s from 0.4 to 0.8 s
     ])  # fmt: skip
     spikes, _ = chip.run(chip.at_rest(), 1.2, inputs)
 
@@ -102,10 +102,11 @@ def test_a_turn_outlasts_what_began_it_and_the_robot_stands_meanwhile() -> None:
     assert rate("OL", 0.3, 0.4) > 30.0
     assert rate("DR", 0.32, 0.4) > 100.0
     assert rate("DL", 0.3, 1.2) == 0.0
-    assert rate("OL", 0.5, 1.2) == 0.0
-    assert rate("DR", 0.5, 0.55) > 100.0
+    assert rate("OL", 0.55, 0.6) < 10.0
+    assert rate("DR", 0.55, 0.6) > 100.0
+    assert rate("OL", 0.6, 1.2) == 0.0
     assert rate("DR", 0.7, 0.8) == 0.0
-    assert rate("sp", 0.5, 0.65) == 0.0
+    assert rate("sp", 0.45, 0.75) == 0.0
     assert rate("sp", 1.1, 1.2) > 250.0
 
 
