@@ -71,7 +71,7 @@ CODES: Mapping[str, tuple[str, int]] = {
 # of the modified network, whose obstacle neurons hear one sixteenth of the events: a ramp to the drives
 # (levels 1, 3, 2, 4 from the sensor's edge on: 0.13, 0.23, 0.33, 0.43 uA), and weak events with a leak over
 # which a neuron sums them: lone ones make no spike, 80 a second one spike each. At 30 pA ten a second make
-# two spikes each, and then the sensor's noise steers. With ramps of up to 1.6 or 2.6 uA drives fire as fast
+# two spikes each, and then the sensor's noise steers. With a ramp of up to 1.6 uA drives fire as fast
 # as the refractory period lets them, whatever is seen: at turn factor 5 half of the turns are of more than
 # 160 degrees, and the robot tumbles in one place and touches hardly anything.
 # Drives are excited for 60 ms, so that they end a turn that the gyro's populations blind. Inhibition lasts

@@ -75,7 +75,7 @@ def outcome(trace: Trace) -> Summary:
     return summarise(trace) | {
         "touched_block": float(touched.startswith("block")), "touched_wall": float(touched == "wall"),
         "touched_visible": float(bool(touched) and touched not in faint), "stood": stood(path),
-        "squares": float(len(np.unique(path[:, 1:3] // SQUARE, axis=0))),
+        "squares": squares(path),
     }  # fmt: skip
 
 
@@ -86,6 +86,11 @@ def stood(path: F64) -> float:
         return 0.0
     way, time = np.hypot(*np.diff(chosen[:, 1:3], axis=0).T), np.diff(chosen[:, 0])
     return float(np.mean(way < STANDS * time))
+
+
+def squares(path: F64) -> float:
+    """Number of squares of SQUARE that a path, float64[n, 4] of s, m, m, rad, was on."""
+    return float(len(np.unique(path[:, 1:3] // SQUARE, axis=0)))
 
 
 def rows(found: Found) -> tuple[Row, ...]:
@@ -137,14 +142,14 @@ def notes(found: Found) -> tuple[str, ...]:
     out = []
     for (network, speed), runs in found.items():
         way = total(runs, "path_m")
-        still, squares = (total(runs, name) / len(runs) for name in ("stood", "squares"))
+        still, seen = (total(runs, name) / len(runs) for name in ("stood", "squares"))
         met = share_of(runs, "collided")
         blocks, walls = (share_of(runs, f"touched_{name}").passed for name in ("block", "wall"))
         each = way / max(met.passed, 1)
         out.append(
             f"{network}, {speed:g} m/s: collided {met}, of them blocks {blocks}, wall {walls};"
             f" {each:.2f} m a collision; stands {100.0 * still:.0f} % of the time;"
-            f" is on {squares:.0f} squares of {100.0 * SQUARE:.0f} cm"
+            f" is on {seen:.0f} squares of {100.0 * SQUARE:.0f} cm"
         )
     return tuple(out)
 

@@ -98,6 +98,15 @@ def test_the_modified_architecture_runs() -> None:
     assert all_spikes(made.record)[0].size > 0
 
 
+def test_turn_factor_is_that_of_the_architecture_unless_given() -> None:
+    turns = [
+        replace(BASE, modified=modified, turn_factor=given).read().factors.turn
+        for modified in (False, True)
+        for given in (None, 1.5)
+    ]
+    assert turns == [0.5, 1.5, 2.0, 1.5]
+
+
 def test_a_gyro_population_fires_in_a_turn_to_its_side() -> None:
     brain = make_brain(replace(BASE, modified=True, die=NOMINAL))
     assert brain.turning is not None

@@ -145,6 +145,14 @@ def test_clutter_tells_standing_still_from_avoiding() -> None:
     assert milde2017_clutter.stood(path) == pytest.approx(0.5, abs=0.1)
 
 
+def test_a_robot_that_turns_in_one_place_is_on_few_squares() -> None:
+    angle = np.linspace(0.0, 20.0 * np.pi, 4001)
+    circles = np.column_stack([angle, 0.5 + 0.05 * np.cos(angle), 0.5 + 0.05 * np.sin(angle), angle])
+    ahead = np.column_stack([angle, 0.05 + 0.05 * angle, np.full_like(angle, 0.5), 0.0 * angle])
+    assert milde2017_clutter.squares(circles) == 1.0
+    assert milde2017_clutter.squares(ahead) == 16.0
+
+
 def test_office_counts_by_the_minute() -> None:
     few = summaries(collided=[1.0, 0.0, 0.0, 0.0], walked_into=[0.0] * 4, time_s=[60.0] * 4)
     many = summaries(collided=[1.0] * 20, walked_into=[0.0] * 20, time_s=[4.0] * 20)
