@@ -2,7 +2,7 @@
 
 import pytest
 
-from chips.pushbot_biases import CODES, LEVELS, MODIFIED, pushbot_biases
+from chips.pushbot_biases import CODES, LEVELS, pushbot_biases
 from chips.pushbot_network import pushbot_network
 from chips.rolls_bias_file import default_biases
 from chips.rolls_network import network_program
@@ -26,10 +26,11 @@ def test_the_network_has_its_levels_and_obstacles_outdo_the_target() -> None:
 
 
 def test_a_drive_that_has_won_outlasts_as_many_events_on_its_own_side() -> None:
-    # its own turn makes events on both sides: what drives the other is met by more than twice as much
-    for table in (pushbot_biases(), pushbot_biases(MODIFIED)):
-        held = level_current(table, LEVELS.drive_to_drive)
-        assert held > 2.0 * level_current(table, LEVELS.obstacle_to_drive)
+    # its own turn makes events on both sides: what drives the other is met by more than twice as much; in the
+    # modified network the gyro's populations silence these events
+    table = pushbot_biases()
+    held = level_current(table, LEVELS.drive_to_drive)
+    assert held > 2.0 * level_current(table, LEVELS.obstacle_to_drive)
 
 
 def test_changes_go_over_the_table() -> None:

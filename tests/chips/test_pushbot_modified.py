@@ -88,6 +88,7 @@ def test_a_turn_outlasts_what_began_it_and_the_robot_stands_meanwhile() -> None:
     seen = network["OL"].neurons[-4:]  # a block left of the centre, from 0.3 s on
     inputs = merged([
         kick(network, 4), events(seen, 400.0, 0.3, 0.8),
+        events(network["OR"].neurons[-4:], 400.0, 0.45, 0.8),  # its own turn makes as many on the other side
         events(network["GR"].neurons, 250.0, 0.4, 0.8),  # a turn at 0.5 rad/s from 0.4 to 0.8 s
     ])  # fmt: skip
     spikes, _ = chip.run(chip.at_rest(), 1.2, inputs)
