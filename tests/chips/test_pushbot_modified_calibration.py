@@ -38,7 +38,7 @@ def test_a_die_comes_to_its_rates() -> None:
     silicon = Silicon(ROLLS_180, 27.0, Die(number=5))
     # from the table itself, farther off than what the plain network's calibration leaves
     found = calibrate_modified(NETWORK, pushbot_biases(), silicon)
-    # drives, which begin at 330 Hz, near what their refractory period lets through, cannot be as far off
+    # drives begin at 272 Hz: near what their refractory period lets through EXC0 moves them little
     for name, off in {"OL": 0.3, "OR": 0.3, "DL": 0.15, "DR": 0.15}.items():
         assert abs(found.before[name] / RATES[name] - 1.0) > off
         assert found.rates[name] == pytest.approx(RATES[name], rel=0.1)

@@ -56,8 +56,8 @@ def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(name: st
 @pytest.mark.parametrize(
     "number",
     [
-        "CODES", "MODIFIED", "EVENTS", "RATES", "TURN_EVENTS", "TURN_RATE", "MODIFIED_EVENTS",
-        "MODIFIED_RATES", "COLOURS",
+        "CODES", "MODIFIED", "EVENTS", "RATES", "TURN_EVENTS", "TURN_RATE", "MODIFIED_LEVELS",
+        "MODIFIED_EVENTS", "MODIFIED_RATES", "GYRO_ANGLE", "COLOURS",
     ],
 )  # fmt: skip
 def test_drives_with_other_codes_or_colours_are_refused(
