@@ -32,7 +32,7 @@ from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
 from system.silicon_noise import Noisy, silicon_noise
-from system.study_route import Readers, number, read_route, seconds, switch, whole, words
+from system.study_route import Readers, metres, number, read_route, seconds, switch, whole, words
 
 DEFAULT_SCENE = "single-block"
 TURN_FACTOR = 0.5  # the paper's in most of its runs
@@ -50,8 +50,8 @@ SUMMARY = (
 STUDIED: Readers = {
     "scene": words, "speed_factor": number, "turn_factor": number, "window": seconds, "readout": words,
     "modified": switch, "dropped": number, "colour": words, "light": words, "target": switch,
-    "duration": seconds, "exc": whole, "calibrated": switch, "frame": switch, "raise_lateral": switch,
-    "silicon_noise": words,
+    "duration": seconds, "way": metres, "exc": whole, "calibrated": switch, "frame": switch,
+    "raise_lateral": switch, "silicon_noise": words,
 }  # fmt: skip
 
 
@@ -63,8 +63,9 @@ class Scenario:
     window, readout: of equations (1) and (2), s; turn factor and window None for those of the architecture;
     target: whether the field gets events, None where the scene has a target; temperature_c: of the run
     (degC); calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
-    raise_lateral: see `Architecture`; duration: s, None for the scene's; silicon_noise: of its devices,
-    and its seed, None for `seed`, which is also that of the scene and the sensor.
+    raise_lateral: see `Architecture`; duration: s, None for the scene's; way: m after which the run ends too,
+    None for no such end; silicon_noise: of its devices, and its seed, None for `seed`, which is also that of
+    the scene and the sensor.
     """
 
     scene: str = DEFAULT_SCENE
@@ -78,6 +79,7 @@ class Scenario:
     light: str | None = None
     target: bool | None = None
     duration: float | None = None
+    way: float | None = None
     exc: int = 16
     seed: int = 0
     die: Die = NOMINAL
@@ -92,6 +94,8 @@ class Scenario:
     def __post_init__(self) -> None:
         if self.duration is not None and not self.duration > 0.0:
             raise ParameterError(f"--duration: {self.duration:g} s, must be > 0")
+        if self.way is not None and not self.way > 0.0:
+            raise ParameterError(f"--way: {self.way:g} m, must be > 0")
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
         self.device_noise()
@@ -127,7 +131,7 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Drive until the robot touches something, has passed the obstacles, or the time is over.
+    """Drive until the robot touches something, has passed the obstacles, or time or way are over.
 
     Raises `ParameterError` for a speed or turn factor that is not above 0, a network that the chip has no
     room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
@@ -161,12 +165,13 @@ def run_with(
     if duration is None:
         duration = _time_for(course, readout.factors, robot)
     loop = open_loop(brain, drive, readout)
-    while drive.touched is None and drive.time < duration - 1e-9:
+    way = math.inf if scenario.way is None else scenario.way
+    while drive.touched is None and drive.time < duration - 1e-9 and drive.way < way:
         step(loop)
         if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
             break
         if progress is not None:
-            progress(min(drive.time / duration, 1.0))
+            progress(min(max(drive.time / duration, drive.way / way), 1.0))
     return Trace(scenario, scene, brain, drive, loop.record, course)
 
 
@@ -178,11 +183,11 @@ def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario; window and duration are texts. Raises `ParameterError`."""
+    """Fields of a scenario; window, duration and way are texts. Raises `ParameterError`."""
     fields = dict(options)
-    for name in ("window", "duration"):
+    for name, unit in (("window", "s"), ("duration", "s"), ("way", "m")):
         if name in fields:
-            fields[name] = parse_quantity(fields[name], "s", f"--{name}")
+            fields[name] = parse_quantity(fields[name], unit, f"--{name}")
     return fields
 
 
@@ -190,7 +195,6 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     """Scalars of a run: `distance_cm` at the obstacle line, 0 after a collision, None where not crossed."""
     path = np.array(trace.drive.path)
     time = float(path[-1, 0])
-    way = float(np.hypot(*np.diff(path[:, 1:3], axis=0).T).sum())
     collided = trace.drive.touched is not None
     found = None if trace.course is None else passage(trace.course, trace.drive.obstacles, path)
     distance = None if found is None else found.distance
@@ -204,8 +208,8 @@ def summarise(trace: Trace) -> dict[str, float | None]:
         "closest_cm": None if found is None else _cm(found.closest),
         "passed": None if found is None or found.side is None else float(found.side),
         "time_s": time,
-        "path_m": way,
-        "mean_speed_m_per_s": way / max(time, 1e-9),
+        "path_m": trace.drive.way,
+        "mean_speed_m_per_s": trace.drive.way / max(time, 1e-9),
         **{f"rate_{name}_Hz": float(mean[name].mean()) for name in ("OL", "OR", "DL", "DR", "sp")},
         "power_mW": 1e3 * activity_power(trace.brain.chip, neurons, trace.record.inputs, max(time, 0.05)),
         "events": float(sum(len(e) for e in trace.record.events)),

@@ -59,7 +59,7 @@ class Glance:
 class Run:
     """A robot on its way; `touched` names what it has run into, where it then stays.
 
-    path: (s, m, m, rad) a sensor step.
+    path: (s, m, m, rad) a sensor step; way: m that its middle has gone.
     """
 
     scene: Scene
@@ -73,6 +73,7 @@ class Run:
     touched: str | None = None
     next_gyro: float = 0.0
     lost: int = 0
+    way: float = 0.0
     path: list[tuple[float, float, float, float]] = field(default_factory=list)
 
     @property
@@ -139,6 +140,7 @@ def _way_ahead(run: Run, steps: int) -> F64:
         run.tracks = receive(run.link, run.tracks, run.time + k * step)
         run.tracks, speed, turn = follow(run.robot, run.tracks, step)
         ways[k] = speed, turn
+        run.way += abs(speed) * step
         go_along_arc(pose, speed, turn, step)
         at = run.time + (k + 1) * step
         here = float(pose[0]), float(pose[1]), float(pose[2])

@@ -32,6 +32,11 @@ def seconds(text: str, option: str) -> float:
     return parse_quantity(text, "s", option)
 
 
+def metres(text: str, option: str) -> float:
+    """A length, m."""
+    return parse_quantity(text, "m", option)
+
+
 def whole(text: str, option: str) -> int:
     """A whole number."""
     try:

@@ -55,6 +55,9 @@ def pushbot(
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="After which the run ends; the scene's.")
     ] = None,
+    way: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="After which the run ends too; none.")
+    ] = None,
     silicon_noise: Annotated[
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,

@@ -82,6 +82,17 @@ def test_the_same_key_gives_the_same_run_and_another_seed_another(trace: Trace) 
     assert first.record.inputs != other.record.inputs
 
 
+def test_a_run_ends_after_its_way(trace: Trace) -> None:
+    scenario = replace(BASE, way=0.2)
+    short = run_with(trace.brain, scenario, scene_of(scenario), scenario.read())
+    path = np.array(short.drive.path)
+    length = np.hypot(*np.diff(path[:, 1:3], axis=0).T).sum()
+    # a look of 50 ms at most beyond, at 0.4 m/s
+    assert 0.2 <= short.drive.way < 0.22
+    assert short.drive.way == pytest.approx(length, rel=1e-4)
+    assert short.drive.path == trace.drive.path[: len(path)]
+
+
 def test_a_campaign_is_single_runs(trace: Trace) -> None:
     scenarios = trials(replace(BASE, duration=0.3), 2, 1, first=3)
     found = drive_each(scenarios, make=lambda _: trace.brain)
@@ -140,6 +151,7 @@ def test_the_picture_can_be_drawn(trace: Trace, tmp_path: Path) -> None:
     [
         ({"speed_factor": 0.0}, "speed_factor: 0, must be above 0"),
         ({"turn_factor": -1.0}, "turn_factor"),
+        ({"way": 0.0}, "--way: 0 m, must be > 0"),
         ({"scene": "nowhere"}, "scene nowhere: unknown"),
         ({"exc": 60}, "population.target: 128 neurons, must be <="),
         ({"dropped": 1.0}, "dropped"),

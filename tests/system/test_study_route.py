@@ -8,14 +8,21 @@ import pytest
 
 from circuits.errors import ParameterError
 from system.command_line import main
-from system.study_route import number, read_route, seconds, switch, whole, with_params, words
+from system.study_route import metres, number, read_route, seconds, switch, whole, with_params, words
 
-READERS = {"map": words, "soft_pings": switch, "pings": whole, "vmax": number, "duration": seconds}
+READERS = {
+    "map": words,
+    "soft_pings": switch,
+    "pings": whole,
+    "vmax": number,
+    "duration": seconds,
+    "way": metres,
+}
 
 
 def test_text_is_read_and_values_stay() -> None:
-    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5", "duration": "20ms"}
-    found = {"map": "a", "soft_pings": False, "pings": 12, "vmax": 0.5, "duration": 0.02}
+    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5", "duration": "20ms", "way": "3"}
+    found = {"map": "a", "soft_pings": False, "pings": 12, "vmax": 0.5, "duration": 0.02, "way": 3.0}
     assert read_route("robot", text, READERS) == found
     assert read_route("robot", found, READERS) == found
 

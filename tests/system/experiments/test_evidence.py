@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,10 @@ import pytest
 from circuits.errors import ParameterError
 from system import pushbot_campaign
 from system.campaign import Campaign, Found, Key
-from system.experiments import latency_forests, milde2017_table1
+from system.experiments import latency_forests, milde2017_clutter, milde2017_table1
 from system.pushbot import Scenario, summarise
 from system.pushbot_campaign import Drive, drive_again, trials
+from system.pushbot_robot import SPEED_OF_FACTOR
 from system.registry import load_experiment
 
 EVIDENCE = Path(__file__).parents[3] / "evidence"
@@ -77,3 +79,18 @@ def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
     row = json.loads(first)
     assert row["key"][0] == f"die {scenario.die.number}"
     assert summarise(drive_again(Drive(scenario))) == row["found"]["runs"][0]["summary"]
+
+
+def test_a_drive_among_blocks_driven_again_is_the_one_that_is_kept() -> None:
+    _, first, *_ = (EVIDENCE / "milde2017-clutter.jsonl").read_text().splitlines()
+    # the scenes of the first die: four at each speed, the plain network's turn factors one after the other
+    number, speed = 5, milde2017_clutter.SPEEDS[1]
+    base = replace(
+        milde2017_clutter.NETWORKS["plain"], speed_factor=speed / SPEED_OF_FACTOR,
+        duration=milde2017_clutter.LIMIT, way=milde2017_clutter.WAY,
+    )  # fmt: skip
+    scenes = trials(base, milde2017_clutter.SCENES, milde2017_clutter.DIES, milde2017_clutter.FRESH)
+    scenario = [s for s in scenes if s.die == scenes[0].die][number - 4]
+    kept_run = json.loads(first)["found"]["runs"][number]["summary"]
+    assert kept_run["time_s"] < 5.0  # the shortest of them
+    assert milde2017_clutter.outcome(drive_again(Drive(scenario))) == kept_run

@@ -115,26 +115,34 @@ def test_a_moving_cup_may_cost_five_points() -> None:
     assert [r.agrees for r in milde2017_moving.rows({"0.5": (few, none), "1": (two, none)})] == [True, False]
 
 
+def clutter(plain: list[Summary], modified: list[Summary]) -> milde2017_clutter.Found:
+    return {
+        (name, speed): modified if name == "modified" else plain
+        for name in milde2017_clutter.NETWORKS
+        for speed in milde2017_clutter.SPEEDS
+    }
+
+
 def test_clutter_is_paired() -> None:
-    usual = {"touched_visible": [0.0] * 10, "path_m": [4.0] * 10, "time_s": [10.0] * 10}
+    usual = {"touched_visible": [0.0] * 10, "touched_early": [0.0] * 10, "path_m": [4.0] * 10}
+    usual["time_s"] = [10.0] * 10
     hit, free = summaries(collided=[1.0] * 10, **usual), summaries(collided=[0.0] * 10, **usual)
-    speeds = milde2017_clutter.SPEEDS
-    better = {("plain", v): hit for v in speeds} | {("modified", v): free for v in speeds}
-    same = {(n, v): hit for n in milde2017_clutter.NETWORKS for v in speeds}
-    assert milde2017_clutter.rows(better)[0].agrees
-    assert not milde2017_clutter.rows(same)[0].agrees
+    better = {row.name: row.agrees for row in milde2017_clutter.rows(clutter(hit, free))}
+    assert better["collides_less_than_plain"]
+    # what comes after the time that is compared does not count
+    assert not better["collides_less_than_plain_in_40_s"]
+    assert not milde2017_clutter.rows(clutter(hit, hit))[0].agrees
+    assert not milde2017_clutter.rows(clutter(free, hit))[0].agrees
 
 
 def test_clutter_tells_standing_still_from_avoiding() -> None:
-    usual = {"touched_visible": [0.0] * 10, "time_s": [10.0] * 10}
+    usual = {"touched_visible": [0.0] * 10, "touched_early": [0.0] * 10, "time_s": [10.0] * 10}
     # 10 collisions each: in 10 m of the plain network, in 60 m of the modified one; binomial, p below 1e-4
     slow = summaries(collided=[1.0] * 10, path_m=[1.0] * 10, **usual)
     fast = summaries(collided=[1.0] * 10, path_m=[6.0] * 10, **usual)
-    speeds = milde2017_clutter.SPEEDS
-    found = {("plain", v): slow for v in speeds} | {("modified", v): fast for v in speeds}
-    agrees = {row.name: row.agrees for row in milde2017_clutter.rows(found)}
-    assert agrees["collisions_a_metre_at_0.5_m_per_s"]
-    assert not agrees["modified_collides_less_at_0.5_m_per_s"]
+    agrees = {row.name: row.agrees for row in milde2017_clutter.rows(clutter(slow, fast))}
+    assert agrees["collisions_a_metre_than_plain"]
+    assert not agrees["collides_less_than_plain"]
     assert agrees["modified_moves_at_0.5_m_per_s"]
     assert not agrees["plain_moves_at_0.5_m_per_s"]
     path = np.zeros((201, 4))
@@ -143,6 +151,16 @@ def test_clutter_tells_standing_still_from_avoiding() -> None:
     path[101:, 1] = path[100, 1]
     # half of a second at 0.5 m/s, the other half at rest
     assert milde2017_clutter.stood(path) == pytest.approx(0.5, abs=0.1)
+    assert milde2017_clutter.way_until(path, 0.25) == pytest.approx(0.125)
+    assert milde2017_clutter.way_until(path, 9.0) == pytest.approx(0.25)
+
+
+def test_a_run_out_of_time_counts_as_far_as_it_went() -> None:
+    # of four robots one stops after 1 m, then one of the other three touches at 2 m: a third of the rest
+    runs = summaries(collided=[0.0, 1.0, 0.0, 0.0], path_m=[1.0, 2.0, 12.0, 12.0])
+    ways, left = milde2017_clutter.kept(runs)
+    assert ways.tolist() == [0.0, 1.0, 2.0, 12.0]
+    assert left == pytest.approx([1.0, 1.0, 2.0 / 3.0, 2.0 / 3.0])
 
 
 def test_a_robot_that_turns_in_one_place_is_on_few_squares() -> None:
