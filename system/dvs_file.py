@@ -23,6 +23,28 @@ HEADER = "# t_us x y on"
 _MICRO = 1e6
 
 
+def check_events(path: str) -> None:
+    """Raise before anything is computed if events cannot be written to `path`.
+
+    Raises
+    ------
+    ParameterError
+        The suffix names no known format.
+    SimulatorError
+        AEDAT4 is asked for and `faery` is not installed.
+    DataError
+        There is no such folder.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
+    if suffix == ".aedat4":
+        _faery()
+    folder = Path(path).parent
+    if not folder.is_dir():
+        raise DataError(f"{path}: cannot be written, there is no folder {folder}; make it first (mkdir -p)")
+
+
 def write_events(path: str, events: Events, columns: int = 128, rows: int = 128) -> None:
     """Write events in the format of the suffix: .aedat4, .npz (arrays t, x, y, on) or .txt (four columns).
 
@@ -35,9 +57,8 @@ def write_events(path: str, events: Events, columns: int = 128, rows: int = 128)
     DataError
         The file cannot be written.
     """
+    check_events(path)
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
     t, x, y, on = _in_file_order(events, rows)
     if suffix == ".aedat4":
         _write_aedat4(path, t, x, y, on, (columns, rows))

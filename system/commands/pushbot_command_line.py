@@ -58,6 +58,10 @@ def pushbot(
     way: Annotated[
         str | None, typer.Option(metavar="LENGTH", help="After which the run ends too; none.")
     ] = None,
+    events: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Write events that arrived into a .aedat4, .npz or .txt."),
+    ] = None,
     silicon_noise: Annotated[
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,

@@ -9,10 +9,11 @@ import numpy as np
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.dvs_file import check_events, write_events
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.pushbot import SYSTEM, Scenario, Trace, read_options
-from system.pushbot_loop import rates
+from system.pushbot_loop import all_events, rates
 from system.pushbot_readout import LOOK
 from system.silicon_choice import SiliconChoice
 
@@ -24,11 +25,17 @@ def run_pushbot(
     plot: str | None,
     *,
     as_json: bool,
+    events: str | None = None,
     **options: Any,
 ) -> None:
-    """Run the robot, print its summary; `plot` draws the run. `options` are texts of its scenario."""
+    """Run the robot, print its summary; `options` are texts of its scenario.
+
+    plot: draws the run; events: file for those that reached the controller, at the times at which they did.
+    """
     if plot is not None:
         check_picture(plot)
+    if events is not None:
+        check_events(events)
     celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     check_temperature(celsius)
     scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **read_options(options))
@@ -37,6 +44,8 @@ def run_pushbot(
     summary = SYSTEM.summarise(trace)
     if plot is not None:
         save_picture(plot, lambda figure: SYSTEM.draw(trace, figure))
+    if events is not None:
+        write_events(events, all_events(trace.record))
     if as_json:
         print_json(_document(system, trace, summary))
     else:

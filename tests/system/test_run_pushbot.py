@@ -3,9 +3,12 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from system.command_line import main
+from system.dvs_file import read_events
+from system.pushbot_robot import Pushbot
 
 
 def test_json_has_the_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -27,9 +30,22 @@ def test_json_has_the_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert picture.stat().st_size > 10_000
 
 
+def test_events_that_arrived_can_be_kept(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    kept = tmp_path / "events.npz"
+    assert main(("run", "pushbot", "--duration", "400ms", "--events", str(kept), "--json")) == 0
+    found = json.loads(capsys.readouterr().out)
+    events = read_events(str(kept))
+    assert len(events) == found["summary"]["events"] > 0
+    assert np.all(np.diff(events.time) >= 0.0)
+    # not before the link's latency, nor after the run
+    assert Pushbot().latency <= events.time.min() <= events.time.max() <= found["summary"]["time_s"]
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
+        (("--events", "events.dat"), "events.dat: must end with .aedat4, .npz, .txt"),
+        (("--way", "0"), "--way: 0 m, must be > 0"),
         (("--speed-factor", "0"), "speed_factor: 0, must be above 0"),
         (("--scene", "nowhere"), "scene nowhere: unknown"),
         (("--exc", "60"), "population.target: 128 neurons, must be <= 116"),
