@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from circuits.errors import DataError, ParameterError, SimulatorError
 from system.dvs_event import Events
-from system.files import replace_atomic, write_bytes_atomic, write_text_atomic
+from system.files import check_folder, replace_atomic, write_bytes_atomic, write_text_atomic
 
 SUFFIXES = (".aedat4", ".npz", ".txt")
 HEADER = "# t_us x y on"
@@ -40,22 +40,13 @@ def check_events(path: str) -> None:
         raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
     if suffix == ".aedat4":
         _faery()
-    folder = Path(path).parent
-    if not folder.is_dir():
-        raise DataError(f"{path}: cannot be written, there is no folder {folder}; make it first (mkdir -p)")
+    check_folder(path)
 
 
 def write_events(path: str, events: Events, columns: int = 128, rows: int = 128) -> None:
     """Write events in the format of the suffix: .aedat4, .npz (arrays t, x, y, on) or .txt (four columns).
 
-    Raises
-    ------
-    ParameterError
-        The suffix names no known format.
-    SimulatorError
-        AEDAT4 is asked for and `faery` is not installed.
-    DataError
-        The file cannot be written.
+    Raises what `check_events` raises, and `DataError` for a file that cannot be written.
     """
     check_events(path)
     suffix = Path(path).suffix.lower()

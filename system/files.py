@@ -33,6 +33,12 @@ _REASONS = {
 }
 
 
+def check_folder(path: Path | str) -> None:
+    """Raise `DataError` before anything is computed if the folder of `path` is not there."""
+    if not Path(path).parent.is_dir():
+        raise _without_folder(Path(path))
+
+
 def write_text_atomic(path: Path | str, text: str) -> None:
     """Write `text` to `path` as UTF-8, whole or not at all.
 
@@ -134,11 +140,13 @@ def _flush(path: Path) -> None:
 
 def _unwritable(path: Path, code: int | None, error: Exception) -> DataError:
     if code == errno.ENOENT:
-        return DataError(
-            f"{path}: cannot be written, there is no folder {path.parent}; make it first (mkdir -p)"
-        )
+        return _without_folder(path)
     reason = _REASONS.get(code or 0) or f"{_first_line(error)}; check the path and the disk"
     return DataError(f"{path}: cannot be written, {reason}")
+
+
+def _without_folder(path: Path) -> DataError:
+    return DataError(f"{path}: cannot be written, there is no folder {path.parent}; make it first (mkdir -p)")
 
 
 def _first_line(error: Exception) -> str:

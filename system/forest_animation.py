@@ -15,8 +15,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from system.curved_openspace import arcs_of
+from system.files import check_folder
 from system.forest import Trace
 from system.forest_map import SIDE
 from system.forest_picture import draw_discs, draw_path, draw_sight
@@ -36,9 +37,7 @@ def check_animation(path: str) -> None:
     """
     if Path(path).suffix.lower() != ".gif":
         raise ParameterError(f"--animate: {path}, must end with .gif; choose another name")
-    folder = Path(path).parent
-    if not folder.is_dir():
-        raise DataError(f"{path}: cannot be written, there is no folder {folder}; make it first (mkdir -p)")
+    check_folder(path)
 
 
 def save_animation(path: str, trace: Trace, frames: int = FRAMES) -> int:

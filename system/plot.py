@@ -21,10 +21,10 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from circuits.circuit import Circuit
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
 from circuits.solver.transient import Result
-from system.files import replace_atomic
+from system.files import check_folder, replace_atomic
 
 SUFFIXES = ("png", "svg", "pdf")
 MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible
@@ -65,9 +65,7 @@ def check_picture(path: str) -> None:
     """
     if Path(path).suffix.removeprefix(".").lower() not in SUFFIXES:
         raise ParameterError(f"--plot: {path}, must end with .{', .'.join(SUFFIXES)}; choose one of them")
-    folder = Path(path).parent
-    if not folder.is_dir():
-        raise DataError(f"{path}: cannot be written, there is no folder {folder}; make it first (mkdir -p)")
+    check_folder(path)
 
 
 def save_picture(path: str, draw: Callable[[Figure], None]) -> None:

@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from circuits.circuit import BiasKind
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.commands.output import plain, print_json, print_line, print_table, progress_bar, quantity_cell
-from system.files import write_text_atomic
+from system.files import check_folder, write_text_atomic
 from system.options import Value, read_die
 from system.plot import COLOURS, INK, check_picture, save_picture
 from system.registry import system_names
@@ -193,8 +192,8 @@ def _check(r: Request) -> None:
         raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
     if r.plot is not None:
         check_picture(r.plot)
-    if r.output is not None and not Path(r.output).absolute().parent.is_dir():
-        raise DataError(f"{r.output}: there is no folder {Path(r.output).parent}; make it first (mkdir -p)")
+    if r.output is not None:
+        check_folder(r.output)
 
 
 def _named(block: str, specs: Sequence[str]) -> tuple[str, ...]:

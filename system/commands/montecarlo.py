@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from circuits.circuit import BiasKind
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.commands.contributions import breakdown_document, check_pareto, print_breakdown, save_pareto
 from system.commands.output import print_json, print_line, progress_bar, working
 from system.commands.rare import check_rare, print_rare
 from system.commands.study_output import document, print_study
-from system.files import write_text_atomic
+from system.files import check_folder, write_text_atomic
 from system.options import read_die
 from system.plot import check_picture, save_picture
 from system.registry import load_system, system_names
@@ -171,8 +171,8 @@ def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRul
     r = request
     if r.plot is not None:
         check_picture(r.plot)
-    if r.csv is not None and not Path(r.csv).absolute().parent.is_dir():
-        raise DataError(f"{r.csv}: there is no folder {Path(r.csv).parent}; make it first (mkdir -p)")
+    if r.csv is not None:
+        check_folder(r.csv)
     if r.samples < 0 or r.first_die < 0:
         raise ParameterError(
             f"--samples: {r.samples} from die {r.first_die}, must be 0 or more from die 0 on"

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from circuits.errors import DataError
-from system.files import replace_atomic, write_bytes_atomic, write_text_atomic
+from system.files import check_folder, replace_atomic, write_bytes_atomic, write_text_atomic
 
 FULL = Path("/dev/full")
 NO_SPACE = "no space is left on the disk; free some or choose another disk"
@@ -104,6 +104,11 @@ def test_a_device_is_written_straight_and_stays() -> None:
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(DataError) as caught:
         write_text_atomic(tmp_path / "none" / "a.csv", "new")
+    # what is said before the work is what the writing would say
+    with pytest.raises(DataError) as before:
+        check_folder(tmp_path / "none" / "a.csv")
+    assert str(before.value) == str(caught.value)
+    check_folder(tmp_path / "a.csv")
     folder = tmp_path / "none"
     reason = f"there is no folder {folder}; make it first (mkdir -p)"
     assert str(caught.value) == f"{folder}/a.csv: cannot be written, {reason}"
