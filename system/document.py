@@ -1,0 +1,87 @@
+"""Documents that are read from files, JSON and TOML, held against the type that they must have.
+
+A type is a dataclass or a `msgspec.Struct` (with `forbid_unknown_fields=True` where nothing else may stand in
+it): types of fields are checked, `Annotated[int, msgspec.Meta(ge=1)]` has limits, and what a constructor
+refuses with a `ValueError` is told with its place in the document. Whatever the bytes are, nothing but
+`DataError` comes out: text that is none, brackets without end, numbers that no float holds. JSON has no NaN
+and no infinity, as its standard says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from circuits.errors import DataError
+
+T = TypeVar("T")
+
+LARGEST = 64 * 2**20  # bytes of a document; ours
+_PLACE = " - at `$"  # what msgspec puts between a reason and its place
+_SHOWN = 200  # characters of a reason; ours
+
+
+def from_json(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
+    """Read a JSON document.
+
+    Parameters
+    ----------
+    data
+        The document, text or UTF-8.
+    kind
+        Type of the result; a `dict` where only that much is known.
+    where, remedy
+        File (and line) that an error names, and what it tells to try.
+
+    Raises
+    ------
+    DataError
+        `where: place in the document: what is wrong; remedy`.
+    """
+    return _decoded(lambda: msgspec.json.decode(data, type=kind), where, remedy)
+
+
+def from_toml(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
+    """Read a TOML document; as `from_json`."""
+    return _decoded(lambda: msgspec.toml.decode(data, type=kind), where, remedy)
+
+
+def document_bytes(path: Path, remedy: str) -> bytes:
+    """Contents of a file that holds one document; raises `DataError` where it cannot be read or is too large.
+
+    `FileNotFoundError` passes: only the caller knows whether the file has to be there.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
+        reason = getattr(error, "strerror", None) or str(error)
+        raise DataError(f"{path}: cannot be read, {reason}; {remedy}") from None
+    if len(data) > LARGEST:
+        raise DataError(f"{path}: longer than {LARGEST // 2**20} MiB, no such document is; {remedy}")
+    return data
+
+
+def _decoded(decode: Callable[[], T], where: str, remedy: str) -> T:
+    try:
+        return decode()
+    except RecursionError:
+        reason, place = "nested too deeply", ""
+    except (ValueError, OverflowError) as error:
+        reason, place = _told(error)
+    raise DataError(f"{where}: {place}{reason}; {remedy}")
+
+
+def _told(error: Exception) -> tuple[str, str]:
+    """What is wrong, in one line, and the place of it, `plan.count: `, empty for the whole document."""
+    text = " ".join(str(error).split()).replace("`", "")
+    reason, _, place = text.rpartition(_PLACE.replace("`", ""))
+    if not reason:
+        reason, place = text, ""
+    place = place.removeprefix(".")
+    return reason[:_SHOWN], f"{place}: " if place else ""
