@@ -85,7 +85,7 @@ class Ear:
         rest = self.parameters.mid_supply
         pieces: list[Polyline] = []
         for begin, end in loud:
-            first = math.floor(begin * SAMPLE_RATE - 1e-6) / SAMPLE_RATE
+            first = max(math.floor(begin * SAMPLE_RATE - 1e-6), 0) / SAMPLE_RATE  # noise is there from 0 on
             last = (math.ceil(end * SAMPLE_RATE + 1e-6) + 0.5) / SAMPLE_RATE
             pieces.append(waveform(self.parameters, sound, first, last, SAMPLE_RATE))
         # where a sound covers an end, its samples around that end take the place of the end itself

@@ -70,8 +70,12 @@ def montecarlo(
     *,
     metric: Annotated[
         list[str],
-        typer.Option("--metric", metavar="NAME", help="What is measured, or MODULE:FUNCTION; repeatable."),
-    ] = ["best_delay"],  # noqa: B006 - typer reads the default and never changes it
+        typer.Option(
+            "--metric",
+            metavar="NAME",
+            help="Measured, or MODULE:FUNCTION, repeatable; what --spec and --contributions name is too.",
+        ),
+    ] = [],  # noqa: B006 - typer reads the default and never changes it
     samples: Annotated[int, typer.Option("--samples", "-n", help="Number of dies.")] = 200,
     first_die: Annotated[int, typer.Option(help="Number of the first die.")] = 1000,
     lot: Lot = "A",
@@ -210,7 +214,7 @@ def centre(
     ] = [],  # noqa: B006 - typer reads the default and never changes it
     metric: Annotated[
         list[str],
-        typer.Option("--metric", metavar="NAME", help="Measured; those of the specs unless given."),
+        typer.Option("--metric", metavar="NAME", help="Measured besides those of the specs, repeatable."),
     ] = [],  # noqa: B006
     move: Annotated[
         list[str],

@@ -27,8 +27,9 @@ from system.study.comparison import YieldDifference, compare_yields
 from system.study.engine import on_threads, run_study
 from system.study.knob import Knob, knobs_of, moved_subject, options_of
 from system.study.manifest import Study
+from system.study.metric import with_named
 from system.study.plan import Plan
-from system.study.specification import CLASS, Specification, judge, parse_spec
+from system.study.specification import Specification, judge, limited_metrics, parse_spec
 from system.study.summary import Yield, summarise_yield
 from system.study.table import Condition, Table
 from system.study.target import BlockTarget, Subject, Target
@@ -112,7 +113,7 @@ def centre_command(
     """Search, report, and leave files as asked."""
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
-    named = tuple(metrics) or _named(block, specs)
+    named = with_named(metrics, limited_metrics(specs)) or _default(block)
     subject = Subject(
         block, named, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon
     )
@@ -196,12 +197,10 @@ def _check(r: Request) -> None:
         check_folder(r.output)
 
 
-def _named(block: str, specs: Sequence[str]) -> tuple[str, ...]:
-    """Metrics that specifications name, or a neuron's best delay, whose measurement tells the class."""
-    names = [text.split(" in ")[0].strip() for text in specs if " in " in text]
-    limited = tuple(dict.fromkeys(n for n in names if n != CLASS))
-    if limited or block == "rebound-neuron":
-        return limited or ("best_delay",)
+def _default(block: str) -> tuple[str, ...]:
+    """Best delay, whose measurement tells a neuron's class."""
+    if block == "rebound-neuron":
+        return ("best_delay",)
     raise ParameterError(
         "--metric: whose run tells the class, must be given; name one of the block's metrics"
     )

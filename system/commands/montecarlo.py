@@ -27,16 +27,18 @@ from system.study.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.engine import Outcome, Submit, on_threads, run_study
 from system.study.manifest import Study
+from system.study.metric import with_named
 from system.study.picture import draw_study
 from system.study.plan import METHODS, Method, Plan
 from system.study.report import write_report
 from system.study.result import Result, judge_table
-from system.study.specification import Specification, parse_spec
+from system.study.specification import Specification, limited_metrics, parse_spec
 from system.study.table import Condition, Table, empty, join, to_csv
 from system.study.target import BlockTarget, Subject, Target, open_target
 from system.study_route import with_params
 
 FIRST_DIE = 1000  # unless one is given
+DEFAULT_METRICS = ("best_delay",)  # of a block, where no option names one
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,9 @@ def montecarlo_command(
 ) -> None:
     """Measure the target on dies, print statistics, and leave files as asked."""
     given = {} if duration is None else {"duration": duration}
+    contributions = options["contributions"]
+    named = (*limited_metrics(specs), *(() if contributions is None else (contributions,)))
+    measured, default = with_named(metrics, named), DEFAULT_METRICS
     system: dict[str, Any] = {}
     if target in system_names():
         loaded = load_system(target)
@@ -96,13 +101,12 @@ def montecarlo_command(
         )  # fmt: skip
         system, params = loaded.study_options(level, bias_kind, with_params(given, params)), ()
         loaded.scenario(**system)  # what is wrong with it is said before the study
-        if list(metrics) == ["best_delay"]:
-            metrics = loaded.study_metrics  # what a block is asked for by default has none
+        default = loaded.study_metrics
     elif given:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
     subject = Subject(
-        target, tuple(metrics), tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon,
-        system,
+        target, measured or default, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli),
+        silicon, system,
     )  # fmt: skip
     measure(
         Request(subject, tuple(temperatures), tuple(corners), specs=tuple(specs), **options), as_json=as_json

@@ -44,6 +44,19 @@ def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
     return tuple(_custom(choice, n) if ":" in n else own[n] for n in wanted)
 
 
+def with_named(asked: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
+    """Metrics that are asked for, and behind them those that other options name and nobody asked for.
+
+    `FUNCTION` is another option's name for a metric that was asked for as `MODULE:FUNCTION`.
+    """
+    known = {_short(name) for name in asked}
+    return (*asked, *dict.fromkeys(name for name in named if _short(name) not in known))
+
+
+def _short(name: str) -> str:
+    return name.rpartition(":")[2].replace("-", "_")
+
+
 def measurements(metrics: Sequence[Metric]) -> list[Metric]:
     """The first metric of each measurement that several can share, in order."""
     return list({id(m.measure): m for m in reversed(metrics)}.values())[::-1]

@@ -110,6 +110,12 @@ def parse_spec(
     return _limits(text, name, rest, known_metrics[name])
 
 
+def limited_metrics(texts: Sequence[str]) -> tuple[str, ...]:
+    """Metrics that specifications limit, each once in their order; texts of another form name none."""
+    found = [match.group(1).replace("-", "_") for match in map(_GRAMMAR.fullmatch, texts) if match]
+    return tuple(dict.fromkeys(name for name in found if name != CLASS))
+
+
 def judge(
     specifications: Sequence[Specification], outcomes: Sequence[str], values: Mapping[str, F64]
 ) -> Verdict:

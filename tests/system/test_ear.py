@@ -25,6 +25,21 @@ def test_silence_is_a_straight_line(ear: Ear) -> None:
     assert heard.voltage[:, 0].tolist() == [2.5, 2.5]
 
 
+def test_noise_is_heard_from_the_first_moment_on() -> None:
+    ear = Ear(Microphone(noise_rms=5e-3, seed=3), ())
+    state, _, heard = ear.advance(ear.begin(), 4e-3)
+    assert heard.time[0] == 0.0
+    assert heard.time[-1] >= 4e-3
+    # 8 kHz of noise for 4 ms are some 30 independent values
+    assert heard.voltage.std() == pytest.approx(5e-3, rel=0.5)
+    _, _, whole = ear.advance(ear.begin(), 8e-3)
+    _, _, later = ear.advance(state, 8e-3)
+    both = np.intersect1d(whole.time, later.time)
+    assert both.size > 4000
+    at = np.interp(both, whole.time, whole.voltage[:, 0]), np.interp(both, later.time, later.voltage[:, 0])
+    assert np.abs(at[0] - at[1]).max() < 1e-12
+
+
 def test_call_and_echo_are_heard_at_their_time(ear: Ear) -> None:
     state, _, _ = ear.advance(ear.begin(), 1e-3)
     state, _, heard = ear.advance(state, 11e-3, [("call", 1e-3)], {"amplitude": AMPLITUDE})

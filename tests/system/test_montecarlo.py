@@ -25,8 +25,11 @@ from circuits.lowering.kernel import Machine
 from circuits.registry import BLOCKS, METRICS, load_block, load_metric, metric_names
 from circuits.silicon import Silicon
 from system.command_line import main
+from system.commands import montecarlo
+from system.commands.montecarlo import Request
 from system.options import choose
 from system.study.metric import metrics_of
+from system.study.target import open_target
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = "rebound-neuron"
@@ -104,6 +107,36 @@ def test_the_command_says_it_all(run_json: Callable[..., Any], tmp_path: Path) -
     cells = [None if not row["best_delay_s"] else float(row["best_delay_s"]) for row in rows]
     assert cells == found["values"]["best_delay"]
     assert picture.stat().st_size > 1000
+
+
+SPEC = ("--spec", "best-delay in 1ms:20ms", "--spec", "class is works")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "metrics"),
+    [
+        ((BLOCK,), ["best_delay"]),
+        ((BLOCK, *SPEC), ["best_delay"]),
+        ((BLOCK, *SPEC, "--contributions", "t-inh"), ["best_delay", "t_inh"]),
+        ((BLOCK, *SPEC, "--metric", "t-inh"), ["t_inh", "best_delay"]),
+        ((BLOCK, *SPEC, "--metric", "best_delay"), ["best_delay"]),
+        (
+            (BLOCK, "--metric", f"{HERE}:nine_in_ten", "--contributions", "nine-in-ten"),
+            ["nine_in_ten"],
+        ),
+        (("approach", "--spec", "spikes in 0:"), ["spikes"]),
+        (("approach",), ["held_fraction", "range_error_mean_m"]),
+    ],
+)
+def test_what_options_name_is_measured(
+    arguments: tuple[str, ...], metrics: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared: list[Request] = []
+    monkeypatch.setattr(montecarlo, "measure", lambda request, **_: prepared.append(request))
+    assert main(("montecarlo", *arguments)) == 0
+    study, specifications, _ = montecarlo.prepare(prepared[0])
+    assert [q.name for q in open_target(study.subject).quantities] == metrics
+    assert len(specifications) == sum(a == "--spec" for a in arguments)
 
 
 def test_the_command_prints_shares(capsys: pytest.CaptureFixture[str]) -> None:
