@@ -35,6 +35,8 @@ from system.command_options import (
     call,
     kind_name,
 )
+from system.given_once import App
+from system.notice import say, warnings_in_a_line
 from system.silicon_choice import SiliconChoice
 from system.silicon_options import with_silicon
 
@@ -43,7 +45,7 @@ READER_GONE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 # What typer raises for a wrong option: click's ClickException, which some releases of typer carry inside.
 _UsageError: Any = typer.BadParameter.__mro__[1]
 
-app = typer.Typer(
+app = App(
     name="noctule",
     help="Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots.",
     add_completion=False,
@@ -272,7 +274,8 @@ def doctor(as_json: Json = False) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line on `arguments`, those of the process unless given; returns the exit status."""
     try:
-        status = _run(sys.argv[1:] if arguments is None else list(arguments))
+        with warnings_in_a_line():
+            status = _run(sys.argv[1:] if arguments is None else list(arguments))
         sys.stdout.flush()
     except CircuitError as error:
         return _refuse(str(error))
@@ -311,7 +314,7 @@ def _version() -> str:
 
 def _refuse(text: str, status: int = BAD_INPUT) -> int:
     """Say what is wrong in one line."""
-    typer.echo(f"noctule: {' '.join(text.split())}", err=True)
+    say(text)
     return status
 
 

@@ -35,7 +35,8 @@ from circuits.circuit import BiasKind
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
-from system.campaign import Campaign, Key, One
+from system.campaign import Campaign, One
+from system.campaign_file import Key
 from system.curved_openspace import DIRECTIONS, Arcs, Bat, arcs_of
 from system.curved_openspace_kernel import COLLIDED, GOING
 from system.curved_openspace_kernel import fly as fly_analog

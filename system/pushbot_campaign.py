@@ -24,7 +24,8 @@ from chips.pushbot_modified_calibration import RATES as MODIFIED_RATES
 from circuits.die import Die
 from circuits.errors import ParameterError
 from system.arena import COLOURS, Scene
-from system.campaign import ALONE, Campaign, Found, Key
+from system.campaign import ALONE, Campaign
+from system.campaign_file import Found, Key
 from system.dvs import Dvs
 from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summarise
 from system.pushbot_brain import GYRO_ANGLE

@@ -15,6 +15,7 @@ from system.command_options import Json, Kind, Plot, Seed, Targets, call
 from system.commands.bug_command_line import bug
 from system.commands.head_command_line import head
 from system.commands.pushbot_command_line import pushbot
+from system.given_once import App
 from system.silicon_choice import SiliconChoice
 from system.silicon_options import runs, with_silicon
 
@@ -33,7 +34,7 @@ class Systems(TyperGroup):
         return found
 
 
-app = typer.Typer(cls=Systems, help="Run a system in its world.", rich_markup_mode=None)
+app = App(cls=Systems, help="Run a system in its world.", rich_markup_mode=None)
 
 
 def add_to(parent: typer.Typer) -> None:

@@ -19,6 +19,7 @@ from system.commands.output import print_json, print_line, progress_bar, working
 from system.commands.rare import check_rare, print_rare
 from system.commands.study_output import document, print_study
 from system.files import check_folder, write_text_atomic
+from system.notice import say
 from system.options import read_die
 from system.plot import check_picture, save_picture
 from system.registry import load_system, system_names
@@ -144,7 +145,7 @@ def measure(request: Request, *, as_json: bool) -> None:
     # a study of no dies has no folder
     page = write_report(Path(request.output), result, found) if request.output and study.plan.count else None
     for note in outcome.chunks_redone:
-        sys.stderr.write(f"noctule: {note}\n")
+        say(note)
     if as_json:
         extra = {"contributions": [breakdown_document(b) for b in found]} if request.contributions else {}
         print_json({**document(result), "report": None if page is None else str(page), **extra})
@@ -292,6 +293,6 @@ def _leave(r: Request, study: Study, target: Target, tables: Sequence[Table]) ->
     if r.csv is not None and len(table):
         write_text_atomic(r.csv, to_csv(table, [q.unit for q in target.quantities]))
         text = f"{len(table)} of {study.samples} samples, those that were finished"
-        sys.stderr.write(f"noctule: {r.csv}: {text}\n")
+        say(f"{r.csv}: {text}")
     if r.output is not None:
-        sys.stderr.write(f"noctule: {r.output}: go on with --resume\n")
+        say(f"{r.output}: go on with --resume")

@@ -15,6 +15,9 @@ from system.experiment import Experiment, Report, Row, Value
 from system.plot import check_picture, save_picture
 from system.registry import load_experiment
 
+MOST = 100_000  # of any count: days of work at a run a second; ours
+SHOWN = 20  # characters of a count that is refused; ours
+
 
 def reproduce_command(
     experiment: str,
@@ -74,8 +77,10 @@ def _counts(chosen: Experiment, params: Sequence[str]) -> dict[str, int]:
         if name not in chosen.counts:
             known = ", ".join(f"{n}={k}" for n, k in chosen.counts.items())
             raise ParameterError(f"--param: {name}, unknown to {chosen.name}; known are {known}")
-        if not value.isdecimal() or int(value) < 1:
-            raise ParameterError(f'--param: {name} "{value}", must be a whole number of at least 1')
+        if not (value.isdecimal() and len(value) <= len(str(MOST)) and 1 <= int(value) <= MOST):
+            raise ParameterError(
+                f'--param: {name} "{value[:SHOWN]}", must be a whole number from 1 to {MOST}'
+            )
         found[name] = int(value)
     return found
 

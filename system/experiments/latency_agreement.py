@@ -15,7 +15,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from system.campaign import ALONE, Campaign, Found, Key
+from system.campaign import ALONE, Campaign
+from system.campaign_file import Found, Key
 from system.curved_openspace import Arcs, Bat, arcs_of
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.wen2022_fig5 import NAMES

@@ -19,7 +19,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.latency_calibration import PARTS
-from system.campaign import ALONE, Campaign, Found, Key
+from system.campaign import ALONE, Campaign
+from system.campaign_file import Found, Key
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.latency_forests import described
 from system.latency_campaign import (

@@ -20,7 +20,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.errors import ParameterError
-from system.campaign import ALONE, Campaign, Found, Key
+from system.campaign import ALONE, Campaign
+from system.campaign_file import Found, Key
 from system.experiment import Experiment, Progress, Report, Row
 from system.latency_campaign import (
     CROSSINGS,

@@ -31,8 +31,9 @@ from circuits.circuit import BiasKind
 from circuits.die import Die
 from circuits.errors import ParameterError
 from system.bug import Scenario, run, summarise
-from system.campaign import ALONE, Campaign, Key
-from system.campaign import Found as Kept
+from system.campaign import ALONE, Campaign
+from system.campaign_file import Found as Kept
+from system.campaign_file import Key
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.share import Share

@@ -9,7 +9,8 @@ from typing import Any
 from distributed import Client, LocalCluster
 
 from circuits.errors import ParameterError
-from system.campaign import Hands, Key, One, Pending
+from system.campaign import Hands, One, Pending
+from system.campaign_file import Key
 from system.study.engine import AHEAD, Submit, Waiting, interrupts, measure_dies
 from system.study.manifest import Study
 

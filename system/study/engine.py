@@ -30,7 +30,7 @@ from system.study.plan import sampling
 from system.study.table import Table, empty, join, read_table, write_table
 from system.study.target import Target, measure_safely, open_target
 
-CHUNKS, SAMPLES = "chunks", "samples.nc"
+CHUNKS, SAMPLES, REPORT = "chunks", "samples.nc", "report.html"  # in a study's folder, beside its manifest
 _PATIENCE = 0.2  # s, after which a wait looks whether it was interrupted
 AHEAD = 2  # chunks a worker that are handed out before they are asked for
 _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
@@ -257,11 +257,23 @@ def _prepare(folder: Path, study: Study, *, resume: bool, command: Sequence[str]
         check_same(folder, study)
     elif resume:
         raise ParameterError(f"--resume: {folder} has no study to go on with; leave it out")
+    else:
+        _check_free(folder)
     try:
         (folder / CHUNKS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataError(f"{folder}: cannot be made, {error.strerror}; name another folder") from None
     write_manifest(folder, study, command)
+
+
+def _check_free(folder: Path) -> None:
+    """Raise `ParameterError` for a folder whose files a new study would replace."""
+    taken = [name for name in (FILE, SAMPLES, REPORT) if os.path.lexists(folder / name)]
+    chunks = folder / CHUNKS
+    if chunks.is_symlink() or (chunks.exists() and (not chunks.is_dir() or any(chunks.iterdir()))):
+        taken.append(CHUNKS)
+    if taken:
+        raise ParameterError(f"--output: {folder} has {taken[0]} of no study; name another folder")
 
 
 @contextmanager

@@ -24,6 +24,7 @@ from system.files import write_text_atomic
 from system.plot import PALE
 from system.study.breakdown import BY, Breakdown, share_rows
 from system.study.contribution import grouped, pareto
+from system.study.engine import REPORT
 from system.study.interval import Estimate
 from system.study.manifest import read_manifest
 from system.study.page import add, add_picture, add_table, code, page, write
@@ -35,15 +36,14 @@ from system.study.table import Table
 from system.study.target import Quantity
 from system.study.worst import replay_command, worst
 
-FILE = "report.html"
 WORST = 5  # samples of each kind at each condition
 DEVICES = 12  # of a table of contributions
 _INTERVAL = "95 % interval"
 
 
 def write_report(folder: Path, result: Result, breakdowns: Sequence[Breakdown] = ()) -> Path:
-    """Write `report.html` into a study's folder, whole or not at all, and give its path."""
-    path = folder / FILE
+    """Write the report into a study's folder, whole or not at all, and give its path."""
+    path = folder / REPORT
     write_text_atomic(path, report(folder, result, read_manifest(folder), breakdowns))
     return path
 

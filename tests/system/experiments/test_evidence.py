@@ -9,7 +9,8 @@ import pytest
 
 from circuits.errors import ParameterError
 from system import pushbot_campaign
-from system.campaign import Campaign, Found, Key
+from system.campaign import Campaign
+from system.campaign_file import Found, Key
 from system.experiments import latency_forests, milde2017_clutter, milde2017_table1
 from system.pushbot import Scenario, summarise
 from system.pushbot_campaign import Drive, drive_again, trials

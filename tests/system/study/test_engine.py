@@ -234,3 +234,17 @@ def test_a_system_is_measured_on_its_dies() -> None:
     assert np.isnan(table.values[:, 1]).all()  # half a second is before errors count
     with pytest.raises(LookupError, match="metric charm: unknown"):
         run(replace(wanted, subject=replace(subject, metrics=("charm",))))
+
+
+@pytest.mark.parametrize("name", ["samples.nc", "report.html", "chunks", "chunks/notes.nc", "study.json"])
+def test_a_new_study_replaces_no_file_of_its_folder(tmp_path: Path, name: str) -> None:
+    note = tmp_path / name
+    note.parent.mkdir(exist_ok=True)
+    note.write_text("mine")
+    with pytest.raises(ParameterError, match=f"--output: .* has .*{name.partition('/')[0]}|has a study"):
+        run(study(), tmp_path)
+    assert note.read_text() == "mine"
+    assert list(note.parent.iterdir()) == [note]
+    if name != "study.json":
+        note.rename(tmp_path / "notes.txt")
+        assert run(study(), tmp_path).chunks_read == 0  # other files are no matter

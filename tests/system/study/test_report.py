@@ -15,7 +15,7 @@ import pytest
 
 from circuits.lowering.kernel import Machine
 from system.command_line import main
-from system.study.report import FILE
+from system.study.engine import REPORT as FILE
 
 BLOCK = "rebound-neuron"
 HERE = "tests.system.study.test_report"

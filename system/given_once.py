@@ -1,0 +1,44 @@
+"""Commands whose options are given once: a second value is refused, never quietly the one that counts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any, final
+
+import typer
+from typer.core import TyperCommand
+
+from circuits.errors import ParameterError
+
+
+@final
+class OnceCommand(TyperCommand):
+    """A command that refuses an option that is given twice, and a name that is set twice by `NAME=VALUE`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; raises `ParameterError` for what is there twice."""
+        given, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        for option, count in Counter(id(p) for p in order).items():
+            _check(next(p for p in order if id(p) == option), given, count)
+        return super().parse_args(ctx, args)
+
+
+@final
+class App(typer.Typer):
+    """A command line of such commands."""
+
+    def command(self, name: str | None = None, **options: Any) -> Callable[[Any], Any]:
+        """Register a command."""
+        return super().command(name, cls=OnceCommand, **options)
+
+
+def _check(option: Any, given: dict[str, Any], count: int) -> None:
+    shown = "/".join((*option.opts, *option.secondary_opts))
+    if option.param_type_name == "option" and not option.multiple and count > 1:
+        raise ParameterError(f"{shown}: given {count} times, must be given once; leave the others out")
+    if option.multiple and "=" in (option.metavar or ""):
+        names = Counter(text.partition("=")[0].strip().replace("-", "_") for text in given[option.name])
+        for name, times in names.items():
+            if times > 1:
+                raise ParameterError(f"{shown}: {name} is set {times} times, must be once; leave others out")
