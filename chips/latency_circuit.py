@@ -39,6 +39,7 @@ from circuits.errors import ParameterError
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 GROUPS = 5
 TIMER = 5e-12  # F, of the delay line's taps
@@ -62,11 +63,11 @@ class Params:
     goal: -1 for the middle. Raises `ParameterError` for a chip that cannot be built.
     """
 
-    paths: int = 33
-    taps: int = 15
-    synapses: int = SYNAPSES
-    goal: int = -1
-    wire_resistance: float = 100.0
+    paths: int = quantity(33, "")
+    taps: int = quantity(15, "")
+    synapses: int = quantity(SYNAPSES, "")
+    goal: int = quantity(-1, "")
+    wire_resistance: float = quantity(100.0, "Ohm")
 
     def __post_init__(self) -> None:
         for name in ("paths", "taps", "synapses"):

@@ -1,66 +1,84 @@
-"""Quantities as text, at the edges: `"12ms"`, `"600fF"`, `"10MEG"`.
+"""Quantities as text, at the edges: `"12ms"`, `"600fF"`, `"10MHz"`.
 
-A text is a number, then at most one suffix, then at most the quantity's own unit, with nothing between:
+A text is a number, then at most one prefix, then the quantity's own unit, with nothing between:
 
-    value = number x 10^exponent(suffix)
+    value = number x 10^exponent(prefix)
 
-Suffixes mean what they mean in SPICE and ignore case: f p n u m k meg g t, so `M` is milli and `MEG` is mega.
-Units keep their case (`S` is not `s`). A text that can be read both as a suffix and as a unit is refused:
-`1F` is a femtofarad to SPICE and a farad to everyone else.
+Before a unit a prefix is SI, and case counts: `1MHz` is 1e6 Hz, `1mHz` is 1e-3 Hz, a micro is `u` or its
+sign. A prefix may stand alone (`600f` on a capacitance, `2k` on a plain number); there `Meg` in any case is
+mega, and `M`, which is mega to SI and milli to SPICE, is refused. So are a number alone where there is a
+unit, zero and degrees Celsius apart, and a bare `F`, which is femto to SPICE and farad to everyone else.
+What netlists mean by the same letters is in `netlists.reader.number`, and holds there only.
+
+quantiphy was tried in its place: it takes `40V` for a current, `12min` as 12 thousandths of an "in", `1Meg`
+as 1e6 of an "eg" and `3m` on a length as 3 mm, so that every check here would stay around it.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from dataclasses import field
 from decimal import Decimal
+from typing import Any, NamedTuple
 
 from circuits.errors import ParameterError
 
-_EXPONENTS = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "meg": 6, "g": 9, "t": 12}
-_SUFFIXES = {exponent: suffix for suffix, exponent in _EXPONENTS.items()}
 _PREFIXES = {
-    "f": "femto",
-    "p": "pico",
-    "n": "nano",
-    "u": "micro",
-    "m": "milli",
-    "k": "kilo",
-    "g": "giga",
-    "t": "tera",
-}
-_NOUNS = {
-    "": "a plain number",
-    "A": "a current in A",
-    "F": "a capacitance in F",
-    "Hz": "a frequency in Hz",
-    "K": "a temperature in K",
-    "Ohm": "a resistance in Ohm",
-    "S": "a conductance in S",
-    "V": "a voltage in V",
-    "W": "a power in W",
-    "deg": "an angle in deg",
-    "degC": "a temperature in degC",
-    "m": "a length in m",
-    "m/s": "a speed in m/s",
-    "rad": "an angle in rad",
-    "s": "a time in s",
+    "a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9, "T": 12,
+}  # fmt: skip
+_SIGNS_OF_MICRO = str.maketrans("\u00b5\u03bc", "uu")  # the sign, and the Greek letter
+_WRITTEN = {exponent: prefix for prefix, exponent in _PREFIXES.items()}
+_MEGA = "Meg"
+
+
+class _Unit(NamedTuple):
+    """What has the unit, and the unit with the prefix that is usual here."""
+
+    noun: str
+    usual: str
+
+
+_UNITS = {
+    "": _Unit("a plain number", ""),
+    "A": _Unit("a current in A", "pA"),
+    "F": _Unit("a capacitance in F", "fF"),
+    "Hz": _Unit("a frequency in Hz", "Hz"),
+    "K": _Unit("a temperature in K", "K"),
+    "Ohm": _Unit("a resistance in Ohm", "kOhm"),
+    "S": _Unit("a conductance in S", "uS"),
+    "V": _Unit("a voltage in V", "V"),
+    "W": _Unit("a power in W", "mW"),
+    "deg": _Unit("an angle in deg", "deg"),
+    "degC": _Unit("a temperature in degC", ""),
+    "m": _Unit("a length in m", "m"),
+    "m/s": _Unit("a speed in m/s", "m/s"),
+    "rad": _Unit("an angle in rad", "rad"),
+    "s": _Unit("a time in s", "s"),
+    "um": _Unit("a length in m", "um"),
 }
 _UNSCALED = frozenset({"deg", "degC"})  # nobody writes a millidegree
-_CONVERTIBLE = frozenset(
-    {"K", "deg", "degC", "rad"}
-)  # another unit may need arithmetic, not only another spelling
+_MAY_BE_BARE = frozenset({"", "degC"})
+_IN_BASE = {"um": ("m", -6)}  # numbers kept in micrometre
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[eE]([+-]?[0-9]{1,4}))?")
 _SIGNIFICANT_DIGITS = 6
 
 
+def quantity(default: Any, unit: str) -> Any:
+    """A field of a dataclass whose number, or numbers, are in `unit`; empty for a plain number.
+
+    The unit stands in the field's metadata, where the edges look for it.
+    """
+    return field(default=default, metadata={"unit": unit})
+
+
 def parse_quantity(text: str, unit: str, name: str) -> float:
-    """Read a quantity with SPICE suffixes.
+    """Read a quantity.
 
     Parameters
     ----------
     text
-        What the user wrote: `12ms`, `600f`, `10MEG`, `5V`, `0.3`.
+        What the user wrote: `12ms`, `600fF`, `10MHz`, `0.3`.
     unit
         The quantity's own unit, the only one that may follow: `s`, `F`, `Ohm`, `degC`; empty for none.
     name
@@ -73,34 +91,34 @@ def parse_quantity(text: str, unit: str, name: str) -> float:
     Raises
     ------
     ParameterError
-        If the text is no finite number, has another unit, or is ambiguous (`1F` on a capacitance).
+        If the text is no finite number, lacks its unit or has another one, or has two readings.
     """
     match = _NUMBER.match(text.strip())
-    if match is None:
-        raise ParameterError(f'{name}: "{text}", must be {_noun(unit)}; write {_correction("", "?", unit)}')
-    number, rest = match.group(), text.strip()[match.end() :]
-    suffixes = _readings(rest, unit)
-    if not suffixes:
-        raise ParameterError(
-            f'{name}: "{text}", must be {_noun(unit)}; write {_correction(number, rest, unit)}'
-        )
-    if len(suffixes) > 1:
-        raise ParameterError(
-            f'{name}: "{text}", must be {_noun(unit)} without a bare {rest}, which is also '
-            f"{_PREFIXES[rest.lower()]}; write {number} for {number} {unit}, or {number}{rest.lower()}{unit}"
-        )
-    mantissa, exponent = match.groups(default="0")
-    value = float(f"{mantissa}e{int(exponent) + _EXPONENTS[suffixes[0]]}")
+    number, rest = (match.group(), text.strip()[match.end() :]) if match else ("12", "?")
+    exponent = _exponent(rest, unit)
+    if match is None or exponent is None:
+        raise ParameterError(f'{name}: "{text}", must be {_noun(unit)}; {_remedy(number, rest, unit)}')
+    mantissa, power = match.groups(default="0")
+    value = float(f"{mantissa}e{int(power) + exponent}")
     if not math.isfinite(value):
         raise ParameterError(f'{name}: "{text}", must be {_noun(unit)} and finite; write a smaller number')
+    if not rest and value != 0.0 and unit not in _MAY_BE_BARE:
+        raise ParameterError(
+            f'{name}: "{text}", must be {_noun(unit)}; write the unit too, as in {_spelt(number, unit)}'
+        )
+    if rest == unit == "F":
+        raise ParameterError(
+            f'{name}: "{text}", must be {_noun(unit)} without a bare F, which is also femto;'
+            f" write {1e3 * value:g}mF, or {number}fF"
+        )
     return value
 
 
 def format_quantity(value: float, unit: str) -> str:
     """Write a quantity for a human, in engineering notation with six significant digits.
 
-    The text is one that `parse_quantity` reads back. So a value whose unit alone would read as a suffix is
-    written in thousandths: 3 m is `3000mm`. Plain numbers and degrees get no suffix.
+    The text is one that `parse_quantity` reads back. So farads are written in thousandths: 3 F is `3000mF`.
+    Plain numbers and degrees get no prefix.
 
     Parameters
     ----------
@@ -111,37 +129,52 @@ def format_quantity(value: float, unit: str) -> str:
 
     Returns
     -------
-    Text such as `12ms`, `600fF`, `10megOhm`; `nan` and infinities are written as such.
+    Text such as `12ms`, `600fF`, `10MOhm`; `nan` and infinities are written as such.
     """
     if not math.isfinite(value):
         return f"{value} {unit}".rstrip()
     if not unit or unit in _UNSCALED:
         return f"{value:.{_SIGNIFICANT_DIGITS}g}{unit}"
-    rounded = Decimal(f"{value:.{_SIGNIFICANT_DIGITS - 1}e}")
+    base, shift = _IN_BASE.get(unit, (unit, 0))
+    rounded = Decimal(f"{value:.{_SIGNIFICANT_DIGITS - 1}e}").scaleb(shift)
     exponent = 3 * (rounded.adjusted() // 3) if rounded else 0
-    exponent = min(max(exponent, min(_SUFFIXES)), max(_SUFFIXES))
-    if exponent == 0 and unit.lower() in _EXPONENTS:
+    exponent = min(max(exponent, min(_WRITTEN)), max(_WRITTEN))
+    if exponent == 0 and base == "F":
         exponent = -3
-    return f"{float(rounded.scaleb(-exponent)):.{_SIGNIFICANT_DIGITS}g}{_SUFFIXES[exponent]}{unit}"
+    return f"{float(rounded.scaleb(-exponent)):.{_SIGNIFICANT_DIGITS}g}{_WRITTEN[exponent]}{base}"
 
 
-def _readings(rest: str, unit: str) -> list[str]:
-    """Every suffix with which `rest`, the text after the number, makes sense."""
-    suffixes = [""] if unit in _UNSCALED else list(_EXPONENTS)
-    return [s for s in suffixes if rest[: len(s)].lower() == s and rest[len(s) :] in {"", unit}]
+def _exponent(rest: str, unit: str) -> int | None:
+    """Power of ten of `rest`, the text after the number; None where it is no prefix and unit."""
+    base, shift = _IN_BASE.get(unit, (unit, 0))
+    prefix = rest.removesuffix(base).translate(_SIGNS_OF_MICRO)
+    if unit in _UNSCALED:
+        return None if prefix else 0
+    if prefix.lower() == _MEGA.lower():
+        return _PREFIXES["M"] - shift
+    if prefix not in _PREFIXES or rest == "M":
+        return None
+    return _PREFIXES[prefix] - shift
 
 
 def _noun(unit: str) -> str:
-    return _NOUNS.get(unit, f"a quantity in {unit}")
+    return _UNITS[unit].noun if unit in _UNITS else f"a quantity in {unit}"
 
 
-def _correction(number: str, rest: str, unit: str) -> str:
-    """What the user probably meant: the same suffix with the quantity's own unit."""
-    if not unit or unit in _CONVERTIBLE:
-        return f"a plain number, in {unit}" if unit else "the number alone"
-    spelt = rest.replace("\u00b5", "u").replace("\u03bc", "u")  # micro sign, Greek mu
-    known = {each.lower() for each in _NOUNS} | {unit.lower()}
-    for suffix in _EXPONENTS:
-        if spelt[: len(suffix)].lower() == suffix and spelt[len(suffix) :].lower() in known:
-            return f"{number}{suffix}{unit}"
-    return f"a number with its suffix and unit, such as 12m{unit}"
+def _spelt(number: str, unit: str) -> str:
+    """The number with its unit: with a power of ten it is SI, without one in the size that is usual."""
+    if "e" in number.lower():
+        return format_quantity(float(number), unit)
+    return number + (_UNITS[unit].usual if unit in _UNITS else unit)
+
+
+def _remedy(number: str, rest: str, unit: str) -> str:
+    """What the user may have meant where only case or the unit is wrong; else what such a text looks like."""
+    base = _IN_BASE.get(unit, (unit, 0))[0]
+    prefixes = [""] if unit in _UNSCALED else list(_PREFIXES)
+    meant = [p for p in prefixes if rest.lower() in {(p + base).lower(), p.lower()}]
+    if meant:
+        spelt = (_MEGA if p == "M" and not base else p for p in meant)
+        return "write " + " or ".join(f"{number}{p}{base}" for p in spelt)
+    alone = "the number alone" if unit in _MAY_BE_BARE else "a number and its unit"
+    return f"write {alone}, such as {_spelt(number, unit)}"

@@ -28,7 +28,7 @@ from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Waveform, 
 from circuits.errors import DataError, unknown_name
 from circuits.process import Polarity
 from circuits.testbench import Testbench
-from circuits.units import parse_quantity
+from netlists.reader.number import read_number
 
 _GROUNDS = frozenset({"0", "gnd"})
 _POLARITIES: Mapping[str, Polarity] = {"nmos": "n", "pmos": "p"}
@@ -221,7 +221,7 @@ def _waveform(e: Any, stop: float, path: str) -> Waveform:
         found = _PWL.fullmatch(e.raw_spice.strip())
         if found is None:
             raise DataError(f"{path}: raw text {e.raw_spice!r}, must be pwl(time value ...) or nothing")
-        return _vertices([parse_quantity(t, "", path) for t in re.split(r"[\s,]+", found[1].strip())], path)
+        return _vertices([_spice_number(t, path) for t in re.split(r"[\s,]+", found[1].strip())], path)
     return Constant(_number(e, "dc_value", "V" if e.PREFIX == "V" else "A", path.rpartition(".")[0]))
 
 
@@ -261,7 +261,14 @@ def _number(e: Any, attribute: str, unit: str, path: str) -> float:
     value, name = getattr(e, attribute), f"{path}.{e.name}.{attribute}"
     if value is None:
         raise DataError(f"{name}: missing; give it in {unit}")
-    return parse_quantity(value, unit, name) if isinstance(value, str) else float(value)
+    return _spice_number(value, name) if isinstance(value, str) else float(value)
+
+
+def _spice_number(text: str, name: str) -> float:
+    value = read_number(text.strip())
+    if value is None or not np.isfinite(value):
+        raise DataError(f"{name}: {text!r}, must be a number as SPICE writes it; write as in 1.5k")
+    return value
 
 
 def _enabled(netlist: Any) -> Iterable[Any]:

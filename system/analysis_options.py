@@ -29,8 +29,8 @@ Nodes = Annotated[
     list[str],
     typer.Option("--node", metavar="PATH", help="ac: nodes to print, repeatable; noise: the output."),
 ]
-Low = Annotated[str | None, typer.Option("--from", metavar="HZ", help="ac, noise: 1 Hz unless given.")]
-High = Annotated[str | None, typer.Option("--to", metavar="HZ", help="ac, noise: 1 MHz unless given.")]
+Low = Annotated[str | None, typer.Option("--from", metavar="FREQUENCY", help="ac, noise: 1Hz unless given.")]
+High = Annotated[str | None, typer.Option("--to", metavar="FREQUENCY", help="ac, noise: 1MHz unless given.")]
 Points = Annotated[
     int | None, typer.Option("--points", help="ac, noise: frequencies a decade, 20 unless given.")
 ]

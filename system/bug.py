@@ -24,7 +24,6 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError, unknown_name
 from circuits.process import check_temperature
-from circuits.units import parse_quantity
 from system.bug_brain import AGENTS, STATES, Brain
 from system.bug_map import Point, load_map, pick
 from system.bug_neural import NeuralBug0, NeuralBug2, network_of, neural_brain
@@ -34,7 +33,7 @@ from system.bug_reference import no_agent, reference_brain
 from system.bug_robot import ARRIVED, RADIUS, STEP, Robot
 from system.bug_world import World, build_world, check_place
 from system.silicon_noise import Noisy, silicon_noise
-from system.study_route import Readers, number, read_route, seconds, whole, words
+from system.study_route import In, Readers, number, read_route, read_texts, seconds, whole, words
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -45,10 +44,10 @@ SUMMARY = (
 )  # fmt: skip
 DEFAULT_MAP = "bug-spiral"
 DURATION = 200.0  # s, after which a run ends; ours
+QUANTITIES: Readers = {"area": number, "calibrated": In("degC"), "solved": In("degC"), "duration": seconds}
 STUDIED: Readers = {
-    "map": words, "start": words, "goal": words, "agent": words, "design": words, "neurons": whole,
-    "area": number, "calibrated": words, "solved": words, "duration": seconds,
-    "silicon_noise": words, "noise_seed": whole,
+    **QUANTITIES, "map": words, "start": words, "goal": words, "agent": words, "design": words,
+    "neurons": whole, "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
 _SIGN_OF_LIFE = 100  # steps
 
@@ -244,10 +243,10 @@ def goal_of(trace: Trace) -> Point:
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Fields of a scenario from the command line's, where `calibrated` and `solved` are temperatures."""
-    fields = dict(options)
+    fields = read_texts(options, QUANTITIES)
     for name in ("calibrated", "solved"):
         if name in fields:
-            fields[f"{name}_c"] = parse_quantity(fields.pop(name), "degC", f"--{name}")
+            fields[f"{name}_c"] = fields.pop(name)
     return fields
 
 

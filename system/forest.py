@@ -11,7 +11,6 @@ A run of the system is one sample: flights until a collision, or a number of pin
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,7 +27,7 @@ from system.forest_map import OBSTACLES, SIDE, Forest, check_count, read_forest
 from system.forest_picture import draw_view_of_run
 from system.forest_senses import IDEAL, Sensing, senses_of, with_area
 from system.forest_weights import WEIGHTS, weighted
-from system.study_route import Readers, number, read_route, whole, words
+from system.study_route import In, Readers, number, place, read_route, read_texts, whole, words
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
@@ -39,13 +38,12 @@ STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of 
 CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
 ROOM_TEMPERATURE = 27.0
 
+QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz"), "area": number, "azimuth_noise": In("deg")}
 STUDIED: Readers = {
-    "map": words, "obstacles": whole, "vmax": number, "ping_rate": number, "ranges": words,
+    "map": words, "obstacles": whole, "vmax": In("m/s"), "ping_rate": In("Hz"), "ranges": words,
     "selection": words, "reader": words, "area": number, "weights": words, "pings": whole,
     "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
-
-_PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +123,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Fields of a scenario from those of the command line; start is `X,Y`, speed and rate are the bat's."""
-    fields = dict(options)
-    if "start" in fields:
-        fields["start"] = read_place(fields["start"], "--start")
+    fields = read_texts(options, {**QUANTITIES, "start": read_place})
     if "map" in fields and "obstacles" in fields:
         raise ParameterError("--obstacles: not with --map, which has its own; leave one out")
     numbers = {}
@@ -161,15 +157,11 @@ def read_sensing(fields: dict[str, Any]) -> Sensing:
 
 
 def read_place(text: str, option: str) -> tuple[float, float]:
-    """Place of `X,Y` in m; raises `ParameterError` naming the option."""
-    found = _PLACE.fullmatch(text)
-    try:
-        x, y = (float(found[1]), float(found[2])) if found else (-1.0, -1.0)
-    except ValueError:
-        x, y = -1.0, -1.0
+    """Place of `X,Y`, m; raises `ParameterError` naming the option."""
+    x, y = place(text, option)
     if not (0.0 <= x < SIDE and 0.0 <= y < SIDE):
         raise ParameterError(
-            f'{option}: "{text}", must be X,Y in m from 0 to below {SIDE:g}; write as in {option} 40,25'
+            f'{option}: "{text}", must be from 0m to below {SIDE:g}m; write as in {option}=40m,25m'
         )
     return x, y
 

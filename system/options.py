@@ -1,16 +1,15 @@
 """Text of the command line -> parameters, biases, stimuli and silicon of a block.
 
-`NAME=VALUE` with SPICE suffixes and the quantity's own unit. A parameter's unit is its field's metadata
-`unit`, else what the last word of its name says (`membrane_capacitance` is in farad). A parameter of a part
-has a dotted name (`neuron.membrane_capacitance`); an array takes one value for all, values with commas
-between them, or one element (`i_inh_tau[3]=150pA`).
+`NAME=VALUE` with a prefix and the quantity's own unit, which its field states (`circuits.units.quantity`). A
+parameter of a part has a dotted name (`neuron.membrane_capacitance`); an array takes one value for all,
+values with commas between, or one element (`i_inh_tau[3]=150pA`).
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,24 +28,6 @@ from circuits.units import parse_quantity
 from system.registry import load_block_or_chip, unknown
 from system.silicon_choice import SiliconChoice
 
-_UNITS = {
-    "capacitance": "F",
-    "conductance": "S",
-    "constant": "s",
-    "current": "A",
-    "delay": "s",
-    "duration": "s",
-    "frequency": "Hz",
-    "length": "m",
-    "offset": "V",
-    "period": "s",
-    "rate": "Hz",
-    "resistance": "Ohm",
-    "time": "s",
-    "transconductance": "S",
-    "voltage": "V",
-    "width": "m",
-}
 _ELEMENT = re.compile(r"(.*)\[([0-9]+(?:,[0-9]+)*)\]")
 _NOMINAL = SiliconChoice()
 
@@ -168,14 +149,26 @@ def _label(name: str, index: Shape) -> str:
 
 
 def parameters(params: Any) -> Iterator[Parameter]:
-    """Every number of a `Params` value, those of its parts under dotted names."""
+    """Every number of a `Params` value, those of its parts under dotted names.
+
+    Raises `ParameterError` for a number whose field states no unit.
+    """
     for field in fields(params):
         value = getattr(params, field.name)
         if is_dataclass(value):
             yield from (replace(inner, name=f"{field.name}.{inner.name}") for inner in parameters(value))
         else:
-            unit = field.metadata.get("unit", _UNITS.get(field.name.rpartition("_")[2], ""))
-            yield Parameter(field.name, value, unit)
+            yield Parameter(field.name, value, _unit(type(params), field))
+
+
+def _unit(owner: type, field: Field[Any]) -> str:
+    unit = field.metadata.get("unit")
+    if not isinstance(unit, str):
+        raise ParameterError(
+            f"{owner.__module__}.{owner.__qualname__}.{field.name}: states no unit, must have one;"
+            f' write {field.name} = quantity(value, "F"), or "" for a plain number'
+        )
+    return unit
 
 
 def read_params(params: Any, texts: Iterable[str]) -> Any:

@@ -20,7 +20,6 @@ from chips.rebound_jitter import SiliconNoise
 from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
-from circuits.units import parse_quantity
 from system.arena import Scene, recoloured
 from system.arena_file import load_scene
 from system.pushbot_brain import FIELD_SCENES, Architecture, brain_of
@@ -32,7 +31,7 @@ from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
 from system.silicon_noise import Noisy, silicon_noise
-from system.study_route import Readers, metres, number, read_route, seconds, switch, whole, words
+from system.study_route import Readers, metres, number, read_route, read_texts, seconds, switch, whole, words
 
 DEFAULT_SCENE = "single-block"
 TURN_FACTOR = 0.5  # the only one that the paper names with 0.35 m/s: Table 1, sections 3.5 and 3.7
@@ -47,11 +46,14 @@ SUMMARY = (
     "raised_s", "frame_spikes",
 )  # fmt: skip
 
+QUANTITIES: Readers = {
+    "speed_factor": number, "turn_factor": number, "window": seconds, "dropped": number, "duration": seconds,
+    "way": metres,
+}  # fmt: skip
 STUDIED: Readers = {
-    "scene": words, "speed_factor": number, "turn_factor": number, "window": seconds, "readout": words,
-    "modified": switch, "dropped": number, "colour": words, "light": words, "target": switch,
-    "duration": seconds, "way": metres, "exc": whole, "calibrated": switch, "frame": switch,
-    "raise_lateral": switch, "silicon_noise": words,
+    **QUANTITIES, "scene": words, "readout": words, "modified": switch, "colour": words, "light": words,
+    "target": switch, "exc": whole, "calibrated": switch, "frame": switch, "raise_lateral": switch,
+    "silicon_noise": words,
 }  # fmt: skip
 
 
@@ -183,12 +185,8 @@ def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario; window, duration and way are texts. Raises `ParameterError`."""
-    fields = dict(options)
-    for name, unit in (("window", "s"), ("duration", "s"), ("way", "m")):
-        if name in fields:
-            fields[name] = parse_quantity(fields[name], unit, f"--{name}")
-    return fields
+    """Fields of a scenario, whose quantities may be texts. Raises `ParameterError`."""
+    return read_texts(options, QUANTITIES)
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:

@@ -10,7 +10,6 @@ A run of the system is one drive through a forest that the seed draws.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -33,20 +32,19 @@ from system.robot_numbers import DIRECTIONS, Mind, Robot
 from system.robot_picture import draw_robot
 from system.robot_sonar import SPEED, Sonar, noise_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
-from system.study_route import Readers, number, read_route, switch, whole, words
+from system.study_route import In, Readers, place, read_route, read_texts, switch, whole, words
 
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
 ROOM_TEMPERATURE = 27.0
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
+QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz")}
 STUDIED: Readers = {
-    "forest": words, "ranges": words, "pings": whole, "vmax": number, "ping_rate": number,
+    **QUANTITIES, "forest": words, "ranges": words, "pings": whole,
     "occlusion": switch, "multipath": switch, "soft_pings": switch, "reader": words,
     "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
-
-_PLACE = re.compile(r"\s*([0-9.eE+-]+)\s*,\s*([0-9.eE+-]+)\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,9 +169,7 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[Sonar | N
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Fields of a scenario from those of the command line: start is `X,Y`, speed and rate are the robot's."""
-    fields = dict(options)
-    if "start" in fields:
-        fields["start"] = read_place(fields["start"])
+    fields = read_texts(options, {**QUANTITIES, "start": place})
     numbers = {}
     for option, name, unit in (("vmax", "max_speed", "m/s"), ("ping_rate", "ping_rate", "Hz")):
         if option in fields:
@@ -183,18 +179,6 @@ def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
                 raise ParameterError(f"--{shown}: {value:g} {unit}, must be above 0 and finite")
             numbers[name] = value
     return {**fields, "robot": Robot(**numbers)}
-
-
-def read_place(text: str) -> tuple[float, float]:
-    """Place of `X,Y` in m; raises `ParameterError`."""
-    found = _PLACE.fullmatch(text)
-    try:
-        x, y = (float(found[1]), float(found[2])) if found else (math.nan, math.nan)
-    except ValueError:
-        x, y = math.nan, math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ParameterError(f'--start: "{text}", must be X,Y in m; write as in --start=-0.6,0.1')
-    return x, y
 
 
 def side_share(drive: Drive) -> float:

@@ -26,11 +26,10 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
-from circuits.units import parse_quantity
 from system.plot import COLOURS, INK
 from system.rolls_options import bias_table
 from system.silicon_noise import Noisy, silicon_noise
-from system.study_route import Readers, read_route, seconds, words
+from system.study_route import In, Readers, read_route, seconds, words
 
 F64 = NDArray[np.float64]
 
@@ -44,7 +43,7 @@ STUDIED: Readers = {
     "duration": seconds,
     "bias_file": words,
     "silicon_noise": words,
-    "input_rate": lambda text, option: parse_quantity(text, "Hz", option),
+    "input_rate": In("Hz"),
 }
 
 

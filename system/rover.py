@@ -27,7 +27,6 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
-from circuits.units import parse_quantity
 from system.cost_map import Cell, CostMap, check_codes, for_need, load_map, read_cell
 from system.frechet import discrete_frechet
 from system.online_map import OnlineMap, unknown_map
@@ -36,7 +35,7 @@ from system.rover_drive import Drive, drive, polyline, scatter_obstacles, turn_a
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 from system.rover_robot import Rover
 from system.silicon_noise import Noisy, silicon_noise
-from system.study_route import Readers, read_route, words
+from system.study_route import Readers, number, read_route, read_texts, seconds, words
 from system.wave_planner import ChipPlanner
 
 I64 = NDArray[np.int64]
@@ -44,7 +43,10 @@ I64 = NDArray[np.int64]
 DEFAULT_MAP = "map1-road-obstacles"
 CELLS = ("ideal", "chip")
 START, GOAL = (2, 10), (19, 10)  # the paper's first route
-STUDIED: Readers = dict.fromkeys(("map", "start", "goal", "unit"), words)
+QUANTITIES: Readers = {
+    "start": read_cell, "goal": read_cell, "unit": seconds, "learn": number, "prior": number,
+}  # fmt: skip
+STUDIED: Readers = {"map": words, "start": read_cell, "goal": read_cell, "unit": seconds}
 PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
@@ -115,24 +117,18 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     if scenario.learn is not None:
         learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
     trips = []
-    for number in range(scenario.trips):
+    for k in range(scenario.trips):
         if isinstance(planner, ChipPlanner):
-            planner = replace(planner, number=number)
-        trips.append(_trip(scenario, cost_map, planner, learnt, number))
+            planner = replace(planner, number=k)
+        trips.append(_trip(scenario, cost_map, planner, learnt, k))
         if progress is not None:
-            progress((number + 1) / scenario.trips)
+            progress((k + 1) / scenario.trips)
     return Trace(scenario, cost_map, tuple(trips))
 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario; start and goal (`ROW,COLUMN`) and unit are texts. Raises `ParameterError`."""
-    fields = dict(options)
-    for name in ("start", "goal"):
-        if name in fields:
-            fields[name] = read_cell(fields[name], f"--{name}")
-    if "unit" in fields:
-        fields["unit"] = parse_quantity(fields["unit"], "s", "--unit")
-    return fields
+    """Fields of a scenario; cells (`ROW,COLUMN`) and quantities may be texts. Raises `ParameterError`."""
+    return read_texts(options, QUANTITIES)
 
 
 def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:

@@ -113,11 +113,9 @@ def rover(
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,
     need: Annotated[str | None, typer.Option(help="As energy, the map itself, or speed.")] = None,
-    learn: Annotated[
-        float | None, typer.Option(metavar="RATE", help="Learn the map, above 0 up to 1.")
-    ] = None,
+    learn: Annotated[str | None, typer.Option(metavar="RATE", help="Learn the map, above 0 up to 1.")] = None,
     prior: Annotated[
-        float | None, typer.Option(metavar="COST", help="What unknown cells are taken for; 5.")
+        str | None, typer.Option(metavar="COST", help="What unknown cells are taken for; 5.")
     ] = None,
     trips: Annotated[int | None, typer.Option(help="How often the way is planned and driven; 1.")] = None,
     posts: Annotated[bool | None, typer.Option(help="Obstacles that no map has.")] = None,
@@ -152,11 +150,11 @@ def forest(
         str | None, typer.Option("--map", metavar="FILE", help="Obstacles, x_m,y_m a line; else planted.")
     ] = None,
     obstacles: Annotated[int | None, typer.Option(help="How many are planted from the seed; 1400.")] = None,
-    vmax: Annotated[float | None, typer.Option(metavar="M/S", help="Speed straight ahead; 2.")] = None,
+    vmax: Annotated[str | None, typer.Option(metavar="SPEED", help="Straight ahead; 2m/s.")] = None,
     ping_rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Pings a second; 5, of a latency model 10.")
+        str | None, typer.Option(metavar="FREQUENCY", help="Of pings; 5Hz, of a latency model 10Hz.")
     ] = None,
-    start: Annotated[str | None, typer.Option(metavar="X,Y", help="In m; drawn unless given.")] = None,
+    start: Annotated[str | None, typer.Option(metavar="X,Y", help="As 40m,25m; drawn unless given.")] = None,
     pings: Annotated[
         int | None, typer.Option(help="Ends undecided after these; 20000, of a latency model 1000.")
     ] = None,
@@ -166,12 +164,12 @@ def forest(
     occlusion: Annotated[bool | None, typer.Option(help="Obstacles hide those behind them.")] = None,
     multipath: Annotated[bool | None, typer.Option(help="Echoes by way of two obstacles.")] = None,
     azimuth_noise: Annotated[
-        float | None, typer.Option(metavar="DEGREES", help="Of every echo, standard deviation; 0.")
+        str | None, typer.Option(metavar="ANGLE", help="Of every echo, standard deviation; 0deg.")
     ] = None,
     reader: Annotated[
         str | None, typer.Option(help="Of a chip's ranges: nominal, or calibrated on its die at 27 degC.")
     ] = None,
-    area: Annotated[float | None, typer.Option(metavar="FACTOR", help="Of a chip's devices; 1.")] = None,
+    area: Annotated[str | None, typer.Option(metavar="FACTOR", help="Of a chip's devices; 1.")] = None,
     silicon_noise: Annotated[
         str | None,
         typer.Option(
@@ -205,9 +203,9 @@ def robot(
     soft_pings: Annotated[
         bool | None, typer.Option(help="A softer ping where something is near; there is.")
     ] = None,
-    vmax: Annotated[float | None, typer.Option(metavar="M/S", help="Speed straight ahead.")] = None,
-    ping_rate: Annotated[float | None, typer.Option(metavar="HZ", help="With the head at rest; 12.")] = None,
-    start: Annotated[str | None, typer.Option(metavar="X,Y", help="In m; drawn unless given.")] = None,
+    vmax: Annotated[str | None, typer.Option(metavar="SPEED", help="Straight ahead, as 0.5m/s.")] = None,
+    ping_rate: Annotated[str | None, typer.Option(metavar="FREQUENCY", help="Head at rest; 12Hz.")] = None,
+    start: Annotated[str | None, typer.Option(metavar="X,Y", help="As 40m,25m; drawn unless given.")] = None,
     pings: Annotated[int | None, typer.Option(help="Ends undecided after these; 1500.")] = None,
     reader: Annotated[
         str | None, typer.Option(help="Of a chip's ranges: nominal, or calibrated on its die at 27 degC.")

@@ -30,17 +30,19 @@ from system.sonar_head_loop import COUNTS, LOST, WIRINGS, Log, follow
 from system.sonar_head_numbers import Motion, SonarHead
 from system.sonar_head_picture import draw_head
 from system.sonar_head_target import MOTIONS, way_of
-from system.study_route import Readers, number, read_route, seconds, whole, words
+from system.study_route import In, Readers, metres, number, read_route, read_texts, seconds, whole, words
 
 ROOM_TEMPERATURE = 27.0  # degC
 DURATION = 20.0  # s, two periods of the sine; ours
 SUMMARY = (
     "error_rms_deg", "settled_rms_deg", "error_max_deg", "spikes_a_ping", "lost", *COUNTS, "deaf_levels",
 )  # fmt: skip
+QUANTITIES: Readers = {
+    "duration": seconds, "area": number, "ping_rate": In("Hz"), "gain": In("deg"), "noise": number,
+    "azimuth": In("deg"), "period": seconds, "distance": metres, "swing": metres,
+}  # fmt: skip
 STUDIED: Readers = {
-    "motion": words, "duration": seconds, "wiring": words, "area": number, "ping_rate": number,
-    "gain": number, "noise": number, "azimuth": number, "period": seconds, "distance": number,
-    "swing": number, "silicon_noise": words, "noise_seed": whole,
+    **QUANTITIES, "motion": words, "wiring": words, "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
 # options of the command line: field, and its unit in SI
 _HEAD = {"ping_rate": ("ping_rate", 1.0), "gain": ("gain", math.radians(1.0)), "noise": ("ear_noise", 1.0)}
@@ -136,7 +138,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Fields of a scenario from those of the command line; gain in deg a spike, azimuth in deg."""
-    fields = dict(options)
+    fields = read_texts(options, QUANTITIES)
     found: list[dict[str, float]] = []
     for table in (_HEAD, _MOTION):
         numbers = {}

@@ -1,11 +1,12 @@
-"""What a study lets a system do: options of `noctule run`, by --param NAME=VALUE, and --duration.
+"""Options of systems as text: each has a reader, that of a quantity states its unit.
 
-A system names those that its study takes, each with a reader of its text; all others are refused by name.
+A study takes those that its system names, by --param NAME=VALUE and --duration; others are refused by name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from circuits.errors import ParameterError
@@ -17,24 +18,23 @@ Readers = Mapping[str, Reader]
 YES, NO = ("yes", "true", "1"), ("no", "false", "0")
 
 
+@dataclass(frozen=True, slots=True)
+class In:
+    """Reader of a quantity in `unit`; of a plain number where that is empty."""
+
+    unit: str
+
+    def __call__(self, text: str, option: str) -> float:
+        """The value in `unit`."""
+        return parse_quantity(text, self.unit, option)
+
+
+number, seconds, metres = In(""), In("s"), In("m")
+
+
 def words(text: str, _: str) -> str:
     """Text as it is."""
     return text
-
-
-def number(text: str, option: str) -> float:
-    """A number without a unit."""
-    return parse_quantity(text, "", option)
-
-
-def seconds(text: str, option: str) -> float:
-    """A time, s."""
-    return parse_quantity(text, "s", option)
-
-
-def metres(text: str, option: str) -> float:
-    """A length, m."""
-    return parse_quantity(text, "m", option)
 
 
 def whole(text: str, option: str) -> int:
@@ -52,18 +52,33 @@ def switch(text: str, option: str) -> bool:
     return text.lower() in YES
 
 
+def place(text: str, option: str) -> tuple[float, float]:
+    """Place of `X,Y`, m."""
+    x, comma, y = text.partition(",")
+    if not comma:
+        raise ParameterError(f'{option}: "{text}", must be X,Y; write as in {option}=40m,25m')
+    return metres(x, option), metres(y, option)
+
+
+def read_texts(options: Mapping[str, Any], readers: Readers) -> dict[str, Any]:
+    """Options with those that are text and have a reader read by it; numbers stay, which are SI."""
+    texts = [name for name, value in options.items() if isinstance(value, str) and name in readers]
+    read = {name: readers[name](options[name], f"--{shown(name)}") for name in texts}
+    return {**options, **read}
+
+
 def read_route(system: str, route: Mapping[str, Any], readers: Readers) -> dict[str, Any]:
     """Values of the options that a study takes; those that are not text were read before.
 
     Raises `ParameterError` for one that it does not take, or whose text is none.
     """
-    found = {}
+    found: dict[str, Any] = {}
     for name, value in route.items():
         option = f"--{shown(name)}"
         if name not in readers:
             known = ", ".join(shown(n) for n in readers)
             raise ParameterError(f"{option}: not an option of {system}, its study has {known}; leave it out")
-        found[name] = readers[name](value, option) if isinstance(value, str) else value
+        found |= read_texts({name: value}, readers)
     return found
 
 

@@ -42,6 +42,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 UM = 1e-6
 BITS = 5
@@ -58,10 +59,10 @@ class Params:
     Raises `ParameterError` unless all are above 0.
     """
 
-    unit_capacitance: float = 100e-15  # C_u
-    offset_capacitance: float = 157e-15  # C_o
-    sink_width: float = 12e-6
-    sink_length: float = 12e-6
+    unit_capacitance: float = quantity(100e-15, "F")  # C_u
+    offset_capacitance: float = quantity(157e-15, "F")  # C_o
+    sink_width: float = quantity(12e-6, "m")
+    sink_length: float = quantity(12e-6, "m")
 
     def __post_init__(self) -> None:
         for name in ("unit_capacitance", "offset_capacitance", "sink_width", "sink_length"):

@@ -39,6 +39,7 @@ from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 F64 = NDArray[np.float64]
 
@@ -59,13 +60,13 @@ class Params:
     Raises `ParameterError` unless there are 12 ratios of each chain, all above 0.
     """
 
-    inhibition_ratios: tuple[float, ...] = RECIPROCAL_RATIOS
-    inhibition_start_current: float = 40.1e-12  # facts: neuron 12
-    inhibition_step_current: float = 2e-12  # ours
-    excitation_ratios: tuple[float, ...] = EVEN_RATIOS
-    excitation_start_current: float = 19.7e-12  # facts: neuron 12
-    excitation_step_current: float = 4.1e-12  # facts: 68.9 to 19.7 pA in 12 steps
-    side_length: float = SIDE
+    inhibition_ratios: tuple[float, ...] = quantity(RECIPROCAL_RATIOS, "")
+    inhibition_start_current: float = quantity(40.1e-12, "A")  # facts: neuron 12
+    inhibition_step_current: float = quantity(2e-12, "A")  # ours
+    excitation_ratios: tuple[float, ...] = quantity(EVEN_RATIOS, "")
+    excitation_start_current: float = quantity(19.7e-12, "A")  # facts: neuron 12
+    excitation_step_current: float = quantity(4.1e-12, "A")  # facts: 68.9 to 19.7 pA in 12 steps
+    side_length: float = quantity(SIDE, "m")
 
     def __post_init__(self) -> None:
         for name in ("inhibition_ratios", "excitation_ratios"):

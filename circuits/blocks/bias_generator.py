@@ -39,6 +39,7 @@ from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 UM = 1e-6
 COARSE = (24e-6, 3.2e-6, 0.4e-6, 50e-9, 6.5e-9, 820e-12, 105e-12, 15e-12)  # A, of codes 0 to 7; facts
@@ -67,10 +68,11 @@ class Params:
     above 0.
     """
 
-    coarse: int = 5
-    fine: int = 125  # with the coarse code: 400 pA, the neuron's I_rtau
-    core_resistance: float = 147.93e3  # ours: gives the master current at the reference temperature
-    core_ratio: float = 8.0  # ours
+    coarse: int = quantity(5, "")
+    fine: int = quantity(125, "")  # with the coarse code: 400 pA, the neuron's I_rtau
+    # ours: gives the master current at the reference temperature
+    core_resistance: float = quantity(147.93e3, "Ohm")
+    core_ratio: float = quantity(8.0, "")  # ours
 
     def __post_init__(self) -> None:
         for name, code, count in (("coarse", self.coarse, len(COARSE)), ("fine", self.fine, CODES)):

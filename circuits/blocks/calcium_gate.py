@@ -40,6 +40,7 @@ from circuits.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 # Coarse and fine codes, ours: 0.1 s of calcium, thresholds of 16, 66 and 192 pA
 TAU, GAIN, STEP = (7, 10), (7, 20), (3, 100)
@@ -53,10 +54,10 @@ THRESHOLDS = ("thmin", "thdn", "thup")
 class Params:
     """Sizes in um of the copies, thresholds and comparator, and the filter's; all ours."""
 
-    copy_width: float = 1.0
-    copy_length: float = 4.0
-    pair_width: float = 1.0
-    pair_length: float = 1.0
+    copy_width: float = quantity(1.0, "um")
+    copy_length: float = quantity(4.0, "um")
+    pair_width: float = quantity(1.0, "um")
+    pair_length: float = quantity(1.0, "um")
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
 

@@ -30,6 +30,7 @@ from circuits.errors import ParameterError
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 NEURONS = 13
 NEAREST, FARTHEST = 3.0, 0.2  # V, look-up voltages of the first and the last neuron; ours
@@ -45,11 +46,11 @@ class Params:
     (2 s) is slow against call intervals of 33 to 200 ms; the low-pass (50 ms) lags 3 m/s by 0.15 m.
     """
 
-    gate_resistance: float = 5e3
-    leak_resistance: float = 1e9
-    hold_capacitance: float = 2e-9
-    filter_resistance: float = 1e6
-    filter_capacitance: float = 50e-9
+    gate_resistance: float = quantity(5e3, "Ohm")
+    leak_resistance: float = quantity(1e9, "Ohm")
+    hold_capacitance: float = quantity(2e-9, "F")
+    filter_resistance: float = quantity(1e6, "Ohm")
+    filter_capacitance: float = quantity(50e-9, "F")
 
 
 @dataclass(frozen=True, slots=True)

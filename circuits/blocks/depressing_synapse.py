@@ -43,6 +43,7 @@ from circuits.process import ROLLS_180, thermal_voltage
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 F64 = NDArray[np.float64]
 
@@ -54,17 +55,18 @@ STEP, RECOVERY = (5, 36), (7, 27)  # codes, ours: R falls to 0.6 at a spike; tau
 class Params:
     """Capacitor of a weight in farad, sizes in um, and the synapse; all ours."""
 
-    weight_capacitance: float = 0.2e-12
-    bias_width: float = 0.5  # of the nFETs of both biases, long enough to be turned off
-    bias_length: float = 4.5
-    mirror_width: float = 0.5  # of the step's pFETs
-    mirror_length: float = 2.0
-    switch_width: float = 0.25
-    switch_length: float = 2.0  # long: for an inverter's delay both switches conduct
-    diode_width: float = 1.0  # of the recovery's diode; W/L over that of its transistor divides I_rec
-    diode_length: float = 1.0
-    recovery_width: float = 0.25
-    recovery_length: float = 4.0
+    weight_capacitance: float = quantity(0.2e-12, "F")
+    bias_width: float = quantity(0.5, "um")  # of the nFETs of both biases, long enough to be turned off
+    bias_length: float = quantity(4.5, "um")
+    mirror_width: float = quantity(0.5, "um")  # of the step's pFETs
+    mirror_length: float = quantity(2.0, "um")
+    switch_width: float = quantity(0.25, "um")
+    switch_length: float = quantity(2.0, "um")  # long: for an inverter's delay both switches conduct
+    # of the recovery's diode; W/L over that of its transistor divides I_rec
+    diode_width: float = quantity(1.0, "um")
+    diode_length: float = quantity(1.0, "um")
+    recovery_width: float = quantity(0.25, "um")
+    recovery_length: float = quantity(4.0, "um")
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
     def __post_init__(self) -> None:

@@ -42,6 +42,7 @@ from circuits.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 SUPPLY = Port("vdd", "supply")
 LATCHES = ("recurrent", "sign", "w0", "w1")
@@ -51,19 +52,21 @@ LATCHES = ("recurrent", "sign", "w0", "w1")
 class Params:
     """Capacitors in farad, sizes in um; all ours."""
 
-    synapse_capacitance: float = 1.5e-12
-    pulse_capacitance: float = 0.15e-12
-    line_capacitance: float = 0.1e-12
-    pair_width: float = 8.0  # wide, so that a filter's pair is in weak inversion at the excitatory weights
-    pair_length: float = 0.5
-    tau_width: float = 0.5
-    tau_length: float = 4.0
-    output_width: float = 1.0  # long, so that a silent filter's off current is a quarter of I_0
-    output_length: float = 4.0
-    weight_width: float = 1.0
-    weight_length: float = 1.0
-    logic_width: float = 0.5
-    logic_length: float = 0.18
+    synapse_capacitance: float = quantity(1.5e-12, "F")
+    pulse_capacitance: float = quantity(0.15e-12, "F")
+    line_capacitance: float = quantity(0.1e-12, "F")
+    # wide, so that a filter's pair is in weak inversion at the excitatory weights
+    pair_width: float = quantity(8.0, "um")
+    pair_length: float = quantity(0.5, "um")
+    tau_width: float = quantity(0.5, "um")
+    tau_length: float = quantity(4.0, "um")
+    # long, so that a silent filter's off current is a quarter of I_0
+    output_width: float = quantity(1.0, "um")
+    output_length: float = quantity(4.0, "um")
+    weight_width: float = quantity(1.0, "um")
+    weight_length: float = quantity(1.0, "um")
+    logic_width: float = quantity(0.5, "um")
+    logic_length: float = quantity(0.18, "um")
 
 
 def pulse_extender(params: Params) -> Circuit:

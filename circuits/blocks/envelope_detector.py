@@ -35,23 +35,26 @@ from circuits.errors import ParameterError
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
 class Params:
     """Resistors in ohm, capacitors in farad, followers' size in metre, gain in V/V; all ours."""
 
-    hold_capacitance: float = 1e-9  # C_e; averages weak sounds over U_T C_e / (1.8 uA at rest) = 14 us
-    replica_capacitance: float = 100e-12
-    leak_resistance: float = 250e3  # R_e
-    input_resistance: float = 2e6  # R_1
-    feedback_resistance: float = 3.2e6  # R_2; 1.6 makes the slope about 1 V/V for loud sounds
-    smoothing_capacitance: float = 20e-12  # C_2: 64 us with R_2
-    stray_capacitance: float = 5e-12  # of a board's node to ground
-    follower_width: float = 300e-6
-    follower_length: float = 1.5e-6
-    amplifier_gain: float = 1e4
-    amplifier_resistance: float = 100.0
+    # C_e; averages weak sounds over U_T C_e / (1.8 uA at rest) = 14 us
+    hold_capacitance: float = quantity(1e-9, "F")
+    replica_capacitance: float = quantity(100e-12, "F")
+    leak_resistance: float = quantity(250e3, "Ohm")  # R_e
+    input_resistance: float = quantity(2e6, "Ohm")  # R_1
+    # R_2; 1.6 makes the slope about 1 V/V for loud sounds
+    feedback_resistance: float = quantity(3.2e6, "Ohm")
+    smoothing_capacitance: float = quantity(20e-12, "F")  # C_2: 64 us with R_2
+    stray_capacitance: float = quantity(5e-12, "F")  # of a board's node to ground
+    follower_width: float = quantity(300e-6, "m")
+    follower_length: float = quantity(1.5e-6, "m")
+    amplifier_gain: float = quantity(1e4, "")
+    amplifier_resistance: float = quantity(100.0, "Ohm")
 
 
 BIASES = (

@@ -24,6 +24,7 @@ from circuits.devices.source import Constant
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 V_EX_MAX = 4.301  # V, of the rebound neuron's facts: I_max 1 nA
 
@@ -35,8 +36,8 @@ class Params:
     The load is a pad (2 pF) and the gates' side of 13 synapses (20 fF each).
     """
 
-    pull_up_resistance: float = 20e3
-    load_capacitance: float = 2e-12 + NEURONS * 20e-15
+    pull_up_resistance: float = quantity(20e3, "Ohm")
+    load_capacitance: float = quantity(2e-12 + NEURONS * 20e-15, "F")
 
 
 def nor(name: str, a: str, b: str, y: str, width: float = 30.0) -> tuple[Device, ...]:

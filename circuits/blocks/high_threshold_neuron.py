@@ -25,14 +25,15 @@ from circuits.blocks.spike_generator import (
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
 class Params:
     """Capacitor in farad, resistor in ohm; both ours."""
 
-    refractory_capacitance: float = 470e-12
-    refractory_resistance: float = 11e6  # 3 ms
+    refractory_capacitance: float = quantity(470e-12, "F")
+    refractory_resistance: float = quantity(11e6, "Ohm")  # 3 ms
 
 
 # Ours: 1 V at the microphone is an envelope of 1.07 V, 2.4 V one of 2.51 V; 1.4 V just fires.

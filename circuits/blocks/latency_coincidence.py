@@ -33,6 +33,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 INPUTS = ("A", "B", "integrating")
 REFERENCE = 2.0  # V
@@ -43,8 +44,8 @@ SHARE = 1.4  # of an input's current that is taken away; ours, between 1 and 2 b
 class Params:
     """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
 
-    timer_capacitance: float = 5e-12
-    sum_capacitance: float = 20e-15
+    timer_capacitance: float = quantity(5e-12, "F")
+    sum_capacitance: float = quantity(20e-15, "F")
 
     def __post_init__(self) -> None:
         for name in ("timer_capacitance", "sum_capacitance"):

@@ -33,6 +33,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 EXCITATIONS = 2
 REFERENCE = 2.0  # V, of the synapses' timers
@@ -43,9 +44,9 @@ REST, SODIUM, POTASSIUM = 1.5, 1.8, 1.95  # V: leak, and where the conductances 
 class Params:
     """Capacitors in farad; ours. Raises `ParameterError` unless all are above 0."""
 
-    membrane_capacitance: float = 5e-12
-    gate_capacitance: float = 2e-12
-    timer_capacitance: float = 2e-12
+    membrane_capacitance: float = quantity(5e-12, "F")
+    gate_capacitance: float = quantity(2e-12, "F")
+    timer_capacitance: float = quantity(2e-12, "F")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "gate_capacitance", "timer_capacitance"):

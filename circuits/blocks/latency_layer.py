@@ -30,6 +30,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 CELLS = 3  # of the block as it is simulated by itself
 RECURRENT_CAPACITANCE = 5e-12  # F; ours
@@ -39,10 +40,10 @@ RECURRENT_CAPACITANCE = 5e-12  # F; ours
 class Params:
     """Capacitors in farad, number of cells; ours. Raises `ParameterError` for what cannot be built."""
 
-    membrane_capacitance: float = 10e-12
-    timer_capacitance: float = 5e-12
-    recurrent_capacitance: float = RECURRENT_CAPACITANCE
-    cells: int = CELLS
+    membrane_capacitance: float = quantity(10e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+    recurrent_capacitance: float = quantity(RECURRENT_CAPACITANCE, "F")
+    cells: int = quantity(CELLS, "")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance", "recurrent_capacitance"):

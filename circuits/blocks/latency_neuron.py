@@ -32,6 +32,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 INPUTS = 3  # of the block as it is simulated by itself
 REFERENCE = 2.0  # V
@@ -41,9 +42,9 @@ REFERENCE = 2.0  # V
 class Params:
     """Capacitors in farad, number of synapses; ours. Raises `ParameterError` for what cannot be built."""
 
-    membrane_capacitance: float = 10e-12
-    timer_capacitance: float = 5e-12
-    synapses: int = INPUTS
+    membrane_capacitance: float = quantity(10e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+    synapses: int = quantity(INPUTS, "")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance"):

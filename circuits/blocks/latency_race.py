@@ -34,6 +34,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 EXCITATIONS, INHIBITIONS = 2, 2  # by itself: goal and direction of the ping; memories, 7 in the network
 REFERENCE = 2.0  # V
@@ -43,10 +44,10 @@ REFERENCE = 2.0  # V
 class Params:
     """Capacitors in farad, numbers of synapses; ours. Raises `ParameterError` for what cannot be built."""
 
-    membrane_capacitance: float = 10e-12
-    timer_capacitance: float = 5e-12
-    excitations: int = EXCITATIONS
-    inhibitions: int = INHIBITIONS
+    membrane_capacitance: float = quantity(10e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+    excitations: int = quantity(EXCITATIONS, "")
+    inhibitions: int = quantity(INHIBITIONS, "")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance"):

@@ -33,6 +33,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 REFERENCE = 2.0  # V
 PULSE_CAPACITANCE = 0.2e-12  # F; ours: events of some 10 us
@@ -42,8 +43,8 @@ PULSE_CAPACITANCE = 0.2e-12  # F; ours: events of some 10 us
 class Params:
     """Timer capacitance in farad, taps in a row; ours. Raises `ParameterError` for what cannot be built."""
 
-    timer_capacitance: float = 5e-12
-    taps: int = 2
+    timer_capacitance: float = quantity(5e-12, "F")
+    taps: int = quantity(2, "")
 
     def __post_init__(self) -> None:
         if not self.timer_capacitance > 0.0:

@@ -37,6 +37,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 REFERENCE = 2.0  # V
 PULSE_CAPACITANCE = 0.2e-12  # F; ours: spikes of some 13 us
@@ -46,8 +47,8 @@ PULSE_CAPACITANCE = 0.2e-12  # F; ours: spikes of some 13 us
 class Params:
     """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
 
-    membrane_capacitance: float = 5e-12
-    timer_capacitance: float = 5e-12
+    membrane_capacitance: float = quantity(5e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance"):

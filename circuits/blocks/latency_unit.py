@@ -30,6 +30,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 REFERENCE = 2.0  # V
 
@@ -38,8 +39,8 @@ REFERENCE = 2.0  # V
 class Params:
     """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
 
-    membrane_capacitance: float = 5e-12
-    timer_capacitance: float = 5e-12
+    membrane_capacitance: float = quantity(5e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance"):

@@ -34,6 +34,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 REFERENCE = 2.0  # V
 
@@ -42,10 +43,10 @@ REFERENCE = 2.0  # V
 class Params:
     """Capacitors in farad, numbers of synapses; ours. Raises `ParameterError` for what cannot be built."""
 
-    membrane_capacitance: float = 5e-12
-    timer_capacitance: float = 5e-12
-    excitations: int = 2
-    inhibitions: int = 2
+    membrane_capacitance: float = quantity(5e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+    excitations: int = quantity(2, "")
+    inhibitions: int = quantity(2, "")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "timer_capacitance"):

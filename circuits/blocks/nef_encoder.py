@@ -31,6 +31,7 @@ from circuits.silicon import Silicon
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 BITS = 8
 UNIT = 20e-12  # A, what a code of 1 gives at full scale
@@ -41,12 +42,12 @@ MEMBRANE = 0.3  # V, ours: ideal voltage at which the testbench measures the out
 class Params:
     """Sizes in um; ours. Raises `ParameterError` for a size that cannot be built."""
 
-    unit_width: float = 0.5
-    unit_length: float = 2.0
-    mirror_width: float = 4.0
-    mirror_length: float = 8.0
-    switch_width: float = 0.5
-    switch_length: float = 1.0
+    unit_width: float = quantity(0.5, "um")
+    unit_length: float = quantity(2.0, "um")
+    mirror_width: float = quantity(4.0, "um")
+    mirror_length: float = quantity(8.0, "um")
+    switch_width: float = quantity(0.5, "um")
+    switch_length: float = quantity(1.0, "um")
 
     def __post_init__(self) -> None:
         for name in ("unit_width", "unit_length", "mirror_width", "mirror_length"):

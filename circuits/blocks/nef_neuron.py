@@ -34,6 +34,7 @@ from circuits.process import ROLLS_180
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 LEAK = 40e-12  # A
 RESET = 0.15  # V
@@ -44,16 +45,18 @@ REFRACTORY_CURRENT = 0.54e-9  # A: a refractory period of 1.0 ms
 class Params:
     """Capacitors in farad, sizes in um; all ours. Raises `ParameterError` for what cannot be built."""
 
-    membrane_capacitance: float = 2e-12
-    refractory_capacitance: float = 0.5e-12
-    hold_capacitance: float = 20e-15  # holds the reset back until C_ref is full
-    leak_width: float = 0.5
-    leak_length: float = 4.0
-    sense_width: float = 1.0  # of the transistor that senses the membrane: long, so that V_th is high
-    sense_length: float = 8.0
-    switch_width: float = 0.5  # of what is shut while the membrane charges; off current I_0 / 32
-    switch_length: float = 16.0
-    logic_length: float = 0.18
+    membrane_capacitance: float = quantity(2e-12, "F")
+    refractory_capacitance: float = quantity(0.5e-12, "F")
+    hold_capacitance: float = quantity(20e-15, "F")  # holds the reset back until C_ref is full
+    leak_width: float = quantity(0.5, "um")
+    leak_length: float = quantity(4.0, "um")
+    # of the transistor that senses the membrane: long, so that V_th is high
+    sense_width: float = quantity(1.0, "um")
+    sense_length: float = quantity(8.0, "um")
+    # of what is shut while the membrane charges; off current I_0 / 32
+    switch_width: float = quantity(0.5, "um")
+    switch_length: float = quantity(16.0, "um")
+    logic_length: float = quantity(0.18, "um")
 
     def __post_init__(self) -> None:
         for name in ("membrane_capacitance", "refractory_capacitance", "hold_capacitance"):

@@ -38,6 +38,7 @@ from circuits.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 MIDDLE = 10e-9  # A
 LINE_UNITS = 64.0  # of an encoder stage that the line's own transistor is worth
@@ -51,18 +52,18 @@ DRIVER_GAIN, DRIVER_RESISTANCE = 1e3, 1e4  # of a line's driver, in Ohm
 class Params:
     """Capacitor in farad, sizes in um; ours. Raises `ParameterError` for what cannot be built."""
 
-    synapse_capacitance: float = 6e-12
-    tau_width: float = 0.5
-    tau_length: float = 16.0  # so that the slowest filter's current is above the off current
-    output_width: float = 8.0  # wide, so that the output's middle is in weak inversion
-    output_length: float = 1.0
-    converter_width: float = 4.0
-    converter_length: float = 4.0
-    mirror_width: float = 8.0
-    mirror_length: float = 4.0
-    split_width: float = 0.5
-    split_length: float = 0.5
-    load_capacitance: float = 100e-12  # F, of the stages' gates on a line; ours
+    synapse_capacitance: float = quantity(6e-12, "F")
+    tau_width: float = quantity(0.5, "um")
+    tau_length: float = quantity(16.0, "um")  # so that the slowest filter's current is above the off current
+    output_width: float = quantity(8.0, "um")  # wide, so that the output's middle is in weak inversion
+    output_length: float = quantity(1.0, "um")
+    converter_width: float = quantity(4.0, "um")
+    converter_length: float = quantity(4.0, "um")
+    mirror_width: float = quantity(8.0, "um")
+    mirror_length: float = quantity(4.0, "um")
+    split_width: float = quantity(0.5, "um")
+    split_length: float = quantity(0.5, "um")
+    load_capacitance: float = quantity(100e-12, "F")  # F, of the stages' gates on a line; ours
 
     def __post_init__(self) -> None:
         if not self.synapse_capacitance > 0.0:

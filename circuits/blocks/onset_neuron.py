@@ -35,24 +35,26 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transistor
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
 class Params:
     """Resistors in ohm, capacitors in farad, followers' size in metre; all ours."""
 
-    ground_resistance: float = 100e3  # with the next: G = 10
-    feedback_resistance: float = 900e3
-    feedback_capacitance: float = 20e-12  # with the line above 18 us: takes the 40 kHz ripple down
-    amplifier_gain: float = 1e4  # V/V
-    amplifier_resistance: float = 100.0
-    stray_capacitance: float = 5e-12  # of a board's node to ground
-    onset_capacitance: float = 4.7e-9  # C_h
-    onset_resistance: float = 1.8e6  # R_h; 150 mV/ms with C_h, 15 mV/ms at the envelope
-    follower_width: float = 300e-6
-    follower_length: float = 1.5e-6
-    refractory_capacitance: float = 470e-12
-    refractory_resistance: float = 1.5e6  # 0.4 ms
+    ground_resistance: float = quantity(100e3, "Ohm")  # with the next: G = 10
+    feedback_resistance: float = quantity(900e3, "Ohm")
+    # with the line above 18 us: takes the 40 kHz ripple down
+    feedback_capacitance: float = quantity(20e-12, "F")
+    amplifier_gain: float = quantity(1e4, "")  # V/V
+    amplifier_resistance: float = quantity(100.0, "Ohm")
+    stray_capacitance: float = quantity(5e-12, "F")  # of a board's node to ground
+    onset_capacitance: float = quantity(4.7e-9, "F")  # C_h
+    onset_resistance: float = quantity(1.8e6, "Ohm")  # R_h; 150 mV/ms with C_h, 15 mV/ms at the envelope
+    follower_width: float = quantity(300e-6, "m")
+    follower_length: float = quantity(1.5e-6, "m")
+    refractory_capacitance: float = quantity(470e-12, "F")
+    refractory_resistance: float = quantity(1.5e6, "Ohm")  # 0.4 ms
 
 
 BIASES = (

@@ -46,6 +46,7 @@ from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 # ours: 0.16 V a pulse of 23 us; 3.4 and 4 V/s of drift; the software's WDRIFT for the comparator
 UP, DOWN, DRIFT_UP, DRIFT_DOWN = (4, 30), (4, 30), (7, 7), (7, 8)
@@ -57,16 +58,17 @@ SHIFT = 0.25  # V, as the non-plastic synapse's
 class Params:
     """Capacitor in farad, sizes in um, and the synapse whose extender it shares; all ours."""
 
-    weight_capacitance: float = 0.1e-12
-    move_width: float = 0.25  # of the devices whose current moves w
-    move_length: float = 2.0
-    switch_length: float = 4.0  # long, for an off current below a tenth of the drift's
-    pair_width: float = 1.0
-    pair_length: float = 1.0
-    second_width: float = 1.0  # small, since I_cmp charges its gate; twice the W/L of the pair's mirror
-    second_length: float = 0.5
-    tail_width: float = 0.5  # of both currents I_cmp
-    tail_length: float = 4.0
+    weight_capacitance: float = quantity(0.1e-12, "F")
+    move_width: float = quantity(0.25, "um")  # of the devices whose current moves w
+    move_length: float = quantity(2.0, "um")
+    switch_length: float = quantity(4.0, "um")  # long, for an off current below a tenth of the drift's
+    pair_width: float = quantity(1.0, "um")
+    pair_length: float = quantity(1.0, "um")
+    # small, since I_cmp charges its gate; twice the W/L of the pair's mirror
+    second_width: float = quantity(1.0, "um")
+    second_length: float = quantity(0.5, "um")
+    tail_width: float = quantity(0.5, "um")  # of both currents I_cmp
+    tail_length: float = quantity(4.0, "um")
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
     def __post_init__(self) -> None:

@@ -24,6 +24,7 @@ from circuits.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 UM = 1e-6
 
@@ -32,12 +33,12 @@ UM = 1e-6
 class Params:
     """Capacitors in farad."""
 
-    membrane_capacitance: float = 600e-15
-    rebound_capacitance: float = 600e-15
-    excitation_capacitance: float = 400e-15
-    inhibition_capacitance: float = 440e-15
-    axon_capacitance: float = 150e-15  # ours
-    feedback_capacitance: float = 50e-15  # ours
+    membrane_capacitance: float = quantity(600e-15, "F")
+    rebound_capacitance: float = quantity(600e-15, "F")
+    excitation_capacitance: float = quantity(400e-15, "F")
+    inhibition_capacitance: float = quantity(440e-15, "F")
+    axon_capacitance: float = quantity(150e-15, "F")  # ours
+    feedback_capacitance: float = quantity(50e-15, "F")  # ours
 
 
 # Neuron 2 of the array: best delay 6.33 ms.

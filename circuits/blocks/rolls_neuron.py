@@ -42,6 +42,7 @@ from circuits.process import ROLLS_180
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 SUPPLY = Port("vdd", "supply")
 
@@ -50,25 +51,25 @@ SUPPLY = Port("vdd", "supply")
 class Params:
     """Capacitors in farad, sizes in um; all ours."""
 
-    membrane_capacitance: float = 2e-12
-    refractory_capacitance: float = 0.5e-12
-    hold_capacitance: float = 100e-15  # holds the reset back until C_ref is full
-    adaptation_capacitance: float = 1e-12
-    pair_width: float = 4.0  # um, of a differential pair, and its length
-    pair_length: float = 2.0
-    leak_width: float = 1.0  # um, of what a bias may turn off; off current I_0 / 9
-    leak_length: float = 9.0
-    switch_width: float = 0.5  # um, of what is shut while the membrane rests; off current I_0 / 16
-    switch_length: float = 8.0
-    feedback_width: float = 2.0
-    feedback_length: float = 2.0
-    adaptation_width: float = (
-        2.0  # um, of the adaptation's pair: small, for it takes part of a spike's charge
-    )
-    adaptation_length: float = 1.0
-    mirror_width: float = 0.5  # um, of the feedback's mirror, whose gate must follow
-    mirror_length: float = 4.0
-    logic_length: float = 0.18
+    membrane_capacitance: float = quantity(2e-12, "F")
+    refractory_capacitance: float = quantity(0.5e-12, "F")
+    hold_capacitance: float = quantity(100e-15, "F")  # holds the reset back until C_ref is full
+    adaptation_capacitance: float = quantity(1e-12, "F")
+    pair_width: float = quantity(4.0, "um")  # of a differential pair, and its length
+    pair_length: float = quantity(2.0, "um")
+    leak_width: float = quantity(1.0, "um")  # of what a bias may turn off; off current I_0 / 9
+    leak_length: float = quantity(9.0, "um")
+    # of what is shut while the membrane rests; off current I_0 / 16
+    switch_width: float = quantity(0.5, "um")
+    switch_length: float = quantity(8.0, "um")
+    feedback_width: float = quantity(2.0, "um")
+    feedback_length: float = quantity(2.0, "um")
+    # of the adaptation's pair: small, for it takes part of a spike's charge
+    adaptation_width: float = quantity(2.0, "um")
+    adaptation_length: float = quantity(1.0, "um")
+    mirror_width: float = quantity(0.5, "um")  # of the feedback's mirror, whose gate must follow
+    mirror_length: float = quantity(4.0, "um")
+    logic_length: float = quantity(0.18, "um")
 
 
 def leak(params: Params) -> Circuit:

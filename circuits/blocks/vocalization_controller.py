@@ -28,6 +28,7 @@ from circuits.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 UM = 1e-6
 
@@ -48,19 +49,19 @@ class Params:
     The shortest call interval in use, 33 ms at 3 V, stays above the longest best delay of the array (28 ms).
     """
 
-    mix_input_resistance: float = 100e3
-    mix_offset_resistance: float = 846e3
-    mix_ground_resistance: float = 89.4e3
-    current_resistance: float = 211e3
-    ramp_capacitance: float = 100e-9
-    discharge_resistance: float = 1.5e3
-    threshold_top_resistance: float = 750e3
-    threshold_bottom_resistance: float = 31.26e3
-    threshold_feedback_resistance: float = 30e3
-    amplitude_input_resistance: float = 100e3
-    amplitude_feedback_resistance: float = 120e3
-    amplitude_top_resistance: float = 144.4e3
-    amplitude_bottom_resistance: float = 100e3
+    mix_input_resistance: float = quantity(100e3, "Ohm")
+    mix_offset_resistance: float = quantity(846e3, "Ohm")
+    mix_ground_resistance: float = quantity(89.4e3, "Ohm")
+    current_resistance: float = quantity(211e3, "Ohm")
+    ramp_capacitance: float = quantity(100e-9, "F")
+    discharge_resistance: float = quantity(1.5e3, "Ohm")
+    threshold_top_resistance: float = quantity(750e3, "Ohm")
+    threshold_bottom_resistance: float = quantity(31.26e3, "Ohm")
+    threshold_feedback_resistance: float = quantity(30e3, "Ohm")
+    amplitude_input_resistance: float = quantity(100e3, "Ohm")
+    amplitude_feedback_resistance: float = quantity(120e3, "Ohm")
+    amplitude_top_resistance: float = quantity(144.4e3, "Ohm")
+    amplitude_bottom_resistance: float = quantity(100e3, "Ohm")
 
 
 def mos(

@@ -38,6 +38,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 UM = 1e-6
 INPUTS = 8
@@ -55,8 +56,8 @@ class Params:
     Raises `ParameterError` where the reset would not win: its pFET must be stronger than a branch.
     """
 
-    keeper_length: float = 12e-6
-    precharge_width: float = 12e-6
+    keeper_length: float = quantity(12e-6, "m")
+    precharge_width: float = quantity(12e-6, "m")
 
     def __post_init__(self) -> None:
         if not self.keeper_length >= 6e-6:

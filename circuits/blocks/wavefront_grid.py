@@ -30,6 +30,7 @@ from circuits.errors import ParameterError
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 # (row, column) of the neighbour at input k, relative to the cell
 NEIGHBOURS = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
@@ -42,9 +43,9 @@ class Params:
     Raises `ParameterError` for a grid without cells.
     """
 
-    rows: int = 20
-    columns: int = 20
-    wire_resistance: float = 100.0
+    rows: int = quantity(20, "")
+    columns: int = quantity(20, "")
+    wire_resistance: float = quantity(100.0, "Ohm")
     cell: wavefront_cell.Params = field(default_factory=wavefront_cell.Params)
     axon: axon_delay.Params = field(default_factory=axon_delay.Params)
 

@@ -54,6 +54,7 @@ from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
 
 F64 = NDArray[np.float64]
 
@@ -74,10 +75,10 @@ class Params:
     Raises `ParameterError` for less than two cells, a reach below 0, or a width or capacitance that is none.
     """
 
-    cells: int = 9
-    sigma: float = 2.0
-    reach: int = 3
-    input_capacitance: float = 0.5e-12
+    cells: int = quantity(9, "")
+    sigma: float = quantity(2.0, "")
+    reach: int = quantity(3, "")
+    input_capacitance: float = quantity(0.5e-12, "F")
 
     def __post_init__(self) -> None:
         for name, least in (("cells", 2), ("reach", 0)):

@@ -36,7 +36,7 @@ def bug(
     solved: Annotated[
         str | None, typer.Option(metavar="DEGC", help="Where its decoders were solved; as --calibrated.")
     ] = None,
-    area: Annotated[float | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
+    area: Annotated[str | None, typer.Option(help="Of the chip's devices, relative; 1.")] = None,
     silicon_noise: Annotated[
         str | None, typer.Option(help="Of the chip's devices, by --seed: off, white, or all with flicker.")
     ] = None,

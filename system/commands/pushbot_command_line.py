@@ -17,9 +17,9 @@ def pushbot(
     scene: Annotated[
         str | None, typer.Option(metavar="SCENE", help="As single-block, or a FILE.toml; single-block.")
     ] = None,
-    speed_factor: Annotated[float | None, typer.Option(help="Of equation (2); 0.5, about 0.35 m/s.")] = None,
+    speed_factor: Annotated[str | None, typer.Option(help="Of equation (2); 0.5, about 0.35 m/s.")] = None,
     turn_factor: Annotated[
-        float | None, typer.Option(help="Of equation (1); 0.5, or 2 with --modified.")
+        str | None, typer.Option(help="Of equation (1); 0.5, or 2 with --modified.")
     ] = None,
     window: Annotated[
         str | None, typer.Option(metavar="TIME", help="In which spikes are counted; 500ms.")
@@ -32,7 +32,7 @@ def pushbot(
         bool | None, typer.Option(help="Gyro-driven suppression and graded weights (section 3.4).")
     ] = None,
     drop: Annotated[
-        float | None, typer.Option(metavar="SHARE", help="Of events that are dropped at random; 0.8.")
+        str | None, typer.Option(metavar="SHARE", help="Of events that are dropped at random; 0.8.")
     ] = None,
     colour: Annotated[str | None, typer.Option(help="Of the blocks, as blue, red or yellow.")] = None,
     light: Annotated[str | None, typer.Option(help="As normal, dark, very-dark, or lux.")] = None,

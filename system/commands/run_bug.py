@@ -22,8 +22,6 @@ def run_bug(
     """Run one robot, print its summary; `plot` draws its path. `options` are those of its scenario."""
     if plot is not None:
         check_picture(plot)
-    if "duration" in options:
-        options["duration"] = parse_quantity(options["duration"], "s", "--duration")
     celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **read_options(options))
     if scenario.brain == "reference" and seed != 0:

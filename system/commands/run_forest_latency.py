@@ -7,11 +7,12 @@ from typing import Any
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
 from system.commands.output import print_json, print_line, print_table, progress_bar
-from system.forest import ROOM_TEMPERATURE, read_options
+from system.forest import QUANTITIES, ROOM_TEMPERATURE, read_options, read_place
 from system.latency_run import MODELS, LatencyTrace, document, draw, run, scenario_of, summarise
 from system.options import read_die
 from system.plot import save_picture
 from system.silicon_choice import SiliconChoice
+from system.study_route import read_texts
 from system.temperature_course import read_course
 
 
@@ -33,11 +34,8 @@ def run_latency(
 
 def _checked(options: dict[str, Any]) -> dict[str, Any]:
     """Place and numbers as the analog model reads them, so that they are refused in the same words."""
-    shared: dict[str, Any] = {
-        n: options[n] for n in ("map", "obstacles", "vmax", "ping_rate", "start") if n in options
-    }
-    read = read_options(shared)
-    found = {"start": read["start"]} if "start" in read else {}
+    read_options({n: options[n] for n in ("map", "obstacles", "vmax", "ping_rate") if n in options})
+    found = read_texts(options, {**QUANTITIES, "start": read_place})
     if "units" in options:
         found["units"] = tuple(read_unit(text) for text in options["units"])
     return found

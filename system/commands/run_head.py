@@ -18,8 +18,6 @@ from system.silicon_choice import SiliconChoice
 from system.sonar_head import SYSTEM, Scenario, Trace, read_options
 from system.sonar_head_loop import LOST
 
-TIMES = ("duration", "period")
-
 
 def run_head(
     system: str, silicon: SiliconChoice, seed: int, plot: str | None, *, as_json: bool, **options: Any
@@ -29,8 +27,7 @@ def run_head(
         check_picture(plot)
     celsius = parse_quantity(silicon.temperature, "degC", "--temperature")
     check_temperature(celsius)
-    read = {n: parse_quantity(v, "s", f"--{n}") if n in TIMES else v for n, v in options.items()}
-    scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **read_options(read))
+    scenario = Scenario(seed=seed, die=read_die(silicon), temperature_c=celsius, **read_options(options))
     with progress_bar(f"{system}, {scenario.motion}") as progress:
         trace = SYSTEM.run(scenario, progress)
     summary = SYSTEM.summarise(trace)

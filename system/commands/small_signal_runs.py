@@ -66,8 +66,8 @@ class Request:
     def grid(self) -> tuple[float, float, int]:
         """Lowest and highest frequency (Hz), and how many a decade."""
         a = self.analysis
-        low = parse_quantity(a.low or "1", "Hz", "--from")
-        high = parse_quantity(a.high or "1e6", "Hz", "--to")
+        low = parse_quantity(a.low or "1Hz", "Hz", "--from")
+        high = parse_quantity(a.high or "1MHz", "Hz", "--to")
         return low, high, 20 if a.points is None else a.points
 
     def silicons(self) -> list[SiliconChoice]:

@@ -29,7 +29,7 @@ def read(folder: Path, text: str) -> dict[str, float]:
 
 
 def test_nodes_and_units(tmp_path: Path) -> None:
-    text = "Node, Capacitance\n# extracted\n\nv_mem,12.5fF\n membrane.v_r , 3f\nspike,0\ncall,1e-15\n"
+    text = "Node, Capacitance\n# extracted\n\nv_mem,12.5fF\n membrane.v_r , 3f\nspike,0\ncall,0.001p\n"
     found = read(tmp_path, text)
     assert found == {"v_mem": pytest.approx(12.5e-15), "membrane.v_r": 3e-15, "call": 1e-15}
     assert read(tmp_path, "v_mem,1fF") == {"v_mem": 1e-15}
@@ -55,6 +55,7 @@ def test_an_element_of_an_array_stands_in_quotes_or_not(tmp_path: Path) -> None:
         ("v_mem", ":1: 1 columns"),
         ("v_mem,1f,2f", ":1: 3 columns"),
         ("v_mem,1F", ":1: v_mem: .*femto"),
+        ("v_mem,1e-15", ":1: v_mem: .*write the unit too, as in 1fF"),
         ("v_mem,much", ':1: v_mem: "much", must be a capacitance'),
         ("v_mem,1pV", ":1: v_mem"),
         ("v_mem,-1f", ":1: v_mem: -1e-15 F, must be >= 0"),

@@ -131,7 +131,7 @@ def test_a_graph_is_drawn_alike_by_every_process(tmp_path: Path) -> None:
 
 
 def test_op(run: Run, run_json: Callable[..., Any]) -> None:
-    found = run_json("op", "rebound-neuron", "--start", "v_mem=1.8")
+    found = run_json("op", "rebound-neuron", "--start", "v_mem=1.8V")
     assert found["stable"] is True
     assert found["other_states"] == []
     # M1 ties v_mem to V_rest = 1.8 V, which I_rslope lifts by a few mV.
@@ -217,9 +217,9 @@ BAD_INPUT = [
     (["simulate", BLOCK, "--plot", "run.gif"], "must end with .png"),
     (["simulate", BLOCK, "--csv", "/dev/full"], "no space is left"),
     (["show", BLOCK, "--plot", "/nonexistent/graph.png"], "there is no folder"),
-    (["op", BLOCK, "--start", "v_me=1"], "did you mean v_mem"),
+    (["op", BLOCK, "--start", "v_me=1V"], "did you mean v_mem"),
     (["op", BLOCK, "--start", "v_mem=1A"], "must be a voltage"),
-    (["op", BLOCK, "--start", "v_mem=1e9"], "must be within -100 to 100"),
+    (["op", BLOCK, "--start", "v_mem=1e9V"], "must be within -100 to 100"),
     (["reproduce", "fig9"], "did you mean cheely2003-fig9"),
 ]  # fmt: skip
 

@@ -45,7 +45,7 @@ def test_dies_and_seeds_are_forests_of_their_own() -> None:
 
 
 def test_options_of_the_command_line() -> None:
-    fields = read_options({"vmax": 1.5, "ping_rate": 10.0, "start": "3, 4.5", "obstacles": 900})
+    fields = read_options({"vmax": 1.5, "ping_rate": 10.0, "start": "3m, 4.5m", "obstacles": 900})
     assert fields["bat"].max_speed == 1.5
     assert fields["bat"].ping_rate == 10.0
     assert fields["start"] == (3.0, 4.5)
@@ -61,8 +61,9 @@ def test_options_of_the_command_line() -> None:
         ({"vmax": 30.0}, "--vmax: 30 m/s at 5 Hz is 6 m between pings, must be at most the 5 m"),
         ({"ping_rate": 1e-9}, "must be at most the 5 m that a ping shows"),
         ({"start": "3"}, '--start: "3", must be X,Y'),
-        ({"start": "3,50"}, '--start: "3,50", must be X,Y in m from 0 to below 50'),
-        ({"start": "3,1e"}, "must be X,Y"),
+        ({"start": "3m,50m"}, '--start: "3m,50m", must be from 0m to below 50m'),
+        ({"start": "3m,4"}, "--start: .*must be a length in m; write the unit too, as in 4m"),
+        ({"start": "3m,1e"}, "--start: .*must be a length in m"),
         ({"map": "a.csv", "obstacles": 5}, "--obstacles: not with --map"),
         ({"obstacles": 0}, "--obstacles: 0, must be at least 1"),
         ({"obstacles": 9000}, "--obstacles: 9000, must fit"),

@@ -5,31 +5,75 @@ from dataclasses import dataclass, field
 import pytest
 
 from chips.ranging_chip import CHIP
+from chips.registry import CHIPS
 from circuits.blocks.block import Stimulus
 from circuits.blocks.rebound_neuron import BIAS_SETS, BLOCK
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
+from circuits.registry import BLOCKS
+from circuits.units import quantity
 from system.options import choose, parameters, read_biases, read_params, read_stimuli, read_voltages
+from system.registry import load_block_or_chip
 from system.silicon_choice import SiliconChoice
 
 
 @dataclass(frozen=True, slots=True)
 class Inner:
-    length: float = 1e-6
+    length: float = quantity(1e-6, "m")
 
 
 @dataclass(frozen=True, slots=True)
 class Outer:
-    stages: int = 3
-    weights: tuple[float, ...] = (1.0, 2.0)
-    gain: float = 10.0
-    cut: float = field(default=1.0, metadata={"unit": "Hz"})
+    stages: int = quantity(3, "")
+    weights: tuple[float, ...] = quantity((1.0, 2.0), "")
+    gain: float = quantity(10.0, "")
+    cut: float = quantity(1.0, "Hz")
     inner: Inner = field(default_factory=Inner)
 
 
-def test_units_come_from_metadata_or_the_name() -> None:
+def test_units_are_stated_by_fields() -> None:
     units = {p.name: p.unit for p in parameters(Outer())}
     assert units == {"stages": "", "weights": "", "gain": "", "cut": "Hz", "inner.length": "m"}
     assert {p.unit for p in parameters(BLOCK.params())} == {"F"}
+
+
+def test_a_field_without_a_unit_is_refused() -> None:
+    @dataclass(frozen=True, slots=True)
+    class Silent:
+        membrane_capacitance: float = 600e-15
+
+    with pytest.raises(ParameterError, match=r"Silent\.membrane_capacitance: states no unit"):
+        list(parameters(Silent()))
+
+
+SIZES = ("capacitance", "resistance", "width", "length", "current")
+
+
+@pytest.mark.parametrize("name", [*BLOCKS, *CHIPS])
+def test_every_number_of_every_block_states_its_unit(name: str) -> None:
+    block = load_block_or_chip(name)
+    for each in parameters(block.params()):
+        # a length or a capacitance that is told as a plain number would be taken as farad or metre
+        assert each.unit in {"", "A", "F", "Ohm", "m", "um"}
+        assert bool(each.unit) == each.name.endswith(SIZES)
+    for stimulus in block.stimuli:
+        assert stimulus.unit in {"", "A", "Hz", "V", "s"}
+
+
+def test_sizes_in_micrometre_are_read_in_metre() -> None:
+    params = load_block_or_chip("dpi-synapse").params()
+    assert read_params(params, ["pair_width=8um", "logic_length=180nm"]) == params
+    with pytest.raises(ParameterError, match=r"pair_width.*as in 8um"):
+        read_params(params, ["pair_width=8"])
+
+
+def test_no_number_alone_and_no_other_unit() -> None:
+    circuit = BLOCK.build(BLOCK.params())
+    with pytest.raises(ParameterError, match=r"membrane_capacitance.*must be a capacitance in F.*600fF"):
+        read_params(BLOCK.params(), ["membrane_capacitance=600"])
+    with pytest.raises(ParameterError, match=r"must be a current in A; .* such as 40pA"):
+        read_biases(circuit, ["i_inh_tau=40V"])
+    with pytest.raises(ParameterError, match=r"as in 2\.4V"):
+        read_biases(circuit, ["v_th=2.4"])
 
 
 def test_parameters_of_every_type() -> None:
@@ -85,14 +129,14 @@ def test_stimuli() -> None:
 
 
 def test_voltages_keep_node_paths() -> None:
-    assert read_voltages(["axon.x=1.5V", "v[2]=-1"], "--start") == {"axon.x": 1.5, "v[2]": -1.0}
+    assert read_voltages(["axon.x=1.5V", "v[2]=-1V"], "--start") == {"axon.x": 1.5, "v[2]": -1.0}
 
 
 def test_a_choice_carries_it_all() -> None:
     choice = choose(
         "rebound-neuron",
         ["membrane-capacitance=700fF"],
-        ["v_th=2.4"],
+        ["v_th=2.4V"],
         "generator",
         SiliconChoice("-20"),
         ["delay=3ms"],
@@ -113,7 +157,7 @@ def test_a_named_set_of_biases_and_a_bias_on_top() -> None:
 
     assert values(bias_set="facts") == values()
     assert values(bias_set="burst") == BIAS_SETS["burst"]
-    assert values(bias_set="burst", biases=["v_th=2.55"]) == {**BIAS_SETS["burst"], "v_th": 2.55}
+    assert values(bias_set="burst", biases=["v_th=2.55V"]) == {**BIAS_SETS["burst"], "v_th": 2.55}
     # a set is complete: it replaces what a place on the chip gives the neuron
     there = SiliconChoice(at="ranging-chip/neuron[5]")
     assert values(bias_set="robust", silicon=there) == BIAS_SETS["robust"]

@@ -53,7 +53,7 @@ def test_the_summary() -> None:
 
 
 def test_speed_and_rate_are_the_robots() -> None:
-    s = SYSTEM.scenario(vmax=0.05, ping_rate=6.0, start="-0.5,0.1", forest="open")
+    s = SYSTEM.scenario(vmax=0.05, ping_rate=6.0, start="-0.5m,0.1m", forest="open")
     assert (s.robot.max_speed, s.robot.ping_rate, s.start) == (0.05, 6.0, (-0.5, 0.1))
     trace = run(s.__class__(robot=s.robot, start=s.start, forest="open", pings=1))
     assert trace.path[0] == pytest.approx([-0.5, 0.1])
@@ -99,5 +99,5 @@ def test_rates_are_positive(options: dict[str, float]) -> None:
 
 @pytest.mark.parametrize("text", ["", "1", "1,2,3", "a,b", "1,nan", "1e,2"])
 def test_a_place_is_two_numbers(text: str) -> None:
-    with pytest.raises(ParameterError, match=r"--start: .*must be X,Y in m"):
+    with pytest.raises(ParameterError, match=r"--start: .*must be (X,Y|a length in m)"):
         read_options({"start": text})

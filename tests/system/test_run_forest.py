@@ -26,8 +26,8 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 
 def test_the_document(run: Run, tmp_path: Path) -> None:
     picture = tmp_path / "path.png"
-    options = ("--obstacles", "900", "--vmax", "2.5", "--ping-rate", "10", "--seed", "1003", "--pings", "200")
-    status, out, err = run(*options, "--plot", str(picture), "--json")
+    flight = ("--obstacles", "900", "--vmax", "2.5m/s", "--ping-rate", "10Hz", "--pings", "200")
+    status, out, err = run(*flight, "--seed", "1003", "--plot", str(picture), "--json")
     assert (status, err) == (0, "")
     found = json.loads(out, parse_constant=pytest.fail)
     assert (found["obstacles"], found["max_speed_m_per_s"], found["ping_rate_Hz"], found["seed"]) == (
@@ -66,7 +66,7 @@ def test_the_document_with_chips(run: Run, tmp_path: Path) -> None:
 
 def test_the_document_of_a_flight_by_spikes(run: Run, tmp_path: Path) -> None:
     picture = tmp_path / "path.png"
-    options = ("--model", "latency-network", "--seed", "1003", "--pings", "3", "--start", "25,25", "--map")
+    options = ("--model", "latency-network", "--seed", "1003", "--pings", "3", "--start", "25m,25m", "--map")
     path = tmp_path / "wood.csv"
     path.write_text("x_m,y_m\n10,10\n")
     status, out, err = run(*options, str(path), "--plot", str(picture), "--json")
@@ -98,10 +98,10 @@ def test_the_document_of_a_chips_flight(run: Run) -> None:
 def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "wood.csv"
     path.write_text("x_m,y_m\n10,10\n")
-    found = json.loads(run("--map", str(path), "--start", "20,30", "--pings", "5", "--json")[1])
+    found = json.loads(run("--map", str(path), "--start", "20m,30m", "--pings", "5", "--json")[1])
     assert found["obstacles_m"] == [[10.0, 10.0]]
     assert found["path_m"][-1] == pytest.approx([18.0, 30.0])
-    status, _, err = run("--map", str(path), "--start", "10.1,10")
+    status, _, err = run("--map", str(path), "--start", "10.1m,10m")
     assert status == 2
     assert err.count("\n") == 1
     assert "--start: 10.1,10, an obstacle is 0.1 m away" in err
@@ -112,7 +112,7 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
     [
         (("--obstacles", "9000"), "--obstacles: 9000, must fit 50 x 50 m"),
         (("--vmax", "0"), "--vmax: 0 m/s, must be above 0"),
-        (("--ping-rate", "-5"), "--ping-rate: -5 Hz, must be above 0"),
+        (("--ping-rate", "-5Hz"), "--ping-rate: -5 Hz, must be above 0"),
         (("--map", "/nonexistent.csv"), "/nonexistent.csv: No such file"),
         (("--plot", "way.bmp"), "--plot: way.bmp, must end with"),
         (("--ranges", "radar"), "--ranges: radar, must be exact, sonar or chip"),
@@ -131,9 +131,9 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
             "--taps: 13, a delay line of 39 ms, must reach the longest",
         ),
         ((*SPIKES, "--taps", "0"), "--taps: 0, must be a whole number of at least 1"),
-        ((*SPIKES, "--ping-rate", "40"), "a period of 25 ms is shorter than the longest echo, 29.2 ms"),
-        ((*SPIKES, "--ping-rate", "15"), "the emergency neuron takes 68 ms"),
-        ((*SPIKES, "--ping-rate", "5"), "a period of 200 ms is longer than a memory lasts"),
+        ((*SPIKES, "--ping-rate", "40Hz"), "a period of 25 ms is shorter than the longest echo, 29.2 ms"),
+        ((*SPIKES, "--ping-rate", "15Hz"), "the emergency neuron takes 68 ms"),
+        ((*SPIKES, "--ping-rate", "5Hz"), "a period of 200 ms is longer than a memory lasts"),
         ((*SPIKES, "--ranges", "chip"), "--ranges: not with --model latency-network"),
         ((*SPIKES, "--die", "3"), "--die: 3, --model latency-network has no silicon"),
         ((*SPIKES, "--codes", "usual"), "--codes: only with --model latency-chip"),
@@ -141,7 +141,7 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
         ((*CHIP, "--unit", "33,0"), "latency_chip.memory[33].unit[0]: not on a chip of 33 memories"),
         ((*CHIP, "--unit", "x"), '--unit: "x", must be MEMORY,UNIT'),
         ((*CHIP, "--paths", "15"), "--paths: 15 memories, must be 33"),
-        ((*CHIP, "--ping-rate", "40"), "a period of 25 ms is shorter than the longest echo"),
+        ((*CHIP, "--ping-rate", "40Hz"), "a period of 25 ms is shorter than the longest echo"),
         ((*CHIP, "--temperature", "90"), "latency_chip.temperature: 90 degC, must be -10 to 65"),
         ((*CHIP, "--area", "0"), "latency_chip.area: 0 times"),
         ((*SPIKES, "--animate", "way.gif"), "--animate: way.gif, not with --model"),

@@ -43,7 +43,7 @@ def test_the_document(run: Run, tmp_path: Path) -> None:
 
 
 def test_the_table_says_what_is_lost(run: Run) -> None:
-    status, out, err = run("--duration", "1s", "--distance", "6", "--swing", "0", "--motion", "step")
+    status, out, err = run("--duration", "1s", "--distance", "6m", "--swing", "0", "--motion", "step")
     assert (status, err) == (0, "")
     assert "head, step, lso" in out
     assert "pings without an answer: 10 faint" in out
@@ -53,9 +53,9 @@ def test_the_table_says_what_is_lost(run: Run) -> None:
     ("arguments", "says"),
     [
         (("--ping-rate", "0"), "--ping-rate: 0, must be > 0"),
-        (("--ping-rate", "90"), "an echo from 1.4 m takes"),
-        (("--azimuth", "100"), "behind the head"),
-        (("--gain=-2",), "--gain: -2, must be >= 0"),
+        (("--ping-rate", "90Hz"), "an echo from 1.4 m takes"),
+        (("--azimuth", "100deg"), "behind the head"),
+        (("--gain=-2deg",), "--gain: -2, must be >= 0"),
         (("--duration", "5V"), "--duration"),
         (("--temperature", "80"), "sonar_head.temperature: 80 degC, must be -10 to 65 degC"),
     ],

@@ -24,7 +24,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 
 def test_the_document(run: Run, tmp_path: Path) -> None:
     picture = tmp_path / "way.png"
-    options = ("--forest", "open", "--seed", "1003", "--pings", "40", "--vmax", "0.1", "--no-multipath")
+    options = ("--forest", "open", "--seed", "1003", "--pings", "40", "--vmax", "0.1m/s", "--no-multipath")
     status, out, err = run(*options, "--plot", str(picture), "--json")
     assert (status, err) == (0, "")
     found = json.loads(out, parse_constant=pytest.fail)
@@ -60,10 +60,10 @@ def test_the_table(run: Run) -> None:
     ("arguments", "says"),
     [
         (("--forest", "wood"), "--forest: wood, must be corridor, open or dense"),
-        (("--start", "0,0.45"), "--start: 0,0.45, a pipe's surface is -0.025 m away"),
-        (("--start", "here"), '--start: "here", must be X,Y in m'),
+        (("--start", "0m,0.45m"), "--start: 0,0.45, a pipe's surface is -0.025 m away"),
+        (("--start", "here"), '--start: "here", must be X,Y; write as in --start=40m,25m'),
         (("--vmax", "0"), "--vmax: 0 m/s, must be above 0"),
-        (("--ping-rate", "-12"), "--ping-rate: -12 Hz, must be above 0"),
+        (("--ping-rate", "-12Hz"), "--ping-rate: -12 Hz, must be above 0"),
         (("--temperature", "60"), "--temperature: no chip is in the loop"),
         (("--die", "3"), "--die: 3, no chip is in the loop"),
         (("--ranges", "exact", "--occlusion"), "--occlusion: not with --ranges exact"),

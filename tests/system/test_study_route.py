@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import inspect
 import json
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
 
 import pytest
+from typer.main import get_command
 
 from circuits.errors import ParameterError
-from system.command_line import main
-from system.study_route import metres, number, read_route, seconds, switch, whole, with_params, words
+from system.command_line import app, main
+from system.cost_map import read_cell
+from system.registry import SYSTEMS
+from system.study_route import In, metres, read_route, seconds, switch, whole, with_params, words
 
+NOT_QUANTITIES = (words, whole, switch, read_cell)
 READERS = {
     "map": words,
     "soft_pings": switch,
     "pings": whole,
-    "vmax": number,
+    "vmax": In("m/s"),
     "duration": seconds,
     "way": metres,
 }
 
 
 def test_text_is_read_and_values_stay() -> None:
-    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5", "duration": "20ms", "way": "3"}
+    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5m/s", "duration": "20ms", "way": "3m"}
     found = {"map": "a", "soft_pings": False, "pings": 12, "vmax": 0.5, "duration": 0.02, "way": 3.0}
     assert read_route("robot", text, READERS) == found
     assert read_route("robot", found, READERS) == found
@@ -33,6 +41,7 @@ def test_text_is_read_and_values_stay() -> None:
         ("soft_pings", "perhaps", '--soft-pings: "perhaps", must be yes or no'),
         ("pings", "1.5", '--pings: "1.5", must be a whole number'),
         ("vmax", "fast", "--vmax: "),
+        ("vmax", "0.5", "--vmax: .*must be a speed in m/s; write the unit too, as in 0.5m/s"),
         ("unit", "1us", "--unit: not an option of robot, its study has map, soft-pings, pings"),
     ],
 )
@@ -72,3 +81,30 @@ def test_a_study_of_the_pushbot_on_another_scene(capsys: pytest.CaptureFixture[s
     assert main([*study, "--param", "scene=pair", "--param", "calibrated=no"]) == 0
     assert json.loads(capsys.readouterr().out)["metrics"]
     assert main([*study, "--param", "scene=none"]) == 2
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_number_of_every_system_states_its_unit(name: str) -> None:
+    module = import_module(SYSTEMS[name].partition(":")[0])
+    assert all(isinstance(reader, In) or reader in NOT_QUANTITIES for reader in module.STUDIED.values())
+    for option, text in (("vmax", "1"), ("ping_rate", "5"), ("duration", "2"), ("window", "1"), ("way", "1")):
+        if option in module.STUDIED:
+            with pytest.raises(ParameterError, match=f"--{option.replace('_', '-')}: .*write the unit too"):
+                read_route(name, {option: text}, module.STUDIED)
+
+
+def test_no_option_of_the_command_line_is_read_without_its_unit() -> None:
+    """A number that click itself reads has no unit: only ratios may be such."""
+    found = {option for command in commands(get_command(app)) for option in plain_numbers(command)}
+    assert found == {"rtol", "reach"}
+
+
+def commands(group: Any) -> Iterator[Any]:
+    for command in getattr(group, "commands", {}).values():
+        yield from commands(command) if hasattr(command, "commands") else (command,)
+
+
+def plain_numbers(command: Any) -> Iterator[str]:
+    for parameter in inspect.signature(command.callback).parameters.values():
+        if "float" in str(parameter.annotation):
+            yield parameter.name
