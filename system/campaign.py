@@ -14,23 +14,16 @@ from __future__ import annotations
 import hashlib
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
-from typing import Protocol
+from typing import Any
 
 from system.campaign_file import CampaignFile, Found, Key, open_runs
+from system.waiting import Work, outcome_of
 
 One = Callable[[Key], Found]
-_PATIENCE = 0.2  # s, after which a wait looks whether it was interrupted
-
-
-class Pending(Protocol):
-    """A run that was handed out."""
-
-    def result(self, timeout: float | None = None) -> Found:
-        """Wait for it, `TimeoutError` after so many seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +33,15 @@ class _Run:
     one: One
     key: Key
 
-    def result(self, timeout: float | None = None) -> Found:
+    def add_done_callback(self, fn: Callable[[Any], object], /) -> None:
+        fn(self)
+
+    def result(self) -> Found:
         return self.one(self.key)
 
 
 # How a run is handed out, how many at once, and an event that an interruption sets.
-Hands = tuple[Callable[[One, Key], Pending], int, Event]
+Hands = tuple[Callable[[One, Key], Work[Found]], int, Event]
 
 
 def here() -> AbstractContextManager[Hands]:
@@ -88,7 +84,7 @@ class Campaign:
         header = _header(name, numbers)
         kept = nullcontext() if self.file is None else open_runs(self.file, header, resume=self.resume)
         with kept as file, self.hands() as (submit, ahead, asked):
-            waiting: deque[tuple[Key, Found | Pending]] = deque()
+            waiting: deque[tuple[Key, Found | Work[Found]]] = deque()
             for key in keys:
                 known = None if file is None else file.find(key)
                 waiting.append((key, submit(one, key) if known is None else known))
@@ -98,16 +94,11 @@ class Campaign:
                 yield _taken(*waiting.popleft(), file, asked)
 
 
-def _taken(key: Key, pending: Found | Pending, file: CampaignFile | None, asked: Event) -> Found:
+def _taken(key: Key, pending: Found | Work[Found], file: CampaignFile | None, asked: Event) -> Found:
     """Wait for a run and keep it; raises `KeyboardInterrupt` soon after it was asked for."""
     if isinstance(pending, dict):
         return pending
-    found: Found | None = None
-    while found is None:
-        with suppress(TimeoutError):
-            found = pending.result(_PATIENCE)
-        if asked.is_set():
-            raise KeyboardInterrupt
+    found = outcome_of(pending, asked)
     if file is not None:
         file.keep(key, found)
     return found

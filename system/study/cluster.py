@@ -9,10 +9,11 @@ from typing import Any
 from distributed import Client, LocalCluster
 
 from circuits.errors import ParameterError
-from system.campaign import Hands, One, Pending
-from system.campaign_file import Key
-from system.study.engine import AHEAD, Submit, Waiting, interrupts, measure_dies
+from system.campaign import Hands, One
+from system.campaign_file import Found, Key
+from system.study.engine import AHEAD, Handed, Submit, measure_dies
 from system.study.manifest import Study
+from system.waiting import Work, interrupts
 
 RETRIES = 3  # of a chunk whose worker died
 TIMEOUT = "10s"  # of a scheduler that does not answer
@@ -26,9 +27,8 @@ def on_cluster(address: str | None, workers: int | None = None) -> Iterator[tupl
     """
     with _clients(address, workers) as (client, count):
 
-        def submit(study: Study, dies: range) -> Waiting:
-            chunk: Waiting = client.submit(measure_dies, study, dies, pure=False, retries=RETRIES)
-            return chunk
+        def submit(study: Study, dies: range) -> Handed:
+            return (client.submit(measure_dies, study, dies, pure=False, retries=RETRIES),)
 
         yield submit, AHEAD * count
 
@@ -38,8 +38,8 @@ def workers_of(workers: int) -> Iterator[Hands]:
     """Hand runs of a campaign to so many processes; one whose process dies is made again."""
     with interrupts() as asked, _clients(None, workers) as (client, count):
 
-        def submit(one: One, key: Key) -> Pending:
-            run: Pending = client.submit(one, key, pure=False, retries=RETRIES)
+        def submit(one: One, key: Key) -> Work[Found]:
+            run: Work[Found] = client.submit(one, key, pure=False, retries=RETRIES)
             return run
 
         yield submit, AHEAD * count, asked

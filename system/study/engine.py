@@ -9,16 +9,13 @@ that cannot be read is measured again and counted.
 from __future__ import annotations
 
 import os
-import signal
-import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
-from typing import Protocol
+from threading import Event
 
 import numpy as np
 
@@ -29,21 +26,15 @@ from system.study.manifest import FILE, Study, check_same, write_manifest
 from system.study.plan import sampling
 from system.study.table import Table, empty, join, read_table, write_table
 from system.study.target import Target, measure_safely, open_target
+from system.waiting import Work, check, interrupts, outcome_of
 
 CHUNKS, SAMPLES, REPORT = "chunks", "samples.nc", "report.html"  # in a study's folder, beside its manifest
-_PATIENCE = 0.2  # s, after which a wait looks whether it was interrupted
 AHEAD = 2  # chunks a worker that are handed out before they are asked for
 _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
 
 
-class Waiting(Protocol):
-    """A chunk that was handed out."""
-
-    def result(self, timeout: float | None = None) -> Table:
-        """Wait for the chunk, `TimeoutError` after so many seconds."""
-
-
-Submit = Callable[[Study, range], Waiting]
+Handed = tuple[Work[Table], ...]  # pieces of a chunk, in order
+Submit = Callable[[Study, range], Handed]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,17 +49,6 @@ class Outcome:
     chunks_read: int
     chunks_redone: tuple[str, ...]
     stopped: bool
-
-
-@dataclass(frozen=True, slots=True)
-class _Pieces:
-    """A chunk that several threads work at, in order."""
-
-    parts: tuple[Waiting, ...]
-
-    def result(self, timeout: float | None = None) -> Table:
-        """All of it; `timeout` (s) is that of the first piece that is not done."""
-        return join([part.result(timeout) for part in self.parts])
 
 
 def measure_dies(study: Study, dies: range) -> Table:
@@ -178,10 +158,10 @@ def _ordered(
     folder: Path | None,
     submit: Submit,
     ahead: int,
-    asked: threading.Event,
+    asked: Event,
 ) -> Generator[tuple[range, Table, str], None, None]:
     """Chunks in order with a note: empty if read, `new`, or why an old file was not taken."""
-    waiting: deque[tuple[range, Table | Waiting, str]] = deque()
+    waiting: deque[tuple[range, Table | Handed, str]] = deque()
     for dies in chunks:
         known, note = (None, _NEW) if folder is None else _known(_file(folder, study, dies), study, dies)
         waiting.append((dies, submit(study, dies) if known is None else known, note))
@@ -191,40 +171,13 @@ def _ordered(
         yield _take(waiting.popleft(), asked)
 
 
-def _take(entry: tuple[range, Table | Waiting, str], asked: threading.Event) -> tuple[range, Table, str]:
+def _take(entry: tuple[range, Table | Handed, str], asked: Event) -> tuple[range, Table, str]:
     """Wait for a chunk; raises `KeyboardInterrupt` soon after it was asked for."""
     dies, pending, note = entry
-    while not isinstance(pending, Table):
-        if asked.is_set():
-            raise KeyboardInterrupt
-        with suppress(TimeoutError):
-            pending = pending.result(_PATIENCE)
-    if asked.is_set():
-        raise KeyboardInterrupt
+    if not isinstance(pending, Table):
+        pending = join([outcome_of(piece, asked) for piece in pending])
+    check(asked)
     return dies, pending, note
-
-
-@contextmanager
-def interrupts() -> Iterator[threading.Event]:
-    """Inside, Ctrl-C sets an event, so that it is not lost where a library takes the exception for its own.
-
-    A second one interrupts at once. Other threads than the main one cannot catch signals, and get none.
-    """
-    asked = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield asked
-        return
-
-    def note(number: int, frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, before)
-        asked.set()
-
-    before = signal.getsignal(signal.SIGINT)
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield asked
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _file(folder: Path, study: Study, dies: range) -> Path:
@@ -279,17 +232,17 @@ def _check_free(folder: Path) -> None:
 @contextmanager
 def on_threads(workers: int | None = None) -> Iterator[tuple[Submit, int]]:
     """Hand chunks to threads of this process, all cores unless given; the solver lets them run at once."""
-    count = os.cpu_count() or 1 if workers is None else workers
-    if count < 1:
-        raise ParameterError(f"--threads: {count}, must be at least 1")
-    executor = ThreadPoolExecutor(count)
+    threads = os.cpu_count() or 1 if workers is None else workers
+    if threads < 1:
+        raise ParameterError(f"--threads: {threads}, must be at least 1")
+    executor = ThreadPoolExecutor(threads)
 
-    def submit(study: Study, dies: range) -> Waiting:
-        length = len(dies) if count == 1 else -(-len(dies) // _PIECES)
+    def submit(study: Study, dies: range) -> Handed:
+        length = len(dies) if threads == 1 else -(-len(dies) // _PIECES)
         starts = range(0, len(dies), max(length, 1))
-        return _Pieces(tuple(executor.submit(measure_dies, study, dies[k : k + length]) for k in starts))
+        return tuple(executor.submit(measure_dies, study, dies[k : k + length]) for k in starts)
 
     try:
-        yield submit, AHEAD * count
+        yield submit, AHEAD * threads
     finally:
         executor.shutdown(cancel_futures=True)

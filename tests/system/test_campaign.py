@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from itertools import count
 from pathlib import Path
-from threading import Event
+from threading import Event, Timer
 
 import pytest
 
@@ -72,12 +72,12 @@ def test_runs_handed_out_ahead_come_in_order(
 
     class Late:
         def __init__(self, key: Key) -> None:
-            self.key, self.waits = key, KEYS[::-1].index(key)
+            self.key = key
 
-        def result(self, timeout: float | None = None) -> Found:
-            if self.waits:
-                self.waits -= 1
-                raise TimeoutError
+        def add_done_callback(self, fn: Callable[[object], object], /) -> None:
+            Timer(0.1 * KEYS[::-1].index(self.key), fn, (self,)).start()
+
+        def result(self) -> Found:
             return one(self.key)
 
     hands = (lambda _, key: Late(key), 2, Event())
