@@ -45,7 +45,17 @@ from circuits.errors import ParameterError
 from circuits.place import circuit_at
 from circuits.silicon import Silicon
 from system import approach_kernel as kernel
-from system.approach_trace import SUMMARY, Scenario, Trace, air_of, draw, estimated_range, summarise
+from system.approach_trace import (
+    SUCCESS,
+    SUMMARY,
+    Scenario,
+    Trace,
+    account,
+    air_of,
+    draw,
+    estimated_range,
+    summarise,
+)
 from system.behavioural_approach import Flight, Models, fly_behavioural
 from system.ear import SAMPLE_RATE, Ear
 from system.hearing import Hearing
@@ -53,6 +63,7 @@ from system.loop import AnalogWire, EventWire, Loop, Part, Round
 from system.microphone import Microphone
 from system.silicon_noise import silicon_noise
 from system.study_route import Readers, read_route, seconds
+from system.system import Account, Summary, metrics_with, summary_of
 from system.targets import range_at
 
 F64 = NDArray[np.float64]
@@ -343,7 +354,8 @@ class ApproachSystem:
 
     name: str = "approach"
     summary: str = "bat-like sonar that closes in on a moving target, at transistor or behavioural level"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("held_fraction", "range_error_mean_m")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
@@ -368,9 +380,13 @@ class ApproachSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run."""

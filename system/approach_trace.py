@@ -1,4 +1,4 @@
-"""What an approach is given and what it leaves: scenario, trace, summary and picture.
+"""What an approach is given and what it leaves: scenario, trace, summary, account and picture.
 
 The picture is that of Figure 11 of Cheely & Horiuchi 2003.
 """
@@ -18,8 +18,10 @@ from circuits.die import NOMINAL, Die
 from circuits.process import ZERO_CELSIUS
 from system.acoustics import Air, speed_of_sound
 from system.microphone import Microphone
+from system.options import describe_run
 from system.plot import COLOURS, PALE
 from system.silicon_noise import Noisy
+from system.system import Account
 from system.targets import Target, default_scene, range_at
 
 F64 = NDArray[np.float64]
@@ -116,6 +118,12 @@ SUMMARY = (
     "held_fraction",
 )  # names of what `summarise` gives
 SETTLED = 1.0  # s, time given to find the target before errors count; ours
+HELD = 0.9  # of the time after SETTLED, that the target must be held; ours
+NEAR = 0.5  # m, largest mean error where nothing else reflects: windows are 0.36 m apart; ours
+SUCCESS = (
+    f"after the first {SETTLED:g} s the estimate is nearer to the first target than to any other reflector"
+    f" for {100.0 * HELD:g} % of the time, or, where there is no other, off by {NEAR:g} m on average at most"
+)
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -150,6 +158,25 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def account(trace: Trace) -> Account:
+    """What a run says of itself: it holds its target or does not, until its time is over."""
+    s, found = trace.scenario, summarise(trace)
+    held, error = found["held_fraction"], found["range_error_mean_m"]
+    near = error is not None and error <= NEAR
+    return Account(
+        succeeded=near if held is None else held >= HELD,
+        reason=f"time over: {s.duration:g} s",
+        ran_on={
+            "level": s.level,
+            "transistors": ", ".join(sorted(s.transistors)) or None,
+            "isolation": s.isolation,
+            "amplitude_law": s.amplitude_law,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c),
+        },
+    )
+
+
 def air_of(scenario: Scenario) -> Air:
     """Air at the scenario's temperature."""
     return Air(temperature=scenario.temperature_c + ZERO_CELSIUS)
@@ -158,6 +185,7 @@ def air_of(scenario: Scenario) -> Air:
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` as in Figure 11: range, proximity voltage, and the calls with amplitude and rate."""
     axes = figure.subplots(4, 1, sharex=True)
+    axes[0].set_title(account(trace).headline, fontsize=9)
     axes[0].plot(trace.time_s, trace.range_m, color=PALE, lw=3, label=trace.scenario.targets[0].name)
     for other in trace.scenario.targets[1:]:
         axes[0].plot(

@@ -30,10 +30,13 @@ from system.bug_neural import NeuralBug0, NeuralBug2, network_of, neural_brain
 from system.bug_path import path_length, shortest_path
 from system.bug_picture import draw_run
 from system.bug_reference import no_agent, reference_brain
-from system.bug_robot import ARRIVED, RADIUS, STEP, Robot
+from system.bug_robot import ARRIVED, FASTEST, RADIUS, STEP, Robot
 from system.bug_world import World, build_world, check_place
+from system.options import describe_run
 from system.silicon_noise import Noisy, silicon_noise
+from system.standing import SLOW, share_standing
 from system.study_route import In, Readers, number, read_route, read_texts, seconds, whole, words
+from system.system import Account, Summary, metrics_with, summary_of
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -42,6 +45,7 @@ BRAINS = ("reference", "ideal", "chip")
 SUMMARY = (
     "reached", "unreachable", "time_s", "path_length", "shortest_path_length", "path_ratio", "final_distance",
 )  # fmt: skip
+SUCCESS = "it reaches the goal, or says that none can be reached where no way leads there"
 DEFAULT_MAP = "bug-spiral"
 DURATION = 200.0  # s, after which a run ends; ours
 QUANTITIES: Readers = {"area": number, "calibrated": In("degC"), "solved": In("degC"), "duration": seconds}
@@ -154,6 +158,11 @@ class Trace:
         """Why it ended."""
         return "reached" if self.reached else self.verdict or "out of time"
 
+    @property
+    def reason(self) -> str:
+        """Why it ended, as a reader is told."""
+        return f"{self.ended} after {self.time:.2f} s"
+
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive until the goal, a verdict or the end of the time.
@@ -236,6 +245,27 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def account(trace: Trace) -> Account:
+    """What a run says of itself; a map's unit has no length in m."""
+    s = trace.scenario
+    time = STEP * np.arange(len(trace.path))
+    on: dict[str, Any] = {"agent": s.agent, "brain": s.brain}
+    if s.brain != "reference":
+        on["design"] = s.design
+    if s.brain == "chip":
+        on |= {
+            "area": s.area,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        }
+    return Account(
+        succeeded=trace.reached or (bool(trace.verdict) and trace.shortest is None),
+        reason=trace.reason,
+        ran_on=on,
+        standing_share=share_standing(np.column_stack([time, trace.path]), SLOW * FASTEST),
+    )
+
+
 def goal_of(trace: Trace) -> Point:
     """The goal of a run."""
     return pick(trace.world.map.goals, trace.scenario.goal, "--goal")
@@ -256,7 +286,8 @@ class BugSystem:
 
     name: str = "bug"
     summary: str = "robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("reached", "time_s", "path_length", "path_ratio")
 
     def scenario(self, **options: Any) -> Scenario:
@@ -282,14 +313,18 @@ class BugSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run."""
         s = trace.scenario
-        title = f"{s.agent}, {s.brain}, {trace.world.map.name}: {trace.ended} after {trace.time:.1f} s"
+        title = f"{s.agent}, {s.brain}, {trace.world.map.name}; {account(trace).headline}"
         draw_run(trace.world, trace.path, trace.shortest, title, figure)
 
 

@@ -22,16 +22,19 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from system.curved_openspace import Bat, arcs_of
-from system.forest_flight import Planter, Run, Sample, fly_sample, planter
+from system.forest_flight import SUCCESS, Planter, Run, Sample, ended_because, fly_sample, gets_on, planter
 from system.forest_map import OBSTACLES, SIDE, Forest, check_count, read_forest
 from system.forest_picture import draw_view_of_run
 from system.forest_senses import IDEAL, Sensing, senses_of, with_area
 from system.forest_weights import WEIGHTS, weighted
+from system.options import AS_BUILT, describe_run
 from system.study_route import In, Readers, number, place, read_route, read_texts, whole, words
+from system.system import Account, Summary, metrics_with, summary_of
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
     "heard", "missed", "masked", "occluded", "ghosts", "late", "ties", "other_choices", "deciding_s",
+    "progress_m",
 )  # fmt: skip
 PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
@@ -171,12 +174,36 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     return {name: float(getattr(trace.sample, name)) for name in SUMMARY}
 
 
+def account(trace: Trace) -> Account:
+    """What a sample says of itself; a bat never rests."""
+    s, sample = trace.scenario, trace.sample
+    sensing = s.sensing
+    on: dict[str, Any] = {"ranges": sensing.ranges, "selection": sensing.selection}
+    if sensing.silicon:
+        on |= {
+            "reader": sensing.reader,
+            "ranging_area": sensing.ranging_area,
+            "selection_area": sensing.selection_area,
+            "silicon_noise": sensing.silicon_noise,
+            **describe_run(s.die, s.temperature_c, sensing.bias_kind or AS_BUILT),
+        }
+    on_time = sample.time_s * s.bat.max_speed
+    return Account(
+        succeeded=not (sample.collided or sample.trapped) and gets_on(sample.progress_m, on_time),
+        reason=ended_because(sample.pings, collided=sample.collided),
+        ran_on=on,
+        distance_m=sample.distance_m,
+        emergency_share=sample.emergencies / sample.pings,
+    )
+
+
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the first run's path in its forest, as in Figure 10B."""
     s, sample = trace.scenario, trace.sample
+    shown = "" if sample.runs == 1 else f" in {sample.runs} runs, of which this is the first"
     title = (
         f"{len(trace.first.forest.place)} obstacles, {s.bat.max_speed:g} m/s, {s.bat.ping_rate:g} Hz:"
-        f" {sample.avoided} avoided, first run {trace.first.ended}{_of_senses(s)}"
+        f" {sample.avoided} avoided{shown}{_of_senses(s)}\n{account(trace).headline}"
     )
     draw_view_of_run(trace.first.forest.place, s.bat.zone, trace.path, figure, title)
 
@@ -206,7 +233,8 @@ class ForestSystem:
 
     name: str = "forest"
     summary: str = "bat that flies through a dense forest by pings in five directions and a choice of arcs"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("avoided", "collided")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
@@ -233,9 +261,13 @@ class ForestSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run."""

@@ -33,6 +33,7 @@ from system.forest_state import (
     GHOSTS,
     HEARD,
     LAP,
+    LAPS_X,
     LATE,
     LOGGED,
     MASKED,
@@ -51,6 +52,11 @@ from system.forest_state import TIME as NOW
 F64 = NDArray[np.float64]
 
 CLEAR = 1.0  # m about a drawn start; ours
+GETS_ON = 0.1  # of its full speed, that a bat must come on to the left; ours
+SUCCESS = (
+    "it flies all its pings without a collision and without being trapped, and comes on to the left at"
+    f" {100.0 * GETS_ON:g} % of its full speed at least"
+)
 WORDS = {GOING: "undecided", COLLIDED: "collided", TRAPPED: "trapped", OVER: "over"}
 _STARTS = 1000  # places that are tried
 _AT_ONCE = 200_000  # pings between signs of life
@@ -73,7 +79,8 @@ class Sample:
 
     Of echoes, with ranges that are not exact: heard, missed by the chip, masked by an earlier one, occluded,
     and heard by way of two obstacles. Of selections on a chip: late, ties that its model cannot tell, choices
-    that the desirabilities themselves would not have made, and the time (s) that they took.
+    that the desirabilities themselves would not have made, and the time (s) that they took. progress_m: how
+    far the way led to the left.
     """
 
     avoided: int
@@ -95,6 +102,7 @@ class Sample:
     ties: int = 0
     other_choices: int = 0
     deciding_s: float = 0.0
+    progress_m: float = 0.0
 
 
 Planter = Callable[[np.random.Generator], Forest]
@@ -130,14 +138,28 @@ def fly_sample(
         raise ParameterError(f"--pings: {pings}, must be at least 1")
     first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress, senses)
     flights, used, trapped = [flight], int(flight.counts[PINGS]), int(ended == TRAPPED)
+    left = first.start[0] - float(flight.pose[LAPS_X])
     while ended != COLLIDED and used < pings:
-        _, flight, ended = _fly_run(arcs, forests, (*key, len(flights)), pings - used, start, 0, None, senses)
+        again, flight, ended = _fly_run(
+            arcs, forests, (*key, len(flights)), pings - used, start, 0, None, senses
+        )
         used += int(flight.counts[PINGS])
         trapped += ended == TRAPPED
+        left += again.start[0] - float(flight.pose[LAPS_X])
         flights.append(flight)
         if progress is not None:
             progress(used / pings)
-    return _sum_up(flights, trapped, collided=ended == COLLIDED), first
+    return _sum_up(flights, trapped, left, collided=ended == COLLIDED), first
+
+
+def gets_on(progress: float, straight: float) -> bool:
+    """Whether a bat came on to the left, by `progress` (m), where it could have flown `straight` (m)."""
+    return progress >= GETS_ON * straight
+
+
+def ended_because(pings: int, *, collided: bool) -> str:
+    """Why a sample or flight of so many pings ended."""
+    return "collided with an obstacle" if collided else f"undecided after {pings} pings"
 
 
 def margin_of(arcs: Arcs) -> float:
@@ -194,7 +216,7 @@ def begin(
     raise ParameterError(f"{forest.name}: no start with {CLEAR:g} m free about it was found; give --start")
 
 
-def _sum_up(done: list[Flight], trapped: int, *, collided: bool) -> Sample:
+def _sum_up(done: list[Flight], trapped: int, left: float, *, collided: bool) -> Sample:
     def total(column: int) -> int:
         return sum(int(f.counts[column]) for f in done)
 
@@ -218,4 +240,5 @@ def _sum_up(done: list[Flight], trapped: int, *, collided: bool) -> Sample:
         ties=total(TIES),
         other_choices=total(OTHER),
         deciding_s=sum(float(f.pose[DECIDING]) for f in done),
+        progress_m=left,
     )

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from chips.latency_calibration import calibrated
 from chips.latency_chip import LatencyChip
@@ -23,16 +24,17 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from system.curved_openspace import Arcs, Bat, arcs_of
-from system.forest_flight import begin
-from system.forest_map import OBSTACLES, Forest, check_count, plant, read_forest
+from system.forest_flight import begin, ended_because, gets_on
+from system.forest_map import OBSTACLES, SIDE, Forest, check_count, plant, read_forest
 from system.forest_picture import draw_view_of_run
 from system.latency_brain import Brain, check_timing, network_brain
 from system.latency_chip_brain import ChipBrain, brain_with, design_of
 from system.latency_flight import Flown, fly
 from system.latency_lif import all_lif
 from system.latency_numbers import PATHS, UNITS, Numbers, numbers_at
-from system.options import describe_die
+from system.options import describe_die, describe_run
 from system.silicon_noise import Noisy, silicon_noise
+from system.system import Account, summary_of
 
 MODELS = ("analog", "latency-network", "latency-chip", "latency-lif")  # of the bat's mind
 CODES = ("usual", "calibrated")  # of a chip's biases
@@ -204,6 +206,34 @@ def summarise(trace: LatencyTrace) -> dict[str, float]:
     return found | {name: float(count) for name, count in trace.counts.items()}
 
 
+def account(trace: LatencyTrace) -> Account:
+    """What a flight says of itself, as of `system.forest`."""
+    s, flown = trace.scenario, trace.flown
+    on: dict[str, Any] = {"model": s.model}
+    if s.model == MODELS[2]:
+        chip = s.chip
+        on |= {
+            "codes": chip.codes,
+            "area": chip.area,
+            "transistor_units": len(chip.units),
+            "silicon_noise": chip.silicon_noise,
+            **describe_run(chip.die, chip.temperature_c, chip.bias_kind),
+        }
+    return Account(
+        succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),
+        reason=ended_because(flown.pings, collided=flown.collided),
+        ran_on=on,
+        distance_m=flown.distance_m,
+        emergency_share=flown.emergencies / flown.pings,
+    )
+
+
+def progress(path: NDArray[np.float64]) -> float:
+    """How far (m) a path on the torus, float64[n, 2] in steps shorter than half of it, led to the left."""
+    steps = np.diff(path[:, 0])
+    return float(-(steps - SIDE * np.round(steps / SIDE)).sum())
+
+
 def document(trace: LatencyTrace) -> dict[str, Any]:
     """A flight by the names that JSON has for its parts; a row is a stretch of one arc."""
     s, log = trace.scenario, trace.flown.log
@@ -228,7 +258,7 @@ def document(trace: LatencyTrace) -> dict[str, Any]:
         "ping_direction": log[:, 4].astype(int),
         "winner": log[:, 6].astype(int),
         "scanning": log[:, 7].astype(bool),
-        "summary": summarise(trace),
+        "summary": summary_of(account(trace), summarise(trace)),
     }
 
 
@@ -255,8 +285,9 @@ def draw(trace: LatencyTrace, figure: Figure) -> None:
     s = trace.scenario
     title = (
         f"{s.model}: {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz:"
-        f" {trace.flown.avoided} avoided, {trace.ended}"
+        f" {trace.flown.avoided} avoided"
     )
     if s.model == MODELS[2]:
         title += f"\n{s.chip.die}, {_warmth(s.chip)} degC, biases by {s.chip.bias_kind}, {s.chip.codes}"
+    title += f"\n{account(trace).headline}"
     draw_view_of_run(trace.forest.place, s.bat.zone, trace.flown.path, figure, title)

@@ -30,6 +30,7 @@ from system.silicon_choice import SiliconChoice
 
 _ELEMENT = re.compile(r"(.*)\[([0-9]+(?:,[0-9]+)*)\]")
 _NOMINAL = SiliconChoice()
+AS_BUILT = "as built"  # kind of a chip's biases where each has its own
 
 Value = float | tuple[float, ...]
 
@@ -124,6 +125,12 @@ def describe_die(die: Die) -> dict[str, Any]:
         "mismatch": die.mismatch,
         "process_variation": die.process,
     }
+
+
+def describe_run(die: Die, temperature_c: float, bias_kind: str | None = None) -> dict[str, Any]:
+    """Silicon that a system ran on: die, temperature (degC), and kind of its biases where it has one."""
+    kind = {} if bias_kind is None else {"bias_kind": bias_kind}
+    return {**describe_die(die), **kind, "temperature_C": temperature_c}
 
 
 def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:

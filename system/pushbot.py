@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from chips import rolls_circuit
 from chips.pushbot_power import activity_power
@@ -22,6 +23,8 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from system.arena import Scene, recoloured
 from system.arena_file import load_scene
+from system.arena_geometry import clearance
+from system.options import describe_run
 from system.pushbot_brain import FIELD_SCENES, Architecture, brain_of
 from system.pushbot_course import Course, course_of, passage
 from system.pushbot_drive import Run, begin_run
@@ -31,7 +34,11 @@ from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
 from system.silicon_noise import Noisy, silicon_noise
+from system.standing import share_standing
 from system.study_route import Readers, metres, number, read_route, read_texts, seconds, switch, whole, words
+from system.system import Account, Summary, metrics_with, summary_of
+
+F64 = NDArray[np.float64]
 
 DEFAULT_SCENE = "single-block"
 TURN_FACTOR = 0.5  # the only one that the paper names with 0.35 m/s: Table 1, sections 3.5 and 3.7
@@ -39,6 +46,14 @@ MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are shor
 FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
 MARGIN = 12.0  # s, that a run may take beyond twice the straight way to the line; ours
 BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
+LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
+NEAR, EVERY = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
+RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
+SUCCESS = (
+    "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot it"
+    f" comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of its time"
+    " at most"
+)
 SUMMARY = (
     "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m",
     "mean_speed_m_per_s", "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW",
@@ -122,7 +137,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """A run: world and robot at its end, what the chip did, and the line of its obstacles."""
+    """A run: world and robot at its end, what the chip did, the line of its obstacles, and why it ended."""
 
     scenario: Scenario
     scene: Scene
@@ -130,6 +145,7 @@ class Trace:
     drive: Run
     record: Record
     course: Course | None
+    reason: str
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
@@ -174,7 +190,19 @@ def run_with(
             break
         if progress is not None:
             progress(min(max(drive.time / duration, drive.way / way), 1.0))
-    return Trace(scenario, scene, brain, drive, loop.record, course)
+    reason = _reason(drive, course, way, duration)
+    return Trace(scenario, scene, brain, drive, loop.record, course, reason)
+
+
+def _reason(drive: Run, course: Course | None, way: float, duration: float) -> str:
+    """Why a run ended."""
+    if drive.touched is not None:
+        return f"touched {drive.touched}"
+    if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
+        return "passed the line of its obstacles"
+    if drive.way >= way:
+        return f"way over: {way:g} m"
+    return f"time over: {duration:g} s"
 
 
 def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
@@ -220,6 +248,44 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def account(trace: Trace) -> Account:
+    """What a run says of itself."""
+    s, drive = trace.scenario, trace.drive
+    standing = stood(np.array(drive.path))
+    return Account(
+        succeeded=drive.touched is None and _gets_there(trace, standing),
+        reason=trace.reason,
+        ran_on={
+            "modified": s.modified,
+            "readout": s.readout,
+            "calibrated": s.calibrated,
+            "frame": s.frame,
+            "raise_lateral": s.raise_lateral,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        },
+        distance_m=drive.way,
+        standing_share=standing,
+        cautions=trace.brain.chip.cautions(),
+    )
+
+
+def _gets_there(trace: Trace, standing: float) -> bool:
+    """Whether a robot that touched nothing did what its scene asks for."""
+    drive, course = trace.drive, trace.course
+    if course is not None:
+        return any(course.ahead((x, y, h)) >= course.distance for _, x, y, h in drive.path)
+    if any(body.name.startswith("robot") for body in trace.scene.bodies):
+        looks = drive.path[::EVERY]
+        return any(clearance(drive.obstacles, (x, y, h), t, "robot") <= NEAR for t, x, y, h in looks)
+    return standing <= RESTS
+
+
+def stood(path: F64) -> float:
+    """Share of the time in which a path, float64[n, 4] of s, m, m, rad, is slower than STANDS."""
+    return share_standing(path, STANDS, LOOK_STEPS)
+
+
 def _cm(metres: float | None) -> float | None:
     return None if metres is None or not math.isfinite(metres) else 100.0 * metres
 
@@ -230,7 +296,8 @@ class PushbotSystem:
 
     name: str = "pushbot"
     summary: str = "robot with an event camera that a network on the ROLLS chip steers round obstacles"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("collided", "distance_cm")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
@@ -257,13 +324,17 @@ class PushbotSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run."""
-        draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
+        draw_run(trace.scene, trace.drive, trace.brain, trace.record, account(trace).headline, figure)
 
 
 SYSTEM = PushbotSystem()

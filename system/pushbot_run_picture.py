@@ -29,8 +29,8 @@ _SHADES = {"OL": COLOURS[1], "DL": COLOURS[1], "OR": COLOURS[0], "DR": COLOURS[0
            "GL": COLOURS[1], "GR": COLOURS[0], "target": COLOURS[2]}  # fmt: skip
 
 
-def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, figure: Figure) -> None:
-    """Fill a figure with a run."""
+def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str, figure: Figure) -> None:
+    """Fill a figure with a run; its title has how it ended."""
     path = np.array(drive.path)
     end = float(path[-1, 0])
     times, neurons = all_spikes(record)
@@ -46,8 +46,7 @@ def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, figure: Fig
     axes = figure.subplot_mosaic(rows, height_ratios=[*heights, 1.0])
     draw_scene(scene, axes["above"], end)
     draw_path(path, axes["above"], moments)
-    touched = "nothing touched" if drive.touched is None else f"touched {drive.touched}"
-    axes["above"].set_title(f"{scene.name}: {scene.summary}; {touched} in {end:.3g} s", fontsize=9)
+    axes["above"].set_title(f"{scene.name}: {scene.summary}; {end:.3g} s\n{ended}", fontsize=9)
     _frames(record, moments, axes)
     known = {p.name for p in brain.network.populations}
     names = [n for n in ("OL", "OR", "DL", "DR", "sp", "GL", "GR") if n in known]

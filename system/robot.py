@@ -24,6 +24,7 @@ from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from system.forest_reader import CALIBRATIONS, Calibration, readings
 from system.forest_reader_noise import no_reader, reader_of
+from system.options import AS_BUILT, describe_run
 from system.robot_arcs import Arcs, arcs_of
 from system.robot_drive import COUNTS, Drive, drive
 from system.robot_forest import FORESTS, Pipes, forest_of, start_of
@@ -32,7 +33,9 @@ from system.robot_numbers import DIRECTIONS, Mind, Robot
 from system.robot_picture import draw_robot
 from system.robot_sonar import SPEED, Sonar, noise_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
+from system.standing import SLOW, evenly, share_standing
 from system.study_route import In, Readers, place, read_route, read_texts, switch, whole, words
+from system.system import Account, Summary, metrics_with, summary_of
 
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
@@ -40,6 +43,7 @@ ROOM_TEMPERATURE = 27.0
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
 QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz")}
+SUCCESS = "it comes out at the far end of the forest without having touched a pipe"
 STUDIED: Readers = {
     **QUANTITIES, "forest": words, "ranges": words, "pings": whole,
     "occlusion": switch, "multipath": switch, "soft_pings": switch, "reader": words,
@@ -198,13 +202,42 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+_REASONS = {
+    "through": "through: at the far end of the forest",
+    "out": "out: left the forest by a side",
+    "collided": "collided with a pipe",
+}
+
+
+def account(trace: Trace) -> Account:
+    """What a drive says of itself; an emergency is a retreat the way that it came."""
+    s, d = trace.scenario, trace.drive
+    on: dict[str, Any] = {"ranges": s.ranges, **s.senses}
+    if s.silicon:
+        on |= {
+            "reader": s.reader or CALIBRATIONS[0],
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind or AS_BUILT),
+        }
+    path = evenly(np.append(d.log[:, 0], d.time), trace.path, 1.0 / s.robot.ping_rate)
+    return Account(
+        succeeded=d.ended == "through",
+        reason=_REASONS.get(d.ended, f"undecided after {d.counts['pings']} pings"),
+        ran_on=on,
+        distance_m=d.distance,
+        emergency_share=d.counts["retreats"] / d.counts["pings"],
+        standing_share=share_standing(path, SLOW * s.robot.max_speed),
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class RobotSystem:
     """The system as the command line sees it."""
 
     name: str = "robot"
     summary: str = "car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("collided", "through", "side_share")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
@@ -228,17 +261,21 @@ class RobotSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run, as in Figure 15."""
         s, d = trace.scenario, trace.drive
         die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
         title = (
-            f"{s.forest}, ranges {s.ranges}{die}: {d.ended} after {d.time:.1f} s,"
-            f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side"
+            f"{s.forest}, ranges {s.ranges}{die}, {d.time:.1f} s:"
+            f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{account(trace).headline}"
         )
         figure.set_size_inches(8.0, 5.6)
         ax = figure.subplots()

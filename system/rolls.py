@@ -26,10 +26,12 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
+from system.options import describe_run
 from system.plot import COLOURS, INK
 from system.rolls_options import bias_table
 from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import In, Readers, read_route, seconds, words
+from system.system import Account, Summary, metrics_with, summary_of
 
 F64 = NDArray[np.float64]
 
@@ -38,6 +40,10 @@ SETTLING = 0.1  # s, before rates are counted; ours
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
 SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
+SUCCESS = (
+    "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
+    " without events no neuron fires"
+)
 STUDY_DURATION = 4.0  # s, unless asked
 STUDIED: Readers = {
     "duration": seconds,
@@ -130,6 +136,22 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def account(trace: Trace) -> Account:
+    """What a run says of itself."""
+    s, found = trace.scenario, summarise(trace)
+    driven = ("silent", "hot", "restless", "events_lost", "spikes_lost")
+    wrong = driven if s.input_rate else ("population_rate", "restless")
+    return Account(
+        succeeded=not any(found[name] for name in wrong),
+        reason=f"time over: {s.duration:g} s",
+        ran_on={
+            "bias_file": s.bias_file,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        },
+    )
+
+
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the spikes of the first half second, and the rate of each neuron."""
     raster, beside = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
@@ -144,7 +166,9 @@ def draw(trace: Trace, figure: Figure) -> None:
     beside.set_xlabel("rate (Hz)")
     s = trace.scenario
     figure.suptitle(
-        f"ROLLS, {s.die}, {s.temperature_c:g} °C, {s.input_rate:g} events/s a neuron", fontsize=10
+        f"ROLLS, {s.die}, {s.temperature_c:g} °C, {s.input_rate:g} events/s a neuron"
+        f"\n{account(trace).headline}",
+        fontsize=10,
     )
 
 
@@ -154,7 +178,8 @@ class RollsSystem:
 
     name: str = "rolls"
     summary: str = "ROLLS: rates of all neurons of a die under equal input (montecarlo, show, export)"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("population_rate", "rate_cv", "silent", "hot")
 
     def scenario(self, **options: Any) -> Scenario:
@@ -182,9 +207,13 @@ class RollsSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run."""

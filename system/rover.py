@@ -30,12 +30,15 @@ from circuits.silicon import Silicon
 from system.cost_map import Cell, CostMap, check_codes, for_need, load_map, read_cell
 from system.frechet import discrete_frechet
 from system.online_map import OnlineMap, unknown_map
+from system.options import describe_run
 from system.path_planner import Plan, Planner, plan_path, planner_named
 from system.rover_drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 from system.rover_robot import Rover
 from system.silicon_noise import Noisy, silicon_noise
+from system.standing import SLOW, evenly, share_standing
 from system.study_route import Readers, number, read_route, read_texts, seconds, words
+from system.system import Account, Summary, metrics_with, summary_of
 from system.wave_planner import ChipPlanner
 
 I64 = NDArray[np.int64]
@@ -47,6 +50,7 @@ QUANTITIES: Readers = {
     "start": read_cell, "goal": read_cell, "unit": seconds, "learn": number, "prior": number,
 }  # fmt: skip
 STUDIED: Readers = {"map": words, "start": read_cell, "goal": read_cell, "unit": seconds}
+SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
 PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
@@ -199,6 +203,38 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def account(trace: Trace) -> Account:
+    """What a run says of itself: way and standing of the last trip, success of all."""
+    s, driven = trace.scenario, trace.trips[-1].drive
+    on: dict[str, Any] = {"planner": s.planner, "cells": s.cells}
+    if s.cells == "chip":
+        on |= {
+            "unit_s": s.unit,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        }
+    path = evenly(driven.time, driven.place, s.rover.gps_period)
+    return Account(
+        succeeded=all(t.drive.arrived for t in trace.trips),
+        reason=_reason(trace),
+        ran_on=on,
+        distance_m=driven.distance,
+        standing_share=share_standing(path, SLOW * s.rover.speed),
+    )
+
+
+def _reason(trace: Trace) -> str:
+    """Why the last trip ended; of several trips how many arrived too."""
+    s, last = trace.scenario, trace.trips[-1].drive
+    why = f"out of patience: {last.time[-1]:.0f} s"
+    if last.arrived:
+        why = f"goal reached: a fix within {s.rover.reach:g} m of it"
+    if len(trace.trips) == 1:
+        return why
+    arrived = sum(t.drive.arrived for t in trace.trips)
+    return f"{why}; arrived on {arrived} of {len(trace.trips)} trips"
+
+
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the map and the last trip's planned and driven way."""
     (rows, columns), cells = trace.cost_map.shape, trace.cost_map
@@ -207,14 +243,13 @@ def draw(trace: Trace, figure: Figure) -> None:
     ax = figure.subplots()
     trip = trace.trips[-1]
     draw_map(trace.cost_map, figure, ax)
-    draw_ways(polyline(trace.cost_map, trip.plan.path), [trip.drive.place], ax)
+    draw_ways(polyline(trace.cost_map, trip.plan.path), [trip.drive.place], ax, trace.scenario.rover.reach)
     draw_scale_bar(trace.cost_map, ax)
     ax.set_xlabel("east (m)")
     ax.set_ylabel("north (m)")
     s = trace.scenario
-    ax.set_title(
-        f"{trace.cost_map.name}, {s.planner}: {trip.plan.length} cells, cost {trip.plan.cost}", fontsize=9
-    )
+    title = f"{trace.cost_map.name}, {s.planner}: {trip.plan.length} cells, cost {trip.plan.cost}"
+    ax.set_title(f"{title}\n{account(trace).headline}", fontsize=9)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
@@ -224,7 +259,8 @@ class RoverSystem:
 
     name: str = "rover"
     summary: str = "robot that plans on a cost map by a wave of spikes, and drives by GPS and compass"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("regret_share", "frechet_m")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
@@ -246,9 +282,13 @@ class RoverSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run."""

@@ -10,6 +10,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -54,8 +55,11 @@ def _shade(cost: int) -> tuple[float, ...] | str:
     return tuple(colormaps["YlOrBr"](0.03 + 0.8 * min(math.log(cost) / math.log(MAX_CODE), 1.0)))
 
 
-def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes) -> None:
-    """Draw a planned way in black, driven ones in colours, float64[n, 2] in m each; mark start and goal."""
+def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes, reach: float | None = None) -> None:
+    """Draw a planned way in black, driven ones in colours, float64[n, 2] in m each; mark start and goal.
+
+    reach: m about the goal within which a rover has arrived; a circle is drawn unless it is None.
+    """
     for k, way in enumerate(driven):
         ax.plot(*way.T, color=COLOURS[k % 4], linewidth=1.3, zorder=3, label="driven" if k == 0 else None)
     reached = np.concatenate([planned, *driven])
@@ -65,6 +69,11 @@ def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes) -> None:
     for point, mark, name in ((planned[0], "o", "start"), (planned[-1], "*", "goal")):
         size = 6.0 if mark == "o" else 11.0
         ax.plot(*point, marker=mark, color=INK, markersize=size, linestyle="", zorder=4, label=name)
+    if reach is not None:
+        east, north = planned[-1].tolist()
+        circle = Circle((east, north), reach, facecolor="none", edgecolor=INK, linestyle="--", linewidth=1.0)
+        circle.set(label=f"arrived: a fix within {reach:g} m", zorder=4)
+        ax.add_patch(circle)
 
 
 def draw_scale_bar(cost_map: CostMap, ax: Axes, *, label: bool = True) -> None:

@@ -24,6 +24,7 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
+from system.options import describe_run
 from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.sonar_head_ear import SPEED, hearing
 from system.sonar_head_loop import COUNTS, LOST, WIRINGS, Log, follow
@@ -31,6 +32,7 @@ from system.sonar_head_numbers import Motion, SonarHead
 from system.sonar_head_picture import draw_head
 from system.sonar_head_target import MOTIONS, way_of
 from system.study_route import In, Readers, metres, number, read_route, read_texts, seconds, whole, words
+from system.system import Account, Summary, metrics_with, summary_of
 
 ROOM_TEMPERATURE = 27.0  # degC
 DURATION = 20.0  # s, two periods of the sine; ours
@@ -41,6 +43,11 @@ QUANTITIES: Readers = {
     "duration": seconds, "area": number, "ping_rate": In("Hz"), "gain": In("deg"), "noise": number,
     "azimuth": In("deg"), "period": seconds, "distance": metres, "swing": metres,
 }  # fmt: skip
+SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; ours
+SUCCESS = (
+    f"in the second half it points at the target within {SETTLED:g} degrees rms, and"
+    f" {100.0 * ANSWERED:g} % of its pings have an answer"
+)
 STUDIED: Readers = {
     **QUANTITIES, "motion": words, "wiring": words, "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
@@ -175,13 +182,31 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def account(trace: Trace) -> Account:
+    """What a run says of itself: it follows its target or does not, until its time is over."""
+    s, found = trace.scenario, summarise(trace)
+    settled, lost = found["settled_rms_deg"], found["lost"]
+    answered = 1.0 - (lost or 0.0) / len(trace.log.time)
+    return Account(
+        succeeded=settled is not None and settled <= SETTLED and answered >= ANSWERED,
+        reason=f"time over: {s.duration:g} s",
+        ran_on={
+            "wiring": s.wiring,
+            "area": s.area,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind or "gate"),
+        },
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class SonarHeadSystem:
     """The system as the command line sees it."""
 
     name: str = "head"
     summary: str = "sonar head that turns to a moving target by the level difference of its ears"
-    metrics: tuple[str, ...] = SUMMARY
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
     study_metrics: tuple[str, ...] = ("error_rms_deg", "lost")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
@@ -205,9 +230,13 @@ class SonarHeadSystem:
         """Run a scenario."""
         return run(scenario, progress)
 
-    def summarise(self, trace: Trace) -> dict[str, float | None]:
-        """Scalars of a run."""
-        return summarise(trace)
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with angles and rasters over time."""
@@ -215,7 +244,7 @@ class SonarHeadSystem:
         title = (
             f"{s.motion}, {s.wiring}, {s.die}, {s.temperature_c:g} degC:"
             f" error {found['error_rms_deg']:.1f} deg rms,"
-            f" {found['lost']:.0f} of {len(trace.log.time)} pings lost"
+            f" {found['lost']:.0f} of {len(trace.log.time)} pings lost\n{account(trace).headline}"
         )
         draw_head(trace.log, figure)
         figure.suptitle(title, fontsize=9)

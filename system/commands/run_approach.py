@@ -10,12 +10,14 @@ from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.approach_trace import BOXES, LAWS, LEVELS, Scenario, Trace
-from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.output import print_json, print_line, progress_bar
+from system.commands.run_output import print_run
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.registry import load_system
 from system.silicon_choice import SiliconChoice
 from system.silicon_noise import NOISY
+from system.system import Summary
 from system.targets import default_scene, describe, read_targets
 
 
@@ -54,9 +56,8 @@ def run_approach(
         return
     for target in scenario.targets:
         print_line(describe(target))
-    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
     title = f"{system}, {scenario.level} level, {scenario.temperature_c:g} degC, {scenario.die}"
-    print_table(title, ("quantity", "value:"), rows)
+    print_run(title, loaded, summary)
 
 
 def scenario_of(
@@ -89,7 +90,7 @@ def choice(option: str, value: str, known: tuple[str, ...]) -> str:
     return value
 
 
-def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     scenario = trace.scenario
     arrays = ("time_s", "range_m", "estimate_m", "proximity_V", "call_rate_Hz", "call_amplitude_V")
     return {

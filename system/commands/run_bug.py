@@ -10,10 +10,12 @@ from system.bug import SYSTEM, Scenario, Trace, goal_of, read_options
 from system.bug_brain import STATES
 from system.bug_neural import network_of
 from system.bug_robot import STEP
-from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.output import print_json, print_line, progress_bar
+from system.commands.run_output import print_run
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.silicon_choice import SiliconChoice
+from system.system import Summary
 
 
 def run_bug(
@@ -37,7 +39,7 @@ def run_bug(
         _print(system, trace, summary)
 
 
-def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     s = trace.scenario
     return {
         "system": system,
@@ -77,13 +79,11 @@ def _of_chip(trace: Trace) -> dict[str, Any]:
     }
 
 
-def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
+def _print(system: str, trace: Trace, summary: Summary) -> None:
     s = trace.scenario
     if trace.shortest is None:
         print_line(f"{trace.world.map.name}: no way leads from the start to the goal")
-    print_line(f"{s.agent}, {s.brain}: {trace.ended} after {trace.time:.2f} s")
-    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
     if trace.chip is not None:
         counts = ", ".join(f"{name.replace('_', ' ')} {k}" for name, k in trace.chip.items())
         print_line(f"chip on {s.die} at {s.temperature_c:g} degC: {counts}")
-    print_table(f"{system} on {trace.world.map.name}", ("quantity", "value:"), rows)
+    print_run(f"{system} on {trace.world.map.name}, {s.agent}, {s.brain}", SYSTEM, summary)

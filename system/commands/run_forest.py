@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from chips.selection_model import selection_errors
 from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.output import print_json, print_line, progress_bar
 from system.commands.run_forest_latency import run_latency
+from system.commands.run_output import print_run
 from system.forest import SYSTEM, Scenario, Trace, read_options
 from system.forest_animation import check_animation, save_animation
 from system.forest_senses import Sensing
@@ -18,6 +18,7 @@ from system.latency_run import MODELS
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.silicon_choice import SiliconChoice
+from system.system import Summary
 
 
 def run_forest(
@@ -84,7 +85,7 @@ def _check_silicon(silicon: SiliconChoice, sensing: Sensing) -> None:
         )
 
 
-def _document(system: str, trace: Trace, summary: Mapping[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     s, log = trace.scenario, trace.first.log
     return {
         "system": system,
@@ -130,15 +131,14 @@ def _of_senses(scenario: Scenario) -> dict[str, Any]:
     return found
 
 
-def _print(system: str, trace: Trace, summary: Mapping[str, float | None]) -> None:
+def _print(system: str, trace: Trace, summary: Summary) -> None:
     first, bat, sensing = trace.first, trace.scenario.bat, trace.scenario.sensing
     where = f"{first.start[0]:.2f},{first.start[1]:.2f} m"
-    print_line(f"first run from {where}, {first.ended} at {first.end[0]:.2f},{first.end[1]:.2f} m")
-    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
+    print_line(f"first of {trace.sample.runs} runs from {where} to {first.end[0]:.2f},{first.end[1]:.2f} m")
     title = f"{system}, {len(first.forest.place)} obstacles, {bat.max_speed:g} m/s, {bat.ping_rate:g} Hz"
     title += f", ranges {sensing.ranges}, selection {sensing.selection}"
-    print_table(title, ("quantity", "value:"), rows)
+    print_run(title, SYSTEM, summary)
     if sensing.ranges == "chip":
         print_line("the chip gives ranges only: azimuths are the true ones, with --azimuth-noise if any")
     if not trace.sample.collided:
-        print_line(f"undecided after {trace.sample.pings} pings: no collision; --pings N flies on")
+        print_line("--pings N flies on")

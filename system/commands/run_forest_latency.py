@@ -6,13 +6,24 @@ from typing import Any
 
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
-from system.commands.output import print_json, print_line, print_table, progress_bar
-from system.forest import QUANTITIES, ROOM_TEMPERATURE, read_options, read_place
-from system.latency_run import MODELS, LatencyTrace, document, draw, run, scenario_of, summarise
+from system.commands.output import print_json, print_line, progress_bar
+from system.commands.run_output import print_run
+from system.forest import QUANTITIES, ROOM_TEMPERATURE, SYSTEM, read_options, read_place
+from system.latency_run import (
+    MODELS,
+    LatencyTrace,
+    account,
+    document,
+    draw,
+    run,
+    scenario_of,
+    summarise,
+)
 from system.options import read_die
 from system.plot import save_picture
 from system.silicon_choice import SiliconChoice
 from system.study_route import read_texts
+from system.system import summary_of
 from system.temperature_course import read_course
 
 
@@ -68,9 +79,8 @@ def _silicon(silicon: SiliconChoice, warmth: float | Polyline, model: str) -> di
 def _print(trace: LatencyTrace) -> None:
     s = trace.scenario
     where = ["{:.2f},{:.2f}".format(*at) for at in (trace.start, trace.flown.end)]
-    print_line(f"flight from {where[0]} m, {trace.ended} at {where[1]} m")
-    rows = [(name, f"{value:.6g}") for name, value in summarise(trace).items()]
+    print_line(f"flight from {where[0]} m to {where[1]} m")
     title = f"forest, {s.model}, {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz"
-    print_table(title, ("quantity", "value:"), rows)
+    print_run(title, SYSTEM, summary_of(account(trace), summarise(trace)))
     if not trace.flown.collided:
-        print_line(f"undecided after {trace.flown.pings} pings: no collision; --pings N flies on")
+        print_line("--pings N flies on")

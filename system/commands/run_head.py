@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,12 +10,14 @@ from chips.board_record import board_record, record_errors
 from chips.lso_model import RECORD
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.output import print_json, print_line, progress_bar
+from system.commands.run_output import print_run
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.silicon_choice import SiliconChoice
 from system.sonar_head import SYSTEM, Scenario, Trace, read_options
 from system.sonar_head_loop import LOST
+from system.system import Summary
 
 
 def run_head(
@@ -39,7 +40,7 @@ def run_head(
         _print(system, trace, summary)
 
 
-def _document(system: str, trace: Trace, summary: Mapping[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     s, log = trace.scenario, trace.log
     return {
         "system": system,
@@ -68,10 +69,9 @@ def _document(system: str, trace: Trace, summary: Mapping[str, float | None]) ->
     }
 
 
-def _print(system: str, trace: Trace, summary: Mapping[str, float | None]) -> None:
+def _print(system: str, trace: Trace, summary: Summary) -> None:
     s = trace.scenario
-    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
-    print_table(f"{system}, {s.motion}, {s.wiring}", ("quantity", "value:"), rows)
+    print_run(f"{system}, {s.motion}, {s.wiring}", SYSTEM, summary)
     lost = {name: trace.log.counts[name] for name in LOST if trace.log.counts[name]}
     if lost:
         print_line("pings without an answer: " + ", ".join(f"{n} {name}" for name, n in lost.items()))

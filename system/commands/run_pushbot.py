@@ -8,7 +8,8 @@ import numpy as np
 
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.output import print_json, progress_bar
+from system.commands.run_output import print_run
 from system.dvs_file import check_events, write_events
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
@@ -16,6 +17,7 @@ from system.pushbot import SYSTEM, Scenario, Trace, read_options
 from system.pushbot_loop import all_events, rates
 from system.pushbot_readout import LOOK
 from system.silicon_choice import SiliconChoice
+from system.system import Summary
 
 
 def run_pushbot(
@@ -52,7 +54,7 @@ def run_pushbot(
         _print(system, trace, summary)
 
 
-def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     s, path = trace.scenario, np.array(trace.drive.path)
     time, found = rates(trace.brain.network, trace.record, max(float(path[-1, 0]), LOOK))
     readout, codes = s.read(), trace.brain.chip.program.biases.codes()
@@ -72,7 +74,7 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
         "calibrated": s.calibrated,
         "codes": dict(sorted(codes.items())),  # coarse and fine
         "neurons": {p.name: len(p) for p in trace.brain.network.populations},
-        "cautions": list(trace.brain.chip.cautions()),
+        "cautions": summary["cautions"],
         "seed": s.seed,
         "silicon_noise": s.silicon_noise,
         "touched": trace.drive.touched,
@@ -85,12 +87,8 @@ def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> di
     }
 
 
-def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
+def _print(system: str, trace: Trace, summary: Summary) -> None:
     s = trace.scenario
-    end = "touched nothing" if trace.drive.touched is None else f"touched {trace.drive.touched}"
-    print_line(f"{trace.scene.name}: {end} in {summary['time_s']:.3g} s")
-    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
-    title = f"{system}, speed factor {s.speed_factor:g}, turn factor {s.read().factors.turn:g}, {s.die}"
-    print_table(title, ("quantity", "value:"), rows)
-    for caution in trace.brain.chip.cautions():
-        print_line(f"caution: {caution}")
+    title = f"{system}, {trace.scene.name}, speed factor {s.speed_factor:g},"
+    title += f" turn factor {s.read().factors.turn:g}, {s.die}"
+    print_run(title, SYSTEM, summary)

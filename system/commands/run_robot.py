@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,13 @@ import numpy as np
 from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
-from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.output import print_json, print_line, progress_bar
+from system.commands.run_output import print_run
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.robot import RANGES, SYSTEM, Scenario, Trace, read_options
 from system.silicon_choice import SiliconChoice
+from system.system import Summary
 
 
 def run_robot(
@@ -39,7 +40,7 @@ def run_robot(
         _print(system, trace, summary)
 
 
-def _document(system: str, trace: Trace, summary: Mapping[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     s, log = trace.scenario, trace.drive.log
     return {
         "system": system,
@@ -83,13 +84,12 @@ def _of_chip(trace: Trace) -> dict[str, Any]:
     }
 
 
-def _print(system: str, trace: Trace, summary: Mapping[str, float | None]) -> None:
+def _print(system: str, trace: Trace, summary: Summary) -> None:
     s, path = trace.scenario, trace.path
-    rows = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
-    print_table(f"{system}, {s.forest}, ranges {s.ranges}", ("quantity", "value:"), rows)
+    print_run(f"{system}, {s.forest}, ranges {s.ranges}", SYSTEM, summary)
     where = [f"{x:.2f},{y:.2f} m" for x, y in (path[0], path[-1])]
-    print_line(f"from {where[0]}, {trace.drive.ended} at {where[1]}")
+    print_line(f"from {where[0]} to {where[1]}")
     if s.silicon:
         print_line("the chip gives ranges only: directions are those of the three envelopes")
     if trace.drive.ended == "undecided":
-        print_line(f"undecided after {len(trace.drive.log)} pings: no collision; --pings N drives on")
+        print_line("--pings N drives on")

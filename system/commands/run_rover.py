@@ -9,10 +9,12 @@ from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.commands.run_output import print_run
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
 from system.rover import SYSTEM, Scenario, Trace, Trip, read_options
 from system.silicon_choice import SiliconChoice
+from system.system import Summary
 
 
 def run_rover(
@@ -63,7 +65,7 @@ def _check_silicon(silicon: SiliconChoice, options: Mapping[str, Any]) -> None:
             raise ParameterError(f"--{name}: ideal cells have no silicon; add --cells chip, or leave it out")
 
 
-def _document(system: str, trace: Trace, summary: dict[str, float | None]) -> dict[str, Any]:
+def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
     s, last = trace.scenario, trace.trips[-1]
     return {
         "system": system,
@@ -105,7 +107,7 @@ def _trip(trip: Trip) -> dict[str, Any]:
     }
 
 
-def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
+def _print(system: str, trace: Trace, summary: Summary) -> None:
     s = trace.scenario
     way = " ".join(f"{row},{column}" for row, column in trace.trips[-1].plan.path.tolist())
     print_line(f"planned on {trace.cost_map.name}: {way}")
@@ -115,8 +117,7 @@ def _print(system: str, trace: Trace, summary: dict[str, float | None]) -> None:
             for k, t in enumerate(trace.trips)
         ]
         print_table("trips", ("trip:", "length:", "cost:", "regret:", "map error:"), rows)
-    rows_of = [(name, "-" if value is None else f"{value:.6g}") for name, value in summary.items()]
-    print_table(_title(system, s), ("quantity", "value:"), rows_of)
+    print_run(_title(system, s), SYSTEM, summary)
 
 
 def _title(system: str, scenario: Scenario) -> str:

@@ -102,7 +102,7 @@ def notes(found: Sequence[Summary]) -> tuple[str, ...]:
 
 
 def _draw(trace: Trace, figure: Figure) -> None:
-    draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
 
 
 EXPERIMENT = Experiment(

@@ -30,7 +30,7 @@ from system.arena import COLOURS as REFLECTANCES
 from system.campaign import ALONE, Campaign
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.pushbot import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, summarise
+from system.pushbot import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, stood, summarise
 from system.pushbot_campaign import FIRST, Drive, Summary, drive_all, share_of, trials
 from system.pushbot_robot import SPEED_OF_FACTOR
 
@@ -44,7 +44,6 @@ FRESH = FIRST + 500  # first die and seed: none that another experiment reports 
 P = 0.05
 MOVES = 0.5  # of the demanded speed
 SQUARE = 0.2  # m; a robot that turns in one place touches little: on how many of these was it? ours
-LOOK, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
 
 # what drives; without speed, scene, die and seed
 NETWORKS: Mapping[str, Scenario] = {
@@ -81,15 +80,6 @@ def outcome(trace: Trace) -> Summary:
         "touched_early": float(bool(touched) and float(path[-1, 0]) <= EARLY),
         "way_early_m": way_until(path, EARLY), "stood": stood(path), "squares": squares(path),
     }  # fmt: skip
-
-
-def stood(path: F64) -> float:
-    """Share of the time in which a path, float64[n, 4] of s, m, m, rad, is slower than STANDS."""
-    chosen = path[::LOOK]
-    if len(chosen) < 2:
-        return 0.0
-    way, time = np.hypot(*np.diff(chosen[:, 1:3], axis=0).T), np.diff(chosen[:, 0])
-    return float(np.mean(way < STANDS * time))
 
 
 def way_until(path: F64, time: float) -> float:

@@ -58,7 +58,7 @@ def rows(trace: Trace) -> tuple[Row, ...]:
 
 
 def _draw(trace: Trace, figure: Figure) -> None:
-    draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
 
 
 EXPERIMENT = Experiment("milde2017-fig6", "populations and commands round one obstacle", reproduce)

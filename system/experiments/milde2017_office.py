@@ -25,8 +25,7 @@ from system.arena_geometry import Obstacles, collision, obstacles_of, outline_at
 from system.campaign import ALONE, Campaign
 from system.dvs import Dvs
 from system.experiment import Experiment, Progress, Report, Row
-from system.experiments.milde2017_clutter import stood
-from system.pushbot import Scenario, Trace, scene_of, summarise
+from system.pushbot import Scenario, Trace, scene_of, stood, summarise
 from system.pushbot_campaign import Drive, Summary, drive_again, drive_all, trials
 from system.pushbot_run_picture import draw_run
 from system.study.interval import LEVEL, Interval
@@ -147,7 +146,7 @@ def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
 
 def _draw(drive: Drive, figure: Figure) -> None:
     trace = drive_again(drive)
-    draw_run(trace.scene, trace.drive, trace.brain, trace.record, figure)
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
 
 
 EXPERIMENT = Experiment(

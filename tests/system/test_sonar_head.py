@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from circuits.die import Die
 from circuits.errors import ParameterError
 from system.sonar_head import SUMMARY, SYSTEM, Trace
+from system.system import ENTRIES
 
 
 def run(**options: Any) -> Trace:
@@ -64,7 +65,7 @@ def test_small_devices_are_deaf_and_it_is_counted() -> None:
     found = SYSTEM.summarise(run(die=Die(number=2), area=1.0 / 16.0))
     assert found["deaf_levels"] is not None
     assert found["deaf_levels"] > 0.0
-    assert set(found) == set(SUMMARY)
+    assert set(found) == {*ENTRIES, *SUMMARY}
 
 
 @pytest.mark.parametrize(

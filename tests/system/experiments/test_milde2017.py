@@ -25,7 +25,7 @@ from system.experiments import (
     milde2017_variability,
 )
 from system.experiments.milde2017_temperature import avoided
-from system.pushbot import Scenario, Trace, scene_of
+from system.pushbot import Scenario, Trace, scene_of, stood
 from system.pushbot_campaign import Summary
 from system.pushbot_drive import begin_run
 from system.pushbot_wiring import HALF_ROWS
@@ -150,7 +150,7 @@ def test_clutter_tells_standing_still_from_avoiding() -> None:
     path[:101, 1] = 0.5 * path[:101, 0]
     path[101:, 1] = path[100, 1]
     # half of a second at 0.5 m/s, the other half at rest
-    assert milde2017_clutter.stood(path) == pytest.approx(0.5, abs=0.1)
+    assert stood(path) == pytest.approx(0.5, abs=0.1)
     assert milde2017_clutter.way_until(path, 0.25) == pytest.approx(0.125)
     assert milde2017_clutter.way_until(path, 9.0) == pytest.approx(0.25)
 
@@ -202,7 +202,7 @@ def test_a_leg_beside_or_behind_the_robot_has_walked_into_it(heading: float, wal
     # the leg's middle 10 cm ahead along x
     drive = begin_run(replace(scene, start=(leg.at[0] - 0.10, leg.at[1], heading)), seed=0)
     drive.touched = leg.name
-    trace = Trace(Scenario(), scene, None, drive, None, None)  # type: ignore[arg-type]
+    trace = Trace(Scenario(), scene, None, drive, None, None, "")  # type: ignore[arg-type]
     assert milde2017_office.is_walked_into(trace) is walked_into
     drive.touched = "wall"
     assert not milde2017_office.is_walked_into(trace)
