@@ -51,6 +51,7 @@ _UNITS = {
     "W": _Unit("a power in W", "mW"),
     "deg": _Unit("an angle in deg", "deg"),
     "degC": _Unit("a temperature in degC", ""),
+    "lux": _Unit("an illuminance in lux", "lux"),
     "m": _Unit("a length in m", "m"),
     "m/s": _Unit("a speed in m/s", "m/s"),
     "rad": _Unit("an angle in rad", "rad"),

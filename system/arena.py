@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.errors import ParameterError
+from circuits.units import parse_quantity
 
 F64 = NDArray[np.float64]
 Point = tuple[float, float]
@@ -144,19 +145,21 @@ class Scene:
     sky: float = COLOURS["white"]
 
 
-def light_of(name: str) -> float:
-    """Lux of a light condition, or of a number's text.
+def light_of(light: str | float) -> float:
+    """Lux of a light condition, of a number, or of a text such as `500lux`.
 
-    Raises `ParameterError` for other names and for what is no positive number.
+    Raises `ParameterError` for other names and for what is not above 0.
     """
-    if name in LIGHTS:
-        return LIGHTS[name]
+    if isinstance(light, str) and light in LIGHTS:
+        return LIGHTS[light]
     try:
-        lux = float(name)
-    except ValueError:
+        lux = parse_quantity(light, "lux", "light") if isinstance(light, str) else light
+    except ParameterError:
         lux = math.nan
     if not (lux > 0.0 and math.isfinite(lux)):
-        raise ParameterError(f"light: {name}, must be {', '.join(LIGHTS)} or a number of lux above 0")
+        raise ParameterError(
+            f"light: {light}, must be {', '.join(LIGHTS)} or an illuminance above 0; write as in 500lux"
+        )
     return lux
 
 

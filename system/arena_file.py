@@ -53,7 +53,7 @@ def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
     Parameters
     ----------
     seed : of what the scene leaves to chance, the clutter.
-    light : a condition or a number of lux, instead of the scene's.
+    light : a condition, or text such as `500lux`, instead of the scene's.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _scene(name: str, content: dict[str, Any], seed: int, light: str | None) -> 
     return Scene(
         name=name,
         summary=top["summary"],
-        light=light_of(light if light is not None else str(top["light"])),
+        light=light_of(top["light"] if light is None else light),
         corners=corners,
         start=(*start["at"], start["heading_deg"]),
         bodies=tuple(bodies),

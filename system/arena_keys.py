@@ -76,9 +76,9 @@ def degrees(value: Any, path: str) -> float:
     return math.radians(number(-math.inf)(value, path))
 
 
-def light(value: Any, path: str) -> str:
+def light(value: Any, path: str) -> str | float:
     """Read the name of a light condition, or lux."""
-    return value if isinstance(value, str) else str(number(0.0, above=True)(value, path))
+    return value if isinstance(value, str) else float(number(0.0, above=True)(value, path))
 
 
 def colour(value: Any, path: str) -> float:

@@ -35,7 +35,7 @@ def pushbot(
         str | None, typer.Option(metavar="SHARE", help="Of events that are dropped at random; 0.8.")
     ] = None,
     colour: Annotated[str | None, typer.Option(help="Of the blocks, as blue, red or yellow.")] = None,
-    light: Annotated[str | None, typer.Option(help="As normal, dark, very-dark, or lux.")] = None,
+    light: Annotated[str | None, typer.Option(help="As normal, dark, very-dark, or 500lux.")] = None,
     target: Annotated[
         bool | None, typer.Option(help="Events to the target field; where the scene has a target.")
     ] = None,

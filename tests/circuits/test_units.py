@@ -24,7 +24,26 @@ PREFIXES = {
     "G": 1e9,
     "T": 1e12,
 }
-UNITS = ["", "A", "F", "Hz", "K", "Ohm", "S", "V", "V/s", "W", "deg", "degC", "m", "m/s", "rad", "s", "um"]
+UNITS = [
+    "",
+    "A",
+    "F",
+    "Hz",
+    "K",
+    "Ohm",
+    "S",
+    "V",
+    "V/s",
+    "W",
+    "deg",
+    "degC",
+    "lux",
+    "m",
+    "m/s",
+    "rad",
+    "s",
+    "um",
+]
 
 
 @pytest.mark.parametrize(

@@ -37,6 +37,12 @@ def test_a_scene_loads_in_every_light(name: str) -> None:
         assert scene.summary
 
 
+def test_a_light_in_lux() -> None:
+    assert load_scene("pair", light="500lux").light == 500.0
+    with pytest.raises(ParameterError, match="write as in 500lux"):
+        load_scene("pair", light="500")
+
+
 def test_clutter_is_its_seed() -> None:
     first, again, other = (load_scene("clutter", seed=s) for s in (1, 1, 2))
     assert first == again

@@ -54,6 +54,7 @@ def test_events_that_arrived_can_be_kept(capsys: pytest.CaptureFixture[str], tmp
         (("--readout", "spikes", "--window", "50ms"), "--window: 0.05 s, must not be given"),
         (("--frame",), "--frame: without a target"),
         (("--light", "blinding"), "light: blinding"),
+        (("--light", "500"), "or an illuminance above 0; write as in 500lux"),
         (("--plot", "way.bmp"), "--plot: way.bmp"),
     ],
 )
