@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from circuits.errors import CircuitError, DataError, UnknownNameError
+from circuits.errors import CircuitError, DataError, ParameterError, UnknownNameError
 from system.arena import COLOURS, LIGHTS, recoloured
 from system.arena_file import load_scene, scene_names
 
