@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from circuits.errors import CircuitError, DataError, ParameterError, UnknownNameError
+from circuits.errors import CircuitError, DataError, UnknownNameError
 from system.arena import COLOURS, LIGHTS, recoloured
 from system.arena_file import load_scene, scene_names
 
@@ -39,7 +39,7 @@ def test_a_scene_loads_in_every_light(name: str) -> None:
 
 def test_a_light_in_lux() -> None:
     assert load_scene("pair", light="500lux").light == 500.0
-    with pytest.raises(ParameterError, match="write as in 500lux"):
+    with pytest.raises(DataError, match="write as in 500lux"):
         load_scene("pair", light="500")
 
 
