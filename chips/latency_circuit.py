@@ -33,6 +33,7 @@ from circuits.blocks.latency_synapse import EDGE, WIDTH
 from circuits.blocks.latency_tap import delay_tap
 from circuits.blocks.latency_tonic import reset_wave
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
+from circuits.count import whole_number
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
@@ -71,9 +72,7 @@ class Params:
 
     def __post_init__(self) -> None:
         for name in ("paths", "taps", "synapses"):
-            value = getattr(self, name)
-            if value != int(value) or value < 1:
-                raise ParameterError(f"{name}: {value:g}, must be a whole number of at least 1")
+            whole_number(name, getattr(self, name))
         if self.goal != int(self.goal) or not -1 <= self.goal < self.paths:
             raise ParameterError(f"goal: {self.goal:g}, must be a cell, 0 to {self.paths - 1}, or -1")
 

@@ -23,6 +23,7 @@ from circuits.blocks.bias_generator import COARSE, CODES
 from circuits.blocks.latency_synapse import WIDTH
 from circuits.blocks.mos import mos
 from circuits.circuit import Bias, BiasKind, Circuit, Port, PortKind
+from circuits.count import whole_number
 from circuits.errors import ParameterError
 from circuits.process import Polarity
 from circuits.silicon import Silicon
@@ -74,8 +75,7 @@ class Design:
                 f"latency_chip.paths: {len(self.group)} groups and {len(self.share)} passive currents, must"
                 " be as many, and one at least"
             )
-        if self.taps != int(self.taps) or self.taps < 1:
-            raise ParameterError(f"latency_chip.taps: {self.taps:g}, must be a whole number of at least 1")
+        whole_number("latency_chip.taps", self.taps)
         if not 0 <= min(self.group) <= max(self.group) < len(self.second):
             raise ParameterError(f"latency_chip.group: must be 0 to {len(self.second) - 1}, as `second` has")
         for each in fields(self):

@@ -124,8 +124,9 @@ def format_position(what: str, circuit: str, silicon: Silicon) -> str:
 
 def run_name(writer: Writer, path: str, top: Definition) -> str:
     """Name by which a run of the definition `top` knows the node at `path`."""
-    *instances, node = (writer.naming.node(element(*part)) for part in split_path(path))
-    if path in top.ports:
+    parts = split_path(path)
+    *instances, node = (writer.naming.node(element(*part)) for part in parts)
+    if not instances and any(port.name == parts[0][0] for port in top.circuit.ports):
         return node
     outer = (f"x{writer.naming.node(top.name)}", *(f"x{name}" for name in instances))
     return writer.separator.join((*outer, node))

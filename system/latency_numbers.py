@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 
+from circuits.count import whole_number
 from circuits.errors import ParameterError
 
 DIRECTION_PRIORITY = (2, 1, 3, 0, 4)  # middle, middle left, middle right, left, right; the paper's
@@ -124,8 +125,7 @@ class Numbers:
             if not (math.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"numbers.{each.name}: {value:g}, must be finite and at least 0")
         for name, count in (("paths", self.paths), ("taps", self.taps)):
-            if count != int(count) or count < 1:
-                raise ParameterError(f"--{name}: {count:g}, must be a whole number of at least 1")
+            whole_number(f"--{name}", count)
         if self.integration >= self.step_current:
             raise ParameterError(
                 f"numbers.integration: {self.integration:g} s, must be less than step_current"

@@ -30,6 +30,7 @@ import numpy as np
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Circuit, Port
+from circuits.count import whole_number
 from circuits.devices import Device, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_currents, transistor_work
@@ -76,8 +77,7 @@ class Params:
 
     def __post_init__(self) -> None:
         for name, code, count in (("coarse", self.coarse, len(COARSE)), ("fine", self.fine, CODES)):
-            if code != int(code) or not 0 <= code < count:
-                raise ParameterError(f"{name}: {code}, must be a whole number from 0 to {count - 1}")
+            whole_number(name, code, 0, count - 1)
         if not self.core_ratio > 1.0:
             raise ParameterError(f"core_ratio: {self.core_ratio:g}, must be > 1; 8 is usual")
         if not self.core_resistance > 0.0:

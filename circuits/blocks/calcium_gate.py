@@ -32,10 +32,10 @@ from circuits.blocks.rebound_neuron import pulse
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls_bias import current_of
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
@@ -162,9 +162,7 @@ AFTER = 0.25  # s, ours: of the run, after the last spike
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`spikes` spikes at `rate` from 1 ms on, the membrane at an ideal voltage."""
     count, rate = (float(stimuli[name] or 0.0) for name in ("spikes", "rate"))
-    if not (count >= 1 and count == int(count) and rate > 0.0):
-        raise ParameterError(f"spikes: {count:g} at {rate:g} Hz, must be at least one and above 0 Hz")
-    times = tuple(FIRST + k / rate for k in range(int(count)))
+    times = tuple(FIRST + k / rate for k in range(pulse_count("spikes", count, rate)))
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
         Source("event", "event", pulse(times, v_dd)),

@@ -24,6 +24,7 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.rebound_neuron import pulse
 from circuits.blocks.vocalization_controller import amplifier, inverter, mos, strays
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Port
+from circuits.count import PULSES, whole_number
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
@@ -185,7 +186,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Spikes of `neuron`, and of `second` unless off at the same times, at `rate` from 5 ms to `duration`."""
     stop, rate = stimuli["duration"] or 0.0, stimuli["rate"]
     chosen = {neuron_index(name, stimuli[name]) for name in ("neuron", "second") if stimuli[name] is not None}
-    count = 0 if rate is None else max(0, math.ceil((stop - FIRST_SPIKE) * rate - 1e-9))
+    wanted = 0.0 if rate is None else max(0.0, float(np.ceil((stop - FIRST_SPIKE) * rate - 1e-9)))
+    count = whole_number("spikes", wanted, 0, PULSES)
     times = tuple(FIRST_SPIKE + k / (rate or 1.0) for k in range(count))
     spikes = (
         Source(f"spike[{k}]", f"spike[{k}]", pulse(times if k in chosen else (), v_dd))

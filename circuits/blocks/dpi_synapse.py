@@ -34,6 +34,7 @@ from circuits.blocks.rebound_neuron import falling_crossing, pulse, rising_cross
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls_bias import default_current
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
@@ -255,10 +256,8 @@ def latches(level: float, v_dd: float) -> dict[str, float]:
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`events` events at `rate` from 1 ms on, at a synapse of a `level`; outputs at ideal voltages."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
-    count, rate = int(values["events"]), values["rate"]
-    if not (count >= 1 and rate > 0.0):
-        raise ParameterError(f"events: {count} at {rate:g} Hz, must be at least one and above 0 Hz")
-    times = tuple(FIRST_EVENT + k / rate for k in range(count))
+    rate = values["rate"]
+    times = tuple(FIRST_EVENT + k / rate for k in range(pulse_count("events", values["events"], rate)))
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
         Source("event", "event", pulse(times, v_dd)),

@@ -21,7 +21,6 @@ its loop, because no node of it has to move through volts at 40 kHz: some 25 to 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +28,7 @@ import numpy as np
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.rebound_neuron import rising_crossing
 from circuits.circuit import Bias, Circuit, Port
+from circuits.count import SAMPLES, whole_number
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant, Sampled
 from circuits.errors import ParameterError
@@ -114,9 +114,10 @@ def tone_bursts(
     """Microphone signal of bursts (start s, duration s, peak V) about `middle` V, cut off at the rails.
 
     Samples run from 0 to `stop` s at `SAMPLE_RATE`. Raises `ParameterError` for a burst without time for
-    its two edges.
+    its two edges, or for too many samples.
     """
-    time = np.arange(math.ceil(stop * SAMPLE_RATE) + 1) / SAMPLE_RATE
+    count = whole_number("samples", float(np.ceil(stop * SAMPLE_RATE)) + 1.0, 1, SAMPLES)
+    time = np.arange(count) / SAMPLE_RATE
     envelope = np.zeros(time.size)
     for start, duration, peak in bursts:
         if duration < 2.0 * RISE_TIME:

@@ -23,6 +23,7 @@ from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rebound_neuron import rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
@@ -49,8 +50,7 @@ class Params:
         for name in ("membrane_capacitance", "timer_capacitance", "recurrent_capacitance"):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
-        if self.cells != int(self.cells) or self.cells < 1:
-            raise ParameterError(f"cells: {self.cells:g}, must be a whole number of at least 1")
+        whole_number("cells", self.cells)
 
 
 BIASES = (

@@ -25,6 +25,7 @@ from circuits.blocks.mos import mos
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
@@ -50,8 +51,7 @@ class Params:
         for name in ("membrane_capacitance", "timer_capacitance"):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
-        if self.synapses != int(self.synapses) or self.synapses < 1:
-            raise ParameterError(f"synapses: {self.synapses:g}, must be a whole number of at least 1")
+        whole_number("synapses", self.synapses)
 
 
 BIASES = (

@@ -25,6 +25,7 @@ from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
@@ -49,8 +50,7 @@ class Params:
     def __post_init__(self) -> None:
         if not self.timer_capacitance > 0.0:
             raise ParameterError(f"timer_capacitance: {self.timer_capacitance:g} F, must be > 0")
-        if self.taps != int(self.taps) or self.taps < 1:
-            raise ParameterError(f"taps: {self.taps:g}, must be a whole number of at least 1")
+        whole_number("taps", self.taps)
 
 
 BIASES = (

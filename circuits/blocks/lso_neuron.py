@@ -27,6 +27,7 @@ from circuits.blocks.mos import mos
 from circuits.blocks.rebound_neuron import falling_crossing, rising_crossing
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
@@ -53,9 +54,7 @@ class Params:
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
         for name in ("excitations", "inhibitions"):
-            count = getattr(self, name)
-            if count != int(count) or count < 1:
-                raise ParameterError(f"{name}: {count:g}, must be a whole number of at least 1")
+            whole_number(name, getattr(self, name))
 
 
 BIASES = (

@@ -36,6 +36,7 @@ from circuits.blocks.mos import inverter, mos, nor
 from circuits.blocks.rebound_neuron import pulse
 from circuits.blocks.rolls_bias import current_of, default_current
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
@@ -166,9 +167,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     up, count, rate = (float(stimuli[name] or 0.0) for name in ("up", "events", "rate"))
     if up not in (-1.0, 0.0, 1.0):
         raise ParameterError(f"up: {up:g}, must be 1, 0 or -1")
-    if not (count >= 1 and count == int(count) and rate > 0.0):
-        raise ParameterError(f"events: {count:g} at {rate:g} Hz, must be at least one and above 0 Hz")
-    times = tuple(FIRST + k / rate for k in range(int(count)))
+    times = tuple(FIRST + k / rate for k in range(pulse_count("events", count, rate)))
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
         Source("event", "event", pulse(times, v_dd)),

@@ -24,6 +24,7 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.rebound_neuron import pulse
 from circuits.blocks.wavefront_cell import INPUTS
 from circuits.circuit import Circuit, InstanceArray, Node, Port
+from circuits.count import whole_number
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
@@ -40,7 +41,7 @@ NEIGHBOURS = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -
 class Params:
     """Size of the grid, resistance of a wire in ohm (ours), and the parts' parameters.
 
-    Raises `ParameterError` for a grid without cells.
+    Raises `ParameterError` for a grid without cells, or with too many.
     """
 
     rows: int = quantity(20, "")
@@ -51,8 +52,7 @@ class Params:
 
     def __post_init__(self) -> None:
         for name in ("rows", "columns"):
-            if getattr(self, name) < 1:
-                raise ParameterError(f"{name}: {getattr(self, name)}, must be at least 1")
+            whole_number(name, getattr(self, name))
 
 
 def build(params: Params = Params()) -> Circuit:

@@ -47,6 +47,7 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, InstanceArray, Node, Port
+from circuits.count import whole_number
 from circuits.devices import Capacitor, Device, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
@@ -72,7 +73,8 @@ class Params:
 
     Nine cells are enough to see a decision and quick in any simulator; the selection has `CELLS`.
 
-    Raises `ParameterError` for less than two cells, a reach below 0, or a width or capacitance that is none.
+    Raises `ParameterError` for less than two cells or too many, a reach below 0, or a width or capacitance
+    that is none.
     """
 
     cells: int = quantity(9, "")
@@ -82,9 +84,7 @@ class Params:
 
     def __post_init__(self) -> None:
         for name, least in (("cells", 2), ("reach", 0)):
-            value = getattr(self, name)
-            if value != int(value) or value < least:
-                raise ParameterError(f"{name}: {value:g}, must be a whole number of at least {least}")
+            whole_number(name, getattr(self, name), least)
         for name, unit in (("sigma", "cells"), ("input_capacitance", "F")):
             if not getattr(self, name) > 0.0:
                 raise ParameterError(f"{name}: {getattr(self, name):g} {unit}, must be > 0")

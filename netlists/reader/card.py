@@ -78,6 +78,20 @@ def arguments(card: Card, words: Sequence[str]) -> Arguments:
     return found
 
 
+def element_words(card: Card) -> list[str]:
+    """Words of an element, its name first; raises `DataError` for a card `name = value`."""
+    words = card.words()
+    if words[1:2] == ["="]:
+        raise card.error(f"{shown(words[0])}=: no element; write its nodes first, or .param for a parameter")
+    return words
+
+
+def element_arguments(card: Card) -> tuple[str, Arguments]:
+    """Name of an element, and the words behind it apart."""
+    name, *words = element_words(card)
+    return name, arguments(card, words)
+
+
 def shown(text: str) -> str:
     """A user's text for an error: one line, printable, cut to 60 characters."""
     if len(text) <= _SHOWN and text.isprintable():

@@ -18,7 +18,7 @@ from circuits.devices import Device, Source
 from circuits.devices.source import Constant
 from circuits.errors import CircuitError, DataError
 from circuits.silicon import Deviation
-from netlists.reader.card import Card, arguments, shown
+from netlists.reader.card import Arguments, Card, element_arguments, element_words, shown
 from netlists.reader.element import Context, read_element
 from netlists.reader.limits import Limits
 from netlists.reader.name import circuit_name
@@ -218,10 +218,10 @@ class Elaboration:
                 contents.deviations[element.device.name] = element.deviation
 
     def _call(self, card: Card, context: Context, contents: _Contents) -> None:
-        words = arguments(card, [w for w in card.words() if w not in {"/", "params:"}])
-        if len(words.positional) < 2:
-            raise card.error("X: no sub-circuit; write Xname node ... SUBCKT")
-        name, *nodes, called = words.positional
+        name, words = element_arguments(card)
+        if not _call_words(words):
+            raise card.error(f"{shown(name)}: no sub-circuit; write Xname node ... SUBCKT")
+        *nodes, called = _call_words(words)
         section = context.section.find_section(called)
         if section is None:
             raise card.error(f"{shown(name)}: sub-circuit {shown(called)} is not there; add its .subckt")
@@ -245,9 +245,12 @@ class Elaboration:
         contents.parts[circuit_name(name)] = part
 
     def _sources(self, card: Card, context: Context) -> list[Source]:
-        name, *words = card.words()
+        name, *words = element_words(card)
+        form = f"write {name[0]}name n+ n- VALUE"
         if len(words) < 2:
-            raise card.error(f"{shown(name)}: {len(words)} nodes, must be 2; write {name[0]}name n+ n- VALUE")
+            raise card.error(f"{shown(name)}: {len(words)} nodes, must be 2; {form}")
+        if set(words[:2]) & {"(", ")", "="}:
+            raise card.error(f"{shown(name)}: {' '.join(map(shown, words[:2]))}, must be two nodes; {form}")
         plus, minus = map(context.node, words[:2])
         left = replace(self.span, vertices=self.limits.vertices - self.vertices)
         waveform = read_waveform(card, words[2:], context.scope, left, self.notes)
@@ -271,11 +274,16 @@ def _sections(top: Section) -> Iterator[Section]:
         yield from _sections(section)
 
 
+def _call_words(words: Arguments) -> list[str]:
+    """Nodes of a call and what it calls, without the marks that some dialects put between them."""
+    return [w for w in words.positional if w not in {"/", "params:"}]
+
+
 def _called(section: Section) -> Iterator[Section]:
     for card in section.elements:
         if card.text[0] in "xX":
-            words = [w for w in arguments(card, card.words()).positional if w not in {"/", "params:"}]
-            found = section.find_section(words[-1])
+            words = _call_words(element_arguments(card)[1])
+            found = section.find_section(words[-1]) if words else None
             if found is not None:
                 yield found
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
 from circuits.process import Polarity
 from circuits.silicon import Deviation
-from netlists.reader.card import Arguments, Card, arguments, shown
+from netlists.reader.card import Arguments, Card, element_arguments, shown
 from netlists.reader.name import circuit_name
 from netlists.reader.note import Notes
 from netlists.reader.scope import Scope
@@ -74,10 +74,11 @@ def read_element(card: Card, context: Context) -> Element:
     return _READERS[letter](card, context)
 
 
-def nodes_and_value(card: Card, words: Arguments, count: int, key: str, form: str) -> tuple[list[str], str]:
-    """Nodes and value word of a card of `count` nodes; the value may be named `key`."""
-    name, *rest = words.positional or [""]
-    value = words.named.pop(key, None)
+def nodes_and_value(
+    card: Card, name: str, words: Arguments, count: int, key: str, form: str
+) -> tuple[list[str], str]:
+    """Nodes and value word of element `name` of `count` nodes; the value may be named `key`."""
+    rest, value = list(words.positional), words.named.pop(key, None)
     if value is None and len(rest) > count:
         value = rest.pop(count)
     if len(rest) < count or value is None:
@@ -89,10 +90,9 @@ def nodes_and_value(card: Card, words: Arguments, count: int, key: str, form: st
 
 
 def _two_nodes(card: Card, context: Context, key: str, what: str) -> tuple[str, str, str, float]:
-    words = arguments(card, card.words())
-    nodes, word = nodes_and_value(card, words, 2, key, "a b VALUE")
-    name = words.positional[0]
-    _note_unused(card, words, what, context.notes)
+    name, words = element_arguments(card)
+    nodes, word = nodes_and_value(card, name, words, 2, key, "a b VALUE")
+    _note_unused(card, name, words, what, context.notes)
     a, b = map(context.node, nodes)
     return circuit_name(name), a, b, context.scope.number(card, shown(name), word)
 
@@ -108,12 +108,11 @@ def _capacitor(card: Card, context: Context) -> Element:
 def _controlled_source(card: Card, context: Context) -> Element:
     if _CURRENT.search(card.text):
         return _behavioural_source(card, context)
-    words = arguments(card, card.words())
-    nodes, word = nodes_and_value(card, words, 4, "gm", "n+ n- c+ c- VALUE")
-    name = words.positional[0]
+    name, words = element_arguments(card)
+    nodes, word = nodes_and_value(card, name, words, 4, "gm", "n+ n- c+ c- VALUE")
     if "poly" in nodes:
         raise card.error(f"{shown(name)}: POLY is not supported; write a linear G")
-    _note_unused(card, words, "controlled source", context.notes)
+    _note_unused(card, name, words, "controlled source", context.notes)
     a, b, c, d = map(context.node, nodes)
     value = context.scope.number(card, shown(name), word)
     return Element(ControlledSource(circuit_name(name), a, b, c, d, value))
@@ -138,8 +137,8 @@ def _behavioural_source(card: Card, context: Context) -> Element:
 
 
 def _transistor(card: Card, context: Context) -> Element:
-    words = arguments(card, card.words())
-    name, *rest = words.positional or [""]
+    name, words = element_arguments(card)
+    rest = words.positional
     if len(rest) != 5:
         raise card.error(
             f"{shown(name)}: {len(rest)} words, must be 4 nodes and a model; write M d g s b MODEL W= L="
@@ -155,7 +154,7 @@ def _transistor(card: Card, context: Context) -> Element:
         key: context.scope.number(card, f"{shown(name)}.{key}", words.named.pop(key, neutral))
         for key, neutral in (("delvto", "0"), ("mulu0", "1"))
     }
-    _note_transistor(card, words, context.notes)
+    _note_transistor(card, name, words, context.notes)
     d, g, s, b = map(context.node, rest[:4])
     device = Transistor(circuit_name(name), polarity, d, g, s, b, size["w"], size["l"], size["m"])
     deviation = Deviation(_SIGNS[polarity] * shift["delvto"] + 0.0, shift["mulu0"] - 1.0)
@@ -176,19 +175,17 @@ def _polarity(card: Card, context: Context, name: str) -> Polarity:
     return "n" if model.type == "nmos" else "p"
 
 
-def _note_transistor(card: Card, words: Arguments, notes: Notes) -> None:
+def _note_transistor(card: Card, name: str, words: Arguments, notes: Notes) -> None:
     for key in words.named:
         if key not in _UNUSED_OF_TRANSISTOR:
-            raise card.error(f"{shown(words.positional[0])}.{shown(key)}: unknown parameter; remove it")
+            raise card.error(f"{shown(name)}.{shown(key)}: unknown parameter; remove it")
         notes.add(f"{key} of a transistor", card.place)
 
 
-def _note_unused(card: Card, words: Arguments, what: str, notes: Notes) -> None:
+def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Notes) -> None:
     for key in words.named:
         if key not in _UNUSED:
-            raise card.error(
-                f"{shown(words.positional[0])}.{shown(key)}: not supported; fold it into the value"
-            )
+            raise card.error(f"{shown(name)}.{shown(key)}: not supported; fold it into the value")
         notes.add(f"{shown(key)} of a {what}", card.place)
 
 

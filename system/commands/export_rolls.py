@@ -12,6 +12,7 @@ from circuits.blocks.block import Stimulus
 from circuits.blocks.rebound_neuron import pulse
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import BiasKind, split_reference
+from circuits.count import pulse_count
 from circuits.devices.source import Waveform
 from circuits.errors import ParameterError, SolverError, TopologyError
 from circuits.lowering.flatten import flatten
@@ -99,16 +100,13 @@ def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbe
     Raises `ParameterError` for stimuli that make no run.
     """
     rate, count = stimuli["rate"] or 0.0, stimuli["events"] or 0.0
-    if not (rate > 0.0 and count >= 1.0 and count == int(count)):
-        raise ParameterError(
-            f"events: {count:g} at {rate:g} Hz, must be a whole number from 1 and above 0 Hz"
-        )
+    events = pulse_count("events", count, rate)
     ports = [p for p in cut.circuit.ports if p.kind == "event" and p.direction == "in"]
     names = [name for p in ports for name in p.elements()]
     waves: dict[str, Waveform] = {}
     last = FIRST
     for k, name in enumerate(names):
-        times = [FIRST + (j + k / len(names)) / rate for j in range(int(count))]
+        times = [FIRST + (j + k / len(names)) / rate for j in range(events)]
         waves[name], last = pulse(tuple(times), ROLLS_180.v_dd), max(last, times[-1])
     stop = stimuli["duration"] or last + AFTER
     if not stop > 0.0:

@@ -67,7 +67,7 @@ def test_events_come_one_after_another_and_latches_are_set(program: str) -> None
         (["--at", "row[5]", "--mapping", "gf180mcu"], "--mapping: a row of rolls"),
         (["--at", "row[5]", "--level", "behavioural"], "--level: a row of rolls"),
         (["--at", "row[5]", "--die", "3", "--dialect", "cdl"], "--die: 3, cdl is the drawing"),
-        (["--at", "row[5]", "--stimulus", "events=0"], "events: 0 at 100 Hz"),
+        (["--at", "row[5]", "--stimulus", "events=0"], "events: 0, must be a whole number from 1"),
         (["--at", "row[5]", "--stimulus", "duration=-1s"], "duration: -1 s, must be > 0"),
     ],
 )

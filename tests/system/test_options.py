@@ -8,8 +8,10 @@ from chips.ranging_chip import CHIP
 from chips.registry import CHIPS
 from circuits.blocks.block import Stimulus
 from circuits.blocks.rebound_neuron import BIAS_SETS, BLOCK
+from circuits.count import PULSES
+from circuits.devices.source import polyline
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
-from circuits.registry import BLOCKS
+from circuits.registry import BLOCKS, block_names
 from circuits.units import quantity
 from system.options import choose, parameters, read_biases, read_params, read_stimuli, read_voltages
 from system.registry import load_block_or_chip
@@ -168,3 +170,36 @@ def test_bad_sets_of_biases() -> None:
         choose("rebound-neuron", bias_set="busrt")
     with pytest.raises(ParameterError, match="--bias-set: robust, ranging-chip has no named sets"):
         choose("ranging-chip", bias_set="robust")
+
+
+HUGE = "42949672964294967296"
+COUNTS = [
+    (name, each.name)
+    for name in (*block_names(), *CHIPS)
+    for each in parameters(load_block_or_chip(name).params())
+    if isinstance(each.value, int)
+]
+
+
+@pytest.mark.parametrize(("block", "count"), COUNTS)
+def test_every_count_has_a_limit(block: str, count: str) -> None:
+    with pytest.raises(ParameterError, match=rf"{count}: 4.29497e\+19, must be"):
+        choose(block, [f"{count}={HUGE}"])
+
+
+STIMULI = [
+    (name, each.name, each.unit)
+    for name in (*block_names(), *CHIPS)
+    for each in load_block_or_chip(name).stimuli
+    if each.unit in {"", "Hz", "s"}
+]
+
+
+@pytest.mark.parametrize(("block", "stimulus", "unit"), STIMULI)
+def test_a_huge_stimulus_makes_no_huge_testbench(block: str, stimulus: str, unit: str) -> None:
+    try:
+        bench = choose(block, stimuli=[f"{stimulus}=1e18{unit}"]).testbench()
+        sizes = [polyline(s.name, s.waveform)[0].size for s in bench.sources]
+    except ParameterError:
+        return
+    assert max(sizes) <= PULSES

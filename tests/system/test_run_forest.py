@@ -130,7 +130,7 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
             (*SPIKES, "--taps", "13"),
             "--taps: 13, a delay line of 39 ms, must reach the longest",
         ),
-        ((*SPIKES, "--taps", "0"), "--taps: 0, must be a whole number of at least 1"),
+        ((*SPIKES, "--taps", "0"), "--taps: 0, must be a whole number from 1 to 64"),
         ((*SPIKES, "--ping-rate", "40Hz"), "a period of 25 ms is shorter than the longest echo, 29.2 ms"),
         ((*SPIKES, "--ping-rate", "15Hz"), "the emergency neuron takes 68 ms"),
         ((*SPIKES, "--ping-rate", "5Hz"), "a period of 200 ms is longer than a memory lasts"),

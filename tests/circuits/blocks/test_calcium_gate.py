@@ -68,5 +68,5 @@ def test_a_generator_holds_the_window_and_dies_differ() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"spikes: 0 at 100 Hz"):
+    with pytest.raises(ParameterError, match=r"spikes: 0, must be a whole number from 1"):
         BLOCK.testbench(build(), {"spikes": 0.0, "rate": 100.0, "membrane": 0.5, "duration": None}, 1.8)

@@ -159,5 +159,5 @@ def test_level_that_no_synapse_has(level: float) -> None:
 
 
 def test_events_and_rate_must_be_positive() -> None:
-    with pytest.raises(ParameterError, match="events: 0 at 1000 Hz"):
+    with pytest.raises(ParameterError, match="events: 0, must be a whole number from 1"):
         dpi_synapse.testbench(build(), DEFAULTS | {"events": 0.0}, V_DD)

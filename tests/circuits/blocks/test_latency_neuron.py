@@ -76,5 +76,5 @@ def test_dies_differ_and_a_die_is_the_same_again() -> None:
 def test_sizes_that_cannot_be_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"membrane_capacitance: 0 F, must be > 0"):
         Params(membrane_capacitance=0.0)
-    with pytest.raises(ParameterError, match=r"synapses: 0, must be a whole number of at least 1"):
+    with pytest.raises(ParameterError, match=r"synapses: 0, must be a whole number from 1 to 64"):
         Params(synapses=0)

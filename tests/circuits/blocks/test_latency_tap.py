@@ -52,5 +52,5 @@ def test_dies_differ() -> None:
 def test_what_cannot_be_built_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"timer_capacitance: 0 F, must be > 0"):
         Params(timer_capacitance=0.0)
-    with pytest.raises(ParameterError, match=r"taps: 0, must be a whole number of at least 1"):
+    with pytest.raises(ParameterError, match=r"taps: 0, must be a whole number from 1 to 64"):
         Params(taps=0)

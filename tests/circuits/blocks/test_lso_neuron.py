@@ -76,7 +76,7 @@ def test_dies_differ_and_a_die_is_the_same_again() -> None:
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"timer_capacitance: 0 F, must be > 0"):
         Params(timer_capacitance=0.0)
-    with pytest.raises(ParameterError, match=r"inhibitions: 0, must be a whole number of at least 1"):
+    with pytest.raises(ParameterError, match=r"inhibitions: 0, must be a whole number from 1 to 64"):
         Params(inhibitions=0)
     with pytest.raises(ParameterError, match=r"excite_2: 0.0005 s, there is one synapse"):
         run(build(Params(excitations=1)), excite_2=AT)

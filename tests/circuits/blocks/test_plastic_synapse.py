@@ -122,5 +122,5 @@ def test_what_cannot_be_is_refused() -> None:
         Params(weight_capacitance=0.0)
     with pytest.raises(ParameterError, match=r"up: 2, must be 1, 0 or -1"):
         run(2.0, 1.0)
-    with pytest.raises(ParameterError, match=r"events: 0 at 200 Hz"):
+    with pytest.raises(ParameterError, match=r"events: 0, must be a whole number from 1"):
         run(1.0, 0.0)

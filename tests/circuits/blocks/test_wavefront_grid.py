@@ -69,5 +69,5 @@ def test_a_start_outside_is_refused() -> None:
 
 
 def test_a_grid_without_cells_is_refused() -> None:
-    with pytest.raises(ParameterError, match="rows: 0, must be at least 1"):
+    with pytest.raises(ParameterError, match="rows: 0, must be a whole number from 1 to 64"):
         Params(0, 3)

@@ -130,9 +130,9 @@ def test_without_excitation_above_the_risks_nobody_wins() -> None:
 
 
 def test_a_size_or_a_stimulus_that_is_none_is_refused() -> None:
-    with pytest.raises(ParameterError, match="cells: 1, must be a whole number of at least 2"):
+    with pytest.raises(ParameterError, match="cells: 1, must be a whole number from 2 to 64"):
         Params(cells=1)
-    with pytest.raises(ParameterError, match="reach: -1, must be a whole number of at least 0"):
+    with pytest.raises(ParameterError, match="reach: -1, must be a whole number from 0 to 64"):
         Params(reach=-1)
     with pytest.raises(ParameterError, match="sigma: 0 cells, must be > 0"):
         Params(sigma=0.0)

@@ -100,7 +100,7 @@ def test_start_voltages_reach_into_instances() -> None:
         ("x1 a b none", "netlist:2: x1: sub-circuit none is not there"),
         (DIVIDER + "x1 a half", "netlist:6: x1: 1 nodes, half has 2 ports, see netlist:2"),
         (DIVIDER + "x1 a b half q=1", "netlist:6: x1.q: half has no such parameter"),
-        ("x1", "X: no sub-circuit"),
+        ("x1", "x1: no sub-circuit"),
         ("r1 a 0 1\nR1 b 0 1", "netlist:3: r1: duplicate name, also at netlist:2"),
         (".subckt s a\nx1 a s\n.ends\nx1 b s", "netlist:3: s: a sub-circuit that calls itself"),
         (".subckt s a\nx1 a t\n.ends\n.subckt t a\nx1 a s\n.ends\nx1 b s", "calls itself"),
@@ -174,3 +174,18 @@ def test_defaults_of_a_sub_circuit_count_in_every_call() -> None:
     calls = "".join(f"x{k} a{k} s p1={k + 1}\n" for k in range(300))
     with pytest.raises(DataError, match="cards of sub-circuits called with other parameters, the limit"):
         read(f".subckt s a {defaults}\nr1 a 0 {{p1}}\n.ends\n{calls}")
+
+
+@pytest.mark.parametrize("letter", "rcgbmxvi")
+@pytest.mark.parametrize("rest", ["=1k", " = 1", "=", "(=1", " =1 =2", "1=0 a=b", " a=1", ""])
+@pytest.mark.parametrize(
+    "frame", ["{}", ".subckt s a\n{}\n.ends\n", "{}\n.subckt s a\nr1 a 0 1\n.ends\nx1 b s\n"]
+)
+def test_a_card_without_nodes_is_refused_with_its_place(letter: str, rest: str, frame: str) -> None:
+    with pytest.raises(DataError, match=r"^netlist:[23]: "):
+        read(frame.format(letter + rest))
+
+
+def test_a_parameter_without_its_card_is_told_as_one() -> None:
+    with pytest.raises(DataError, match=r"^netlist:2: r=: no element; write its nodes first"):
+        read("r=1k")
