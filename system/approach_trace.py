@@ -165,7 +165,7 @@ def account(trace: Trace) -> Account:
     near = error is not None and error <= NEAR
     return Account(
         succeeded=near if held is None else held >= HELD,
-        reason=f"time over: {s.duration:g} s",
+        reason=f"time of {s.duration:g} s over",
         ran_on={
             "level": s.level,
             "transistors": ", ".join(sorted(s.transistors)) or None,

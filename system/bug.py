@@ -161,7 +161,11 @@ class Trace:
     @property
     def reason(self) -> str:
         """Why it ended, as a reader is told."""
-        return f"{self.ended} after {self.time:.2f} s"
+        if self.reached:
+            return f"goal reached after {self.time:.2f} s"
+        if self.verdict:
+            return f"goal found {self.verdict} after {self.time:.2f} s"
+        return f"time of {self.scenario.duration:g} s over"
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:

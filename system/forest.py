@@ -199,13 +199,14 @@ def account(trace: Trace) -> Account:
 
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the first run's path in its forest, as in Figure 10B."""
-    s, sample = trace.scenario, trace.sample
+    s, sample, said = trace.scenario, trace.sample, account(trace)
     shown = "" if sample.runs == 1 else f" in {sample.runs} runs, of which this is the first"
     title = (
         f"{len(trace.first.forest.place)} obstacles, {s.bat.max_speed:g} m/s, {s.bat.ping_rate:g} Hz:"
-        f" {sample.avoided} avoided{shown}{_of_senses(s)}\n{account(trace).headline}"
+        f" {sample.avoided} avoided{shown}{_of_senses(s)}\n{said.headline}"
     )
-    draw_view_of_run(trace.first.forest.place, s.bat.zone, trace.path, figure, title)
+    succeeded = said.succeeded if sample.runs == 1 else None
+    draw_view_of_run(trace.first.forest.place, s.bat.zone, trace.path, figure, title, succeeded=succeeded)
 
 
 def _of_senses(scenario: Scenario) -> str:

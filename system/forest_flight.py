@@ -159,7 +159,7 @@ def gets_on(progress: float, straight: float) -> bool:
 
 def ended_because(pings: int, *, collided: bool) -> str:
     """Why a sample or flight of so many pings ended."""
-    return "collided with an obstacle" if collided else f"undecided after {pings} pings"
+    return "collided with an obstacle" if collided else f"all {pings} pings flown"
 
 
 def margin_of(arcs: Arcs) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from system.curved_openspace import ARCS, Arcs, Bat, arc_point, detectable
 from system.forest_map import SIDE
-from system.plot import COLOURS, INK, PALE
+from system.plot import COLOURS, INK, PALE, mark_end
 
 F64 = NDArray[np.float64]
 
@@ -70,14 +70,16 @@ def draw_bars(values: F64, arcs: Arcs, label: str, ax: Axes, winner: int | None 
     ax.tick_params(labelsize=7)
 
 
-def draw_view_of_run(place: F64, zone: float, path: F64, figure: Figure, title: str) -> None:
+def draw_view_of_run(
+    place: F64, zone: float, path: F64, figure: Figure, title: str, *, succeeded: bool | None
+) -> None:
     """Fill a figure with a forest and a path, as in Figure 10B; start and end are marked."""
     figure.set_size_inches(6.4, 6.6)
     ax = figure.subplots()
     draw_forest(place, zone, ax)
     draw_path(path, ax)
     ax.plot(*path[0], marker="o", color=COLOURS[2], markersize=6, linestyle="", zorder=4, label="start")
-    ax.plot(*path[-1], marker="x", color=COLOURS[1], markersize=7, linestyle="", zorder=4, label="end")
+    mark_end(path[-1], ax, succeeded=succeeded)
     ax.set_title(title, fontsize=9)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8)
 

@@ -119,11 +119,6 @@ class LatencyTrace:
     flown: Flown = field(repr=False)
     counts: Mapping[str, int] = field(default_factory=dict)
 
-    @property
-    def ended(self) -> str:
-        """`collided`, or `undecided` where its pings were over."""
-        return "collided" if self.flown.collided else "undecided"
-
 
 def scenario_of(options: Mapping[str, Any]) -> LatencyScenario:
     """A scenario of these options; raises `ParameterError` naming one that its model does not have."""
@@ -250,7 +245,7 @@ def document(trace: LatencyTrace) -> dict[str, Any]:
         "zone_m": s.bat.zone,
         "seed": s.seed,
         "start_m": trace.start,
-        "ended": trace.ended,
+        "ended": account(trace).reason,
         "obstacles_m": trace.forest.place,
         "time_s": log[:, 0],
         "path_m": trace.flown.path,
@@ -289,5 +284,7 @@ def draw(trace: LatencyTrace, figure: Figure) -> None:
     )
     if s.model == MODELS[2]:
         title += f"\n{s.chip.die}, {_warmth(s.chip)} degC, biases by {s.chip.bias_kind}, {s.chip.codes}"
-    title += f"\n{account(trace).headline}"
-    draw_view_of_run(trace.forest.place, s.bat.zone, trace.flown.path, figure, title)
+    said = account(trace)
+    title += f"\n{said.headline}"
+    place, path = trace.forest.place, trace.flown.path
+    draw_view_of_run(place, s.bat.zone, path, figure, title, succeeded=said.succeeded)

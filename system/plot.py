@@ -80,6 +80,16 @@ def save_picture(path: str, draw: Callable[[Figure], None]) -> None:
             figure.savefig(temporary, format=suffix, metadata=_UNDATED[suffix])
 
 
+def mark_end(at: NDArray[np.float64], ax: Axes, *, succeeded: bool | None) -> None:
+    """Mark where a way ended, float64[2]: green where it succeeded, a red cross where it failed.
+
+    None is for a way that was neither: a part of one, or of a run that does not say.
+    """
+    marker, colour = {True: ("D", COLOURS[2]), False: ("x", "red"), None: ("s", INK)}[succeeded]
+    label = {True: "end: succeeded", False: "end: failed", None: "end"}[succeeded]
+    ax.plot(*at, marker=marker, color=colour, markersize=6, linestyle="", zorder=5, label=label)
+
+
 def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None:
     """Fill `figure` with a panel a node, top to bottom, over one time axis in ms; spikes are marked."""
     panels = len(nodes)

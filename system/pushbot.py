@@ -201,8 +201,8 @@ def _reason(drive: Run, course: Course | None, way: float, duration: float) -> s
     if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
         return "passed the line of its obstacles"
     if drive.way >= way:
-        return f"way over: {way:g} m"
-    return f"time over: {duration:g} s"
+        return f"way of {way:g} m driven"
+    return f"time of {duration:g} s over"
 
 
 def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:

@@ -203,8 +203,8 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 _REASONS = {
-    "through": "through: at the far end of the forest",
-    "out": "out: left the forest by a side",
+    "through": "came through the forest",
+    "out": "left the forest by a side",
     "collided": "collided with a pipe",
 }
 
@@ -222,7 +222,7 @@ def account(trace: Trace) -> Account:
     path = evenly(np.append(d.log[:, 0], d.time), trace.path, 1.0 / s.robot.ping_rate)
     return Account(
         succeeded=d.ended == "through",
-        reason=_REASONS.get(d.ended, f"undecided after {d.counts['pings']} pings"),
+        reason=_REASONS.get(d.ended, f"all {d.counts['pings']} pings made"),
         ran_on=on,
         distance_m=d.distance,
         emergency_share=d.counts["retreats"] / d.counts["pings"],
@@ -271,15 +271,15 @@ class RobotSystem:
 
     def draw(self, trace: Trace, figure: Figure) -> None:
         """Fill a figure with a run, as in Figure 15."""
-        s, d = trace.scenario, trace.drive
+        s, d, said = trace.scenario, trace.drive, account(trace)
         die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
         title = (
             f"{s.forest}, ranges {s.ranges}{die}, {d.time:.1f} s:"
-            f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{account(trace).headline}"
+            f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
         )
         figure.set_size_inches(8.0, 5.6)
         ax = figure.subplots()
-        draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax)
+        draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax, succeeded=said.succeeded)
         ax.set_title(title, fontsize=9)
         figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=8)
 

@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
 from system.forest_picture import draw_discs
-from system.plot import COLOURS, INK
+from system.plot import COLOURS, INK, mark_end
 from system.robot_arcs import Arcs
 from system.robot_forest import Pipes
 from system.robot_numbers import PIPE_RADIUS
@@ -20,8 +20,10 @@ RAY = 0.12  # m, of the line that shows a ping's direction
 _SHADES = (1, 4, 2, 5, 0)  # of `COLOURS`, a direction; green for the middle, as in the paper
 
 
-def draw_robot(forest: Pipes, arcs: Arcs, path: F64, log: F64, zone: float, ax: Axes) -> None:
-    """Draw zones of collision (m) about pipes, the path (m) and a ray a ping."""
+def draw_robot(
+    forest: Pipes, arcs: Arcs, path: F64, log: F64, zone: float, ax: Axes, *, succeeded: bool | None = None
+) -> None:
+    """Draw zones of collision (m) about pipes, the path (m) and a ray a ping; mark start and end."""
     draw_discs(forest.place, zone, ax)
     pipe = np.linspace(0.0, 2.0 * np.pi, 40)
     for x, y in forest.place:
@@ -40,7 +42,7 @@ def draw_robot(forest: Pipes, arcs: Arcs, path: F64, log: F64, zone: float, ax: 
         )
     ax.plot(*path.T, color=INK, linewidth=1.4, zorder=4)
     ax.plot(*path[0], marker="o", color=INK, markersize=5, linestyle="", zorder=5, label="start")
-    ax.plot(*path[-1], marker="x", color="red", markersize=6, linestyle="", zorder=5, label="end")
+    mark_end(path[-1], ax, succeeded=succeeded)
     ax.set_aspect("equal")
     shown = np.concatenate([forest.place - zone, forest.place + zone, path - RAY, path + RAY])
     ax.set_xlim(shown[:, 0].min(), shown[:, 0].max())

@@ -143,7 +143,7 @@ def account(trace: Trace) -> Account:
     wrong = driven if s.input_rate else ("population_rate", "restless")
     return Account(
         succeeded=not any(found[name] for name in wrong),
-        reason=f"time over: {s.duration:g} s",
+        reason=f"time of {s.duration:g} s over",
         ran_on={
             "bias_file": s.bias_file,
             "silicon_noise": s.silicon_noise,

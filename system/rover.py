@@ -32,6 +32,7 @@ from system.frechet import discrete_frechet
 from system.online_map import OnlineMap, unknown_map
 from system.options import describe_run
 from system.path_planner import Plan, Planner, plan_path, planner_named
+from system.plot import INK
 from system.rover_drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 from system.rover_robot import Rover
@@ -226,7 +227,7 @@ def account(trace: Trace) -> Account:
 def _reason(trace: Trace) -> str:
     """Why the last trip ended; of several trips how many arrived too."""
     s, last = trace.scenario, trace.trips[-1].drive
-    why = f"out of patience: {last.time[-1]:.0f} s"
+    why = f"time of {last.time[-1]:.0f} s over"
     if last.arrived:
         why = f"goal reached: a fix within {s.rover.reach:g} m of it"
     if len(trace.trips) == 1:
@@ -239,11 +240,14 @@ def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the map and the last trip's planned and driven way."""
     (rows, columns), cells = trace.cost_map.shape, trace.cost_map
     shape = rows * cells.cell_height / (columns * cells.cell_width)
-    figure.set_size_inches(6.4, min(max(5.0 * shape + 1.0, 3.0), 9.0))
+    figure.set_size_inches(6.4, min(max(5.0 * shape + 1.4, 3.4), 9.4))
     ax = figure.subplots()
     trip = trace.trips[-1]
     draw_map(trace.cost_map, figure, ax)
     draw_ways(polyline(trace.cost_map, trip.plan.path), [trip.drive.place], ax, trace.scenario.rover.reach)
+    ax.plot(
+        *trip.drive.fix[-1], marker="+", color=INK, markersize=7, linestyle="", zorder=4, label="last fix"
+    )
     draw_scale_bar(trace.cost_map, ax)
     ax.set_xlabel("east (m)")
     ax.set_ylabel("north (m)")

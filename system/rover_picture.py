@@ -10,7 +10,6 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
@@ -58,7 +57,7 @@ def _shade(cost: int) -> tuple[float, ...] | str:
 def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes, reach: float | None = None) -> None:
     """Draw a planned way in black, driven ones in colours, float64[n, 2] in m each; mark start and goal.
 
-    reach: m about the goal within which a rover has arrived; a circle is drawn unless it is None.
+    reach: m about the goal, within which a fix means that the rover has arrived; None draws no circle.
     """
     for k, way in enumerate(driven):
         ax.plot(*way.T, color=COLOURS[k % 4], linewidth=1.3, zorder=3, label="driven" if k == 0 else None)
@@ -70,10 +69,10 @@ def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes, reach: float | None
         size = 6.0 if mark == "o" else 11.0
         ax.plot(*point, marker=mark, color=INK, markersize=size, linestyle="", zorder=4, label=name)
     if reach is not None:
-        east, north = planned[-1].tolist()
-        circle = Circle((east, north), reach, facecolor="none", edgecolor=INK, linestyle="--", linewidth=1.0)
-        circle.set(label=f"arrived: a fix within {reach:g} m", zorder=4)
-        ax.add_patch(circle)
+        turn = np.linspace(0.0, 2.0 * np.pi, 100)
+        circle = planned[-1] + reach * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        label = f"arrived with a fix within {reach:g} m"
+        ax.plot(*circle.T, color=INK, linestyle="--", linewidth=1.0, zorder=4, label=label)
 
 
 def draw_scale_bar(cost_map: CostMap, ax: Axes, *, label: bool = True) -> None:

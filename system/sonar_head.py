@@ -189,7 +189,7 @@ def account(trace: Trace) -> Account:
     answered = 1.0 - (lost or 0.0) / len(trace.log.time)
     return Account(
         succeeded=settled is not None and settled <= SETTLED and answered >= ANSWERED,
-        reason=f"time over: {s.duration:g} s",
+        reason=f"time of {s.duration:g} s over",
         ran_on={
             "wiring": s.wiring,
             "area": s.area,

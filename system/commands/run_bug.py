@@ -53,7 +53,7 @@ def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
         "start": trace.path[0],
         "goal": goal_of(trace),
         "reached": trace.reached,
-        "ended": trace.ended,
+        "ended": summary["reason"],
         "time_s": trace.time,
         "step_s": STEP,
         "path": trace.path,

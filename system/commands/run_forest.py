@@ -97,7 +97,7 @@ def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
         "zone_m": s.bat.zone,
         "seed": s.seed,
         "start_m": trace.first.start,
-        "ended": trace.first.ended,
+        "ended": summary["reason"],
         "obstacles_m": trace.first.forest.place,
         "time_s": log[:, 0],
         "path_m": trace.path,

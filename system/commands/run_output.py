@@ -29,6 +29,10 @@ def _number(value: float | None) -> str:
 def _said(name: str, value: str | float | bool | None) -> str:
     """As `bias kind gate`, `corner random`, `mismatch yes`."""
     shown = name.replace("_", " ")
+    if name == "die" and value is None:
+        return "die nominal"
     if isinstance(value, bool):
         return f"{shown} {'yes' if value else 'no'}"
+    if isinstance(value, float):
+        return f"{shown} {value:g}"
     return f"{shown} {'none' if value is None else value}"

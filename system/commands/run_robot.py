@@ -57,7 +57,7 @@ def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
         "ping_directions_deg": np.degrees(trace.arcs.direction),
         "seed": s.seed,
         "start_m": trace.path[0],
-        "ended": trace.drive.ended,
+        "ended": summary["reason"],
         "pipes_m": trace.forest.place,
         "time_s": log[:, 0],
         "path_m": trace.path,

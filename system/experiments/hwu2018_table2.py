@@ -131,7 +131,7 @@ def _draw(found: dict[str, Trials], figure: Figure) -> None:
             cost_map = load_map(name)
             draw_map(cost_map, None, ax)
             planned = polyline(cost_map, traces[0].trips[0].plan.path)
-            draw_ways(planned, [t.trips[0].drive.place for t in traces], ax)
+            draw_ways(planned, [t.trips[0].drive.place for t in traces], ax, traces[0].scenario.rover.reach)
             draw_scale_bar(cost_map, ax, label=False)
             ax.set_xticks(())
             ax.set_yticks(())

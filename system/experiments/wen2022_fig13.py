@@ -23,7 +23,7 @@ from system.latency_brain import Brain, network_brain
 from system.latency_chip_brain import chip_brain
 from system.latency_flight import Flown, fly
 from system.latency_numbers import Numbers
-from system.plot import COLOURS
+from system.plot import COLOURS, mark_end
 
 SEEDS = (1003, 1004, 1005)
 CROSSINGS = 4  # the paper's
@@ -102,7 +102,7 @@ def _draw(trips: Sequence[Trip], figure: Figure) -> None:
         draw_forest(trip.forest.place, BAT.zone, ax)
         draw_path(trip.flown.path, ax, 0.9)
         ax.plot(*trip.flown.path[0], marker="o", color=COLOURS[2], markersize=6, linestyle="", zorder=4)
-        ax.plot(*trip.flown.end, marker="x", color=COLOURS[1], markersize=7, linestyle="", zorder=4)
+        mark_end(trip.flown.path[-1], ax, succeeded=not trip.flown.collided)
         ended = "a collision" if trip.flown.collided else "no collision"
         ax.set_title(f"{trip.model}, seed {trip.seed}: {trip.flown.laps} crossings, {ended}", fontsize=9)
 

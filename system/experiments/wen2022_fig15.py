@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from system.experiment import Experiment, Progress, Report, Row
-from system.robot import ENDS, Scenario, Trace, run, side_share
+from system.robot import ENDS, Scenario, Trace, account, run, side_share
 from system.robot_forest import FORESTS
 from system.robot_picture import draw_robot
 from system.study.interval import Estimate, Interval, mean_interval
@@ -136,8 +136,11 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
     figure.set_size_inches(12.0, 4.6)
     for ax, (forest, each) in zip(figure.subplots(1, len(found)), found.items(), strict=True):
         t = each.first
-        draw_robot(t.forest, t.arcs, t.path, t.drive.log, t.scenario.robot.zone, ax)
-        ax.set_title(f"{NAMES[forest]}, {forest}: {100.0 * each.side[0]:.0f} % side pings", fontsize=9)
+        said = account(t)
+        zone = t.scenario.robot.zone
+        draw_robot(t.forest, t.arcs, t.path, t.drive.log, zone, ax, succeeded=said.succeeded)
+        title = f"{NAMES[forest]}, {forest}: {100.0 * each.side[0]:.0f} % side pings"
+        ax.set_title(f"{title}\n{said.headline}", fontsize=9)
     handles = {h.get_label(): h for ax in figure.axes for h in ax.get_legend_handles_labels()[0]}
     figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=7, fontsize=8)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from system.robot import Scenario, run
+from system.robot import SYSTEM, Scenario, run
 from system.robot_picture import NAMES, RAY, draw_robot
 
 
@@ -21,3 +22,13 @@ def test_each_ping_has_a_ray_in_its_direction() -> None:
     heading = trace.drive.log[0, 3]
     assert np.allclose(first[1] - first[0], [RAY * np.cos(heading), RAY * np.sin(heading)])
     assert len(ax.patches) == len(trace.forest.place)
+
+
+@pytest.mark.parametrize(
+    ("seed", "forest", "label"), [(1000, "corridor", "succeeded"), (1003, "dense", "failed")]
+)
+def test_only_a_failure_is_a_cross(seed: int, forest: str, label: str) -> None:
+    trace, figure = run(Scenario(forest=forest, seed=seed)), Figure()
+    SYSTEM.draw(trace, figure)
+    marks = {str(line.get_label()): line.get_marker() for line in figure.axes[0].lines}
+    assert (f"end: {label}" in marks, "x" in marks.values()) == (True, label == "failed")

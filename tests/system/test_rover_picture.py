@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from system.cost_map import CostMap, load_map
+from system.rover import SYSTEM, Scenario, run
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 
 
@@ -33,6 +34,15 @@ def test_many_costs_share_a_dozen_shades() -> None:
     names = [tick.get_text() for tick in figure.axes[-1].get_yticklabels()]
     assert names[0] == "blocked"
     assert 3 < len(names) <= 13
+
+
+def test_a_rover_arrives_within_the_circle_that_is_drawn() -> None:
+    trace, figure = run(Scenario()), Figure()
+    SYSTEM.draw(trace, figure)
+    ways = {str(line.get_label()): np.asarray(line.get_xydata()) for line in figure.axes[0].lines}
+    goal, fix, circle = (ways[name] for name in ("goal", "last fix", "arrived with a fix within 10 m"))
+    assert np.allclose(np.hypot(*(circle - goal).T), trace.scenario.rover.reach)
+    assert np.hypot(*(fix - goal).T) <= trace.scenario.rover.reach
 
 
 def test_ways_beyond_the_map_are_seen() -> None:

@@ -28,7 +28,8 @@ def test_the_document(run: Run, tmp_path: Path) -> None:
     assert (status, err) == (0, "")
     found = json.loads(out, parse_constant=pytest.fail)
     assert found["reached"] is True
-    assert found["ended"] == "reached"
+    assert found["ended"] == found["summary"]["reason"]
+    assert found["ended"].startswith("goal reached after ")
     assert found["path"][0] == found["start"] == [2.5, 6.5]
     assert len(found["path"]) == len(found["state"]) + 1 == round(found["time_s"] / found["step_s"]) + 1
     assert set(found["state"]) == {"go", "follow"}

@@ -49,7 +49,7 @@ def test_the_table(run: Run) -> None:
     assert (status, err) == (0, "")
     assert "forest, 1400 obstacles, 2 m/s, 5 Hz" in out
     assert "avoided" in out
-    assert "undecided after 20 pings" in out
+    assert "all 20 pings flown" in out
 
 
 def test_the_document_with_chips(run: Run, tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_the_document_of_a_flight_by_spikes(run: Run, tmp_path: Path) -> None:
     assert (found["model"], found["ping_rate_Hz"], found["paths"], found["taps"]) == (
         "latency-network", 10.0, 33, 15,
     )  # fmt: skip
-    assert (found["summary"]["pings"], found["ended"]) == (3.0, "undecided")
+    assert (found["summary"]["pings"], found["ended"]) == (3.0, "all 3 pings flown")
     # nothing is in the way to the goal: straight left at 2 m/s for 0.3 s; arcs beside the middle one win with
     # it, whose speed is up to 5 % less, 0.03 m
     assert found["path_m"][-1] == pytest.approx([24.4, 25.0], abs=0.03)

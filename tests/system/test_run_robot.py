@@ -53,7 +53,7 @@ def test_the_table(run: Run) -> None:
     status, out, err = run("--pings", "5", "--ranges", "exact")
     assert (status, err) == (0, "")
     assert "robot, corridor, ranges exact" in out
-    assert "undecided after 5 pings" in out
+    assert "failed: all 5 pings made" in out
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
 
+from circuits.die import Die
+from system.command_line import main
+from system.forest import Scenario
+from system.forest_senses import Sensing
 from system.registry import SYSTEMS, load_system
-from system.system import ENTRIES, METRICS, Account, summary_of
+from system.system import ENTRIES, METRICS, Account, headline, summary_of
 
 # options of a short run of each
 SHORT: dict[str, dict[str, Any]] = {
@@ -66,3 +71,46 @@ def test_an_account_in_a_line() -> None:
     account = Account(succeeded=False, reason="collided with a pipe", ran_on={"ranges": "exact"})
     assert account.headline == "failed: collided with a pipe"
     assert summary_of(account, {"pings": 3.0})["pings"] == 3.0
+
+
+def test_turning_round_again_and_again_is_no_success() -> None:
+    system = load_system("forest")
+    scenario = Scenario(sensing=Sensing(ranges="chip", selection="chip"), die=Die(number=1003), pings=500)
+    found = system.summarise(system.run(scenario))
+    assert (found["succeeded"], found["emergency_share"], found["collided"]) == (False, 1.0, 0.0)
+    assert found["distance_m"] == pytest.approx(200.0)  # 100 s at 2 m/s, to and fro
+    assert found["progress_m"] == pytest.approx(0.0, abs=1.0)
+    assert found["reason"] == "all 500 pings flown"
+    assert (found["ran_on"]["ranges"], found["ran_on"]["die"]) == ("chip", 1003)
+
+
+def test_a_robot_that_stands_touches_nothing_and_fails() -> None:
+    system = load_system("pushbot")
+    found = system.summarise(system.run(system.scenario(scene="clutter", light="very-dark", duration=2.0)))
+    assert (found["collided"], found["succeeded"]) == (0.0, False)
+    assert found["standing_share"] > 0.5
+    assert found["reason"] == "time of 2 s over"
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("forest", ("--pings", "40")),
+        ("forest", ("--model", "latency-network", "--pings", "3")),
+        ("robot", ("--pings", "9", "--ranges", "exact")),
+        ("bug", ("--map", "bug-open", "--duration", "2s")),
+        ("rover", ("--goal", "4,10")),
+        ("head", ("--duration", "1s")),
+        ("pushbot", ("--duration", "200ms")),
+        ("approach", ("--level", "behavioural", "--duration", "300ms")),
+    ],
+)
+def test_text_and_document_give_the_same_reason(
+    name: str, options: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", name, *options]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert main(["run", name, *options, "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)["summary"]
+    assert headline(succeeded=summary["succeeded"], reason=summary["reason"]) in lines
+    assert sum(line.startswith(("succeeded: ", "failed: ")) for line in lines) == 1
