@@ -73,7 +73,7 @@ def montecarlo(
         typer.Option(
             "--metric",
             metavar="NAME",
-            help="Measured, or MODULE:FUNCTION, repeatable; what --spec and --contributions name is too.",
+            help="Measured, or MODULE:FUNCTION, repeatable; the target's own unless options name some.",
         ),
     ] = [],  # noqa: B006 - typer reads the default and never changes it
     samples: Annotated[int, typer.Option("--samples", "-n", help="Number of dies.")] = 200,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
-from system.commands.output import plain, print_json, print_line, print_table, progress_bar, quantity_cell
+from system.commands.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
 from system.files import check_folder, write_text_atomic
 from system.options import Value, read_die
 from system.plot import COLOURS, INK, check_picture, save_picture
@@ -123,7 +122,7 @@ def centre_command(
     if request.plot is not None:
         save_picture(request.plot, partial(draw, result))
     if request.output is not None:
-        write_text_atomic(request.output, json.dumps(plain(document(result)), indent=2) + "\n")
+        write_text_atomic(request.output, json_text(document(result)))
     if as_json:
         print_json(document(result))
     else:

@@ -20,7 +20,7 @@ from system.commands.rare import check_rare, print_rare
 from system.commands.study_output import document, print_study
 from system.files import check_folder, write_text_atomic
 from system.notice import say
-from system.options import read_die
+from system.options import choose, read_die
 from system.plot import check_picture, save_picture
 from system.registry import load_system, system_names
 from system.silicon_choice import SiliconChoice
@@ -28,7 +28,7 @@ from system.study.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.engine import Outcome, Submit, on_threads, run_study
 from system.study.manifest import Study
-from system.study.metric import with_named
+from system.study.metric import default_metrics, with_named
 from system.study.picture import draw_study
 from system.study.plan import METHODS, Method, Plan
 from system.study.report import write_report
@@ -39,7 +39,6 @@ from system.study.target import BlockTarget, Subject, Target, open_target
 from system.study_route import with_params
 
 FIRST_DIE = 1000  # unless one is given
-DEFAULT_METRICS = ("best_delay",)  # of a block, where no option names one
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +91,7 @@ def montecarlo_command(
     given = {} if duration is None else {"duration": duration}
     contributions = options["contributions"]
     named = (*limited_metrics(specs), *(() if contributions is None else (contributions,)))
-    measured, default = with_named(metrics, named), DEFAULT_METRICS
+    measured = with_named(metrics, named)
     system: dict[str, Any] = {}
     if target in system_names():
         loaded = load_system(target)
@@ -102,11 +101,14 @@ def montecarlo_command(
         )  # fmt: skip
         system, params = loaded.study_options(level, bias_kind, with_params(given, params)), ()
         loaded.scenario(**system)  # what is wrong with it is said before the study
-        default = loaded.study_metrics
+        measured = measured or loaded.study_metrics
     elif given:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
+    if not measured:
+        choice = choose(target, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
+        measured = default_metrics(choice)
     subject = Subject(
-        target, measured or default, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli),
+        target, measured, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli),
         silicon, system,
     )  # fmt: skip
     measure(

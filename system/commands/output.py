@@ -22,7 +22,28 @@ _PIPED_WIDTH = 160  # columns of a table that no terminal limits
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print `document` as one JSON document; what is not finite becomes null."""
-    sys.stdout.write(json.dumps(plain(document), allow_nan=False, indent=2) + "\n")
+    sys.stdout.write(json_text(document))
+
+
+def json_text(document: Mapping[str, Any]) -> str:
+    """A JSON document for reader and program: a member a line, but arrays of numbers or words on one."""
+    return _json(plain(document), "\n") + "\n"
+
+
+def _json(value: Any, line: str) -> str:
+    """`value` as JSON; `line`: a line's end with the indentation of the next."""
+    inner = line + "  "
+    if value and isinstance(value, dict):
+        members = (f"{json.dumps(k)}: {_json(v, inner)}" for k, v in value.items())
+        return f"{{{inner}{f',{inner}'.join(members)}{line}}}"
+    if _holds_objects(value):
+        return f"[{inner}{f',{inner}'.join(_json(v, inner) for v in value)}{line}]"
+    return json.dumps(value, allow_nan=False)
+
+
+def _holds_objects(value: Any) -> bool:
+    """Whether an array has objects in it, at any depth."""
+    return isinstance(value, list) and any(isinstance(v, dict) or _holds_objects(v) for v in value)
 
 
 def plain(value: Any) -> Any:

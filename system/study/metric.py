@@ -57,6 +57,15 @@ def _short(name: str) -> str:
     return name.rpartition(":")[2].replace("-", "_")
 
 
+def default_metrics(choice: Choice) -> tuple[str, ...]:
+    """Names of what is measured unless something is asked for.
+
+    The first metric that is registered for the circuit, else all that its testbench measures.
+    """
+    own = [m.name for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits]
+    return tuple(own[:1] or _measured(choice))
+
+
 def measurements(metrics: Sequence[Metric]) -> list[Metric]:
     """The first metric of each measurement that several can share, in order."""
     return list({id(m.measure): m for m in reversed(metrics)}.values())[::-1]
