@@ -12,10 +12,12 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from math import isfinite
 from typing import Literal
 
 import numpy as np
 
+from circuits.brief import OPTIONAL, brief
 from circuits.devices.device import Device
 from circuits.errors import ParameterError, TopologyError, unknown_name
 
@@ -38,18 +40,23 @@ class Node:
     shape: Shape
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Port:
     """A node that the outside can reach.
 
     `kind` says what crosses it: events (full-supply pulses), analog voltages, a bias or a supply.
-    `direction` is seen from the circuit: the outside drives `in`, the circuit drives `out`.
+    `direction` is seen from the circuit: the outside drives `in`, the circuit drives `out`. `threshold` (V):
+    what an event rises through, half of the supply that the circuit is wired to unless given.
     """
 
     name: str
     kind: PortKind
     direction: Direction = "in"
     shape: Shape = ()
+    threshold: float | None = field(default=None, metadata=OPTIONAL)
+
+    def __repr__(self) -> str:
+        return brief(self)
 
     def elements(self) -> list[str]:
         """References of the port's nodes, as in `spike[0]`; a scalar port has its name alone."""
@@ -198,6 +205,10 @@ def _check_names(circuit: Circuit) -> None:
                 )
             seen.add(name.lower())
     shapes = {**circuit.shapes(), **{i.name: i.shape for i in circuit.instances}}
+    for port in circuit.ports:
+        if port.threshold is not None and not isfinite(port.threshold):
+            found = f"{circuit.name}.{port.name}.threshold: {port.threshold:g} V"
+            raise ParameterError(f"{found}, must be finite; leave it out for half of the supply")
     for name, shape in shapes.items():
         if any(size < 1 for size in shape):
             raise TopologyError(f"{circuit.name}.{name}: shape {shape}, every size must be at least 1")

@@ -57,7 +57,7 @@ from circuits.errors import DataError
 from circuits.process import Process, TransistorModel, Variation
 from circuits.sampling import Sampling
 from circuits.silicon import Deviation, Silicon
-from circuits.testbench import Testbench
+from circuits.testbench import Begin, Testbench
 from netlists.field_text import NumberPairs, Pairs, format_fields, parse_fields
 
 FORMAT_VERSION = 1
@@ -158,12 +158,14 @@ class ParameterNote:
 
 @dataclass(frozen=True, slots=True)
 class BenchNote:
-    """A `Testbench` without its circuit and sources; `start` is (path, V)."""
+    """A `Testbench` without its circuit and sources; `start` and `initial` are (path, V)."""
 
     title: str
     stop: float
     watch: tuple[str, ...] = ()
     start: NumberPairs = ()
+    initial: NumberPairs = ()
+    begin: Begin = "disturbed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,9 +325,12 @@ def device_notes(device: Device, deviation: Deviation) -> list[Annotation]:
 
 
 def bench_note(testbench: Testbench) -> Annotation:
-    """Note of a testbench's title, stop time, watched ports and start voltages."""
-    start = tuple(testbench.start.items())
-    return Annotation("testbench", BenchNote(testbench.title, testbench.stop, testbench.watch, start))
+    """Note of a testbench's title, stop time, watched ports and where its runs begin."""
+    start, initial = tuple(testbench.start.items()), tuple(testbench.initial.items())
+    return Annotation(
+        "testbench",
+        BenchNote(testbench.title, testbench.stop, testbench.watch, start, initial, testbench.begin),
+    )
 
 
 def source_notes(source: Source) -> list[Annotation]:

@@ -54,7 +54,8 @@ def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION)
 
 @_format_device.register
 def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return [f"{_element('c', device)} {float(device.capacitance)!r}"]
+    begin = "" if device.ic is None else f" ic={float(device.ic)!r}"
+    return [f"{_element('c', device)} {float(device.capacitance)!r}{begin}"]
 
 
 @_format_device.register

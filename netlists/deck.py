@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from circuits.circuit import Circuit
+from circuits.devices import Capacitor
 from circuits.devices.device import Device
+from circuits.lowering.flatten import flatten
 from circuits.silicon import Deviation, Silicon
+from circuits.solver.beginning import held_voltages
 from circuits.testbench import Testbench
 from netlists.annotation import (
     FORMAT_VERSION,
@@ -39,7 +42,10 @@ NOT_RUN = "not run here: written to the simulator's manual, checked by reading i
 
 
 class Control(NamedTuple):
-    """What a dialect says at the end: models, analysis, options, nodes to save (its names), starts."""
+    """What a dialect says at the end: models, analysis, options, nodes to save, all by its own names.
+
+    `starts` (V) are a guess at the rest state, `held` hold at time 0; with `uic` there is no rest state.
+    """
 
     silicon: Silicon
     models: str
@@ -50,6 +56,8 @@ class Control(NamedTuple):
     method: Method
     saved: list[str]
     starts: list[tuple[str, float]]
+    held: list[tuple[str, float]]
+    uic: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,6 +212,7 @@ def _control(
     writer: Writer, testbench: Testbench, silicon: Silicon, settings: Settings, design: Design
 ) -> Control:
     name = functools.partial(run_name, writer, top=design.top)
+    uic = testbench.begin == "uic"  # without a rest state a guess at it has nothing to say
     return Control(
         silicon,
         settings.models,
@@ -213,5 +222,29 @@ def _control(
         settings.reltol,
         settings.method,
         [name(path) for path in (design.nodes if settings.nodes is None else settings.nodes)],
-        [(name(path), float(v)) for path, v in sorted(testbench.start.items())],
+        [] if uic else [(name(path), float(v)) for path, v in sorted(testbench.start.items())],
+        [(name(path), float(v)) for path, v in sorted(held_at_start(testbench, silicon).items())],
+        uic,
     )
+
+
+def held_at_start(testbench: Testbench, silicon: Silicon) -> Mapping[str, float]:
+    """Voltages (V) by node path that a simulator has to hold at time 0, those of capacitors among them.
+
+    With `uic` these are the testbench's own alone: a capacitor's stands in its line.
+    """
+    if testbench.begin == "uic" or not (testbench.initial or has_charged(testbench.circuit)):
+        return testbench.initial
+    return held_voltages(testbench, flatten(testbench.circuit), silicon)
+
+
+def has_charged(circuit: Circuit) -> bool:
+    """Whether a capacitor of the circuit, or of one inside it, has an initial voltage."""
+    own = any(isinstance(d, Capacitor) and d.ic is not None for d in circuit.devices)
+    return own or any(map(has_charged, {id(i.circuit): i.circuit for i in circuit.instances}.values()))
+
+
+def format_voltages(word: str, voltages: Iterable[tuple[str, float]]) -> list[str]:
+    """A card of voltages in the SPICE family, as `.ic v(a)=1.0`; none without any."""
+    words = [f"v({name})={v!r}" for name, v in voltages]
+    return wrap([word, *words]) if words else []

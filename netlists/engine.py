@@ -12,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.circuit import GROUND
+from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.supply import REARM, spike_levels
 from circuits.silicon import Silicon
 from circuits.solver import operating_point as native
+from circuits.solver.beginning import Disturbance, beginning
 from circuits.solver.integrate import source_values
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
+from circuits.solver.swing import uncrossed
 from circuits.solver.transient import Result, Steps
 from circuits.testbench import Testbench
 from netlists import ngspice
@@ -25,8 +29,6 @@ from netlists.ngspice_text import DEFAULT_RELTOL, Method, format_testbench, run_
 from netlists.traversal import Definition, to_design
 
 F64 = NDArray[np.float64]
-
-_REARM = 0.8  # share of the threshold below which a spike detector is armed again, as in the solver
 
 
 def simulate(
@@ -52,9 +54,10 @@ def simulate(
     Returns
     -------
     What the solver would return: all nodes at ngspice's accepted points; `spikes` are upward crossings of
-    half the supply by linear interpolation, rearmed below 0.8 of it; `steps.accepted` counts the points after
-    the first (ngspice does not tell rejections and iterations: 0). `operating_point` has ngspice's voltages
-    at time 0; whether it is stable is our own test at the rest state next to it.
+    the solver's thresholds by linear interpolation, armed again where the solver's are; `steps.accepted`
+    counts the points after the first (ngspice does not tell rejections and iterations: 0). `operating_point`
+    has ngspice's voltages at time 0; whether it is stable is our own test at the rest state next to it. Where
+    the solver's rest state is not stable, ngspice begins with the same nodes held beside it.
 
     Raises
     ------
@@ -64,20 +67,23 @@ def simulate(
         The circuit cannot be solved, or has names that differ in case only.
     """
     machine = to_kernel(testbench, silicon)
-    deck = format_testbench(testbench, silicon, reltol=reltol, tmax=tmax, method=method)
+    begun, disturbed = _disturbed(machine)
+    deck = format_testbench(begun, silicon, reltol=reltol, tmax=tmax, method=method)
     waveforms = ngspice.run(deck, deadline_s=deadline_s)
     names = node_names(testbench, silicon)
     columns = [waveforms.values[names[node]] for node in machine.names[1:]]
     voltage = np.stack([np.zeros(waveforms.steps), *columns], axis=1)
     watched = [machine.names[n] for w in testbench.watch for n in machine.flat.port_nodes(w)]
-    threshold = 0.5 * silicon.process.v_dd
+    levels = spike_levels(machine)
+    seen = voltage[:, [machine.names.index(node) for node in watched]]
     spikes = {
-        node: upward_crossings(waveforms.axis, voltage[:, machine.names.index(node)], threshold)
-        for node in watched
+        node: upward_crossings(waveforms.axis, wave, *level)
+        for node, wave, level in zip(watched, seen.T, levels.T.tolist(), strict=True)
     }
     return Result(
         machine, Outcome.DONE, waveforms.axis, voltage, machine.names, spikes,
-        Steps(waveforms.steps - 1, 0, 0), _point(machine, voltage[0]),
+        Steps(waveforms.steps - 1, 0, 0), _point(machine, voltage[0]), disturbed,
+        uncrossed(watched, levels[0], np.stack([seen.min(axis=0), seen.max(axis=0)])),
     )  # fmt: skip
 
 
@@ -98,19 +104,38 @@ def node_names(testbench: Testbench, silicon: Silicon) -> Mapping[str, str]:
     return {path: run_name(path, top) for path in design.nodes}
 
 
-def upward_crossings(time: F64, voltage: F64, threshold: float) -> F64:
+def upward_crossings(time: F64, voltage: F64, threshold: float, rearm: float | None = None) -> F64:
     """Times (s) at which a waveform rises through `threshold` (V), by linear interpolation.
 
-    After one the detector is armed again by a point below 0.8 of the threshold.
+    After one the detector is armed again by a point below `rearm` (V), 0.8 of the threshold unless given.
     """
+    rearm = REARM * threshold if rearm is None else rearm
     above = voltage >= threshold
     found, last = [], -1
     for k in np.flatnonzero(above[1:] & ~above[:-1]):
-        if last < 0 or voltage[last : k + 1].min() < _REARM * threshold:
+        if last < 0 or voltage[last : k + 1].min() < rearm:
             share = (threshold - voltage[k]) / (voltage[k + 1] - voltage[k])
             found.append(float(time[k] + share * (time[k + 1] - time[k])))
             last = int(k) + 1
     return np.array(found)
+
+
+def _disturbed(machine: Machine) -> tuple[Testbench, Disturbance | None]:
+    """The testbench as the solver would begin its run, and what takes it away from an unstable rest state.
+
+    ngspice finds rest states of its own: the solver's is the guess, and its disturbed nodes are held.
+    """
+    bench = machine.testbench
+    try:
+        found = beginning(machine)
+    except SolverError:
+        return bench, None  # ngspice may find what the solver does not
+    if found.disturbance is None:
+        return bench, None
+    volts = OperatingPoint(machine, found.voltage, stable=False).voltages()
+    del volts[GROUND]
+    held = {node: volts[node] for node in found.disturbance.nodes}
+    return replace(bench, start=volts, initial=held), found.disturbance
 
 
 def _point(machine: Machine, voltage: F64) -> OperatingPoint:

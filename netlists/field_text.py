@@ -245,6 +245,7 @@ _CODECS: Mapping[Any, _Codec] = {
     int | None: _Codec(str, lambda words: int(_one(words))),
     bool: _Codec(lambda flag: "true" if flag else "false", _read_flag),
     float: _Codec(_number, _read_number),
+    float | None: _Codec(_number, _read_number),
     Shape: _Codec(_shape, _read_shape),
     tuple[float, ...]: _Codec(_numbers, _read_numbers),
     tuple[str, ...]: _Codec(lambda texts: [_text(t) for t in texts], _read_texts),

@@ -33,6 +33,7 @@ from circuits.process import POLARITIES
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists import ngspice
+from netlists.deck import held_at_start
 from netlists.foundry import DeviceMapping, choose_cards
 from netlists.ngspice_text import POINTS, format_device, node_name, run_name
 from netlists.traversal import Definition, element, to_design
@@ -76,7 +77,11 @@ def format_foundry(testbench: Testbench, mapping: DeviceMapping, temperature_c: 
     design = to_design(testbench, silicon)
     top, step = design.top, testbench.stop / POINTS
     name, ports = node_name(top.name), " ".join(map(node_name, top.ports))
-    starts = [f"+ v({run_name(path, top)})={v!r}" for path, v in sorted(testbench.start.items())]
+    starts, held = (
+        [f"+ v({run_name(path, top)})={v!r}" for path, v in sorted(given.items())]
+        for given in (testbench.start, held_at_start(testbench, silicon))
+    )
+    uic = testbench.begin == "uic"
     devices = (device for definition in design.definitions for device, _ in definition.devices)
     lines = [
         f"* {' '.join(testbench.title.split())}: circuit {name}, on {mapping.name} at {temperature_c!r} degC",
@@ -84,11 +89,12 @@ def format_foundry(testbench: Testbench, mapping: DeviceMapping, temperature_c: 
         *(line for definition in design.definitions for line in _definition(definition, mapping, silicon)),
         f"x{name} {ports} {name}",
         *(line for source in design.sources for line in format_device(source, silicon)),
-        *([".nodeset", *starts] if starts else []),
+        *([".nodeset", *starts] if starts and not uic else []),
+        *([".ic", *held] if held else []),
         f".options temp={temperature_c!r} {_OPTIONS} reltol=1e-4",
         ".save",
         *(f"+ v({run_name(path, top)})" for path in design.nodes),
-        f".tran {step!r} {testbench.stop!r} 0 {step!r}",
+        f".tran {step!r} {testbench.stop!r} 0 {step!r}{' uic' if uic else ''}",
         ".end",
     ]
     return "\n".join(lines) + "\n"

@@ -14,7 +14,7 @@ from circuits.process import Polarity
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.bsim3 import Form, make_cards, make_transistors
-from netlists.deck import Control, format_deck, no_cards, wrap
+from netlists.deck import Control, format_deck, format_voltages, no_cards, wrap
 from netlists.dialect import Dialect, Settings
 from netlists.naming import make_naming
 from netlists.spice_text import Syntax, format_mos, make_formatter, make_writer, tolerances
@@ -42,14 +42,15 @@ def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]
 
 def _control(control: Control) -> list[str]:
     temperature, step = repr(control.silicon.temperature_c), repr(control.step)
-    starts = [f"v({name})={v!r}" for name, v in control.starts]
     options = f".option {tolerances(control.models)} reltol={control.reltol!r} method={control.method}"
+    uic = " uic" if control.uic else ""
     return [
-        *(wrap([".nodeset", *starts]) if starts else ()),
+        *format_voltages(".nodeset", control.starts),
+        *format_voltages(".ic", control.held),
         f".temp {temperature}",
         f"{options} tnom={temperature} delmax={step} post=2 ingold=2",
         *wrap([".probe", control.analysis, *(f"v({name})" for name in control.saved)]),
-        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r}",
+        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r}{uic}",
         ".end",
     ]
 

@@ -21,7 +21,7 @@ from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists import deck
 from netlists.bsim3 import Form, make_cards, make_transistors
-from netlists.deck import Control, format_deck, no_cards, wrap
+from netlists.deck import Control, format_deck, format_voltages, no_cards, wrap
 from netlists.dialect import DEFAULT_RELTOL, POINTS, Analysis, Dialect, Method, Settings
 from netlists.naming import make_naming
 from netlists.spice_text import Syntax, format_mos, make_formatter, make_writer, tolerances
@@ -43,14 +43,14 @@ def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]
 
 def _control(control: Control) -> list[str]:
     temperature = repr(control.silicon.temperature_c)
-    starts = [f"v({name.lower()})={v!r}" for name, v in control.starts]
-    step = repr(control.step)
+    step, uic = repr(control.step), " uic" if control.uic else ""
     return [
-        *(wrap([".nodeset", *starts]) if starts else ()),
+        *format_voltages(".nodeset", [(name.lower(), v) for name, v in control.starts]),
+        *format_voltages(".ic", [(name.lower(), v) for name, v in control.held]),
         f".options temp={temperature} tnom={temperature}",
         f".options {tolerances(control.models)} trtol=1.0 reltol={control.reltol!r} method={control.method}",
         *wrap([".save", *(f"v({name.lower()})" for name in control.saved)]),
-        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r} 0 {step}",
+        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r} 0 {step}{uic}",
         ".end",
     ]
 
@@ -81,7 +81,7 @@ def format_testbench(
     Parameters
     ----------
     testbench
-        Circuit, sources and stop time; `start` becomes `.nodeset`.
+        Circuit, sources and stop time; `start` becomes `.nodeset`, what it begins with `.ic` and `uic`.
     silicon
         Process and temperature; every law is applied here, the deck has literal numbers only.
     title

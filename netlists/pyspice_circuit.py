@@ -26,6 +26,7 @@ from circuits.devices import Source
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists import ngspice
+from netlists.deck import held_at_start
 from netlists.ngspice_text import DEFAULT_RELTOL, POINTS, format_device, node_name, run_name
 from netlists.traversal import Definition, element, to_design
 
@@ -43,27 +44,43 @@ class TestbenchCircuit(Circuit):  # type: ignore[misc]
         Temperature whose laws the expressions have, degC: they do not follow another one.
     start : dict of str to float
         Voltages (V) by name in a run, from which the operating point is sought.
+    held : dict of str to float
+        Voltages (V) by name in a run that hold at time 0.
+    uic : bool
+        Whether a run begins with these and the capacitors' own, and without an operating point.
     run_names : dict of str to str
         Name in a run by our path, of every node but ground.
     """
 
     __test__ = False  # the name alone would make pytest collect it
 
-    def __init__(self, testbench: Testbench, temperature_c: float, run_names: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        testbench: Testbench,
+        temperature_c: float,
+        run_names: Mapping[str, str],
+        held: Mapping[str, float],
+    ) -> None:
         super().__init__(testbench.title)
         self.stop, self.temperature_c, self.run_names = testbench.stop, temperature_c, dict(run_names)
-        self.start = {self.run_names[path]: v for path, v in testbench.start.items()}
+        guess = {} if testbench.begin == "uic" else testbench.start
+        self.start = {self.run_names[path]: v for path, v in guess.items()}
+        self.held = {self.run_names[path]: v for path, v in held.items()}
+        self.uic = testbench.begin == "uic"
 
     def simulator(self, *, reltol: float = DEFAULT_RELTOL, **options: object) -> Simulator:
         """Simulator at the circuit's temperature; `options` are ngspice's and override `OPTIONS`."""
         made = pyspice_simulator(self, self.temperature_c, **{**OPTIONS, "reltol": reltol, **options})
         made.node_set(**self.start)
+        made.initial_condition(**self.held)
         return made
 
     def transient(self) -> Any:
         """Run to `stop` in steps of a 2000th of it at most and return PySpice's transient analysis."""
         step = self.stop / POINTS
-        return self.simulator().transient(step_time=step, end_time=self.stop, max_time=step)
+        return self.simulator().transient(
+            step_time=step, end_time=self.stop, max_time=step, use_initial_condition=self.uic
+        )
 
 
 class Simulator(NgSpiceCircuitSimulator):  # type: ignore[misc]
@@ -113,7 +130,8 @@ def to_pyspice(testbench: Testbench, silicon: Silicon) -> TestbenchCircuit:
     design = to_design(testbench, silicon)
     top = design.top
     names = {path: run_name(path, top) for path in design.nodes}
-    circuit = TestbenchCircuit(testbench, silicon.temperature_c, names)
+    held = held_at_start(testbench, silicon)
+    circuit = TestbenchCircuit(testbench, silicon.temperature_c, names, held)
     for definition in design.definitions:
         circuit.subcircuit(_subcircuit(definition, silicon))
     ports = [node_name(p) for p in top.ports]
@@ -138,12 +156,13 @@ def _add_element(netlist: Any, line: str) -> None:
     """Add the element that a line of text describes: its letter and name, its nodes, its value."""
     name, *words = line.split()
     letter, name = name[0], name[1:]
+    begin = {"initial_condition": float(words.pop()[3:])} if words[-1].startswith("ic=") else {}
     *nodes, value = words
     if letter == "b":
         netlist.B(name, *nodes, current_expression=value.removeprefix("i="))
         return
     add = {"c": netlist.C, "r": netlist.R, "g": netlist.VCCS}[letter]
-    add(name, *nodes, float(value))
+    add(name, *nodes, float(value), **begin)
 
 
 def _add_source(circuit: Any, source: Source, silicon: Silicon) -> None:

@@ -45,7 +45,7 @@ _LAYOUT = frozenset(
 # what is taken over of each class of element; a value under another name is refused
 _TAKEN = {
     "Resistor": frozenset({"resistance"}),
-    "Capacitor": frozenset({"capacitance"}),
+    "Capacitor": frozenset({"capacitance", "initial_condition"}),
     "Mosfet": frozenset({"model", "width", "length", "multiplier"}) | _LAYOUT,
     "SubCircuitElement": frozenset({"subcircuit_name"}),
     "VoltageSource": frozenset({"dc_value"}),
@@ -181,7 +181,8 @@ def _device(e: Any, names: _Names, scope: _Scope) -> Device:
     if e.PREFIX == "R":
         return Resistor(name, a, b, _number(e, "resistance", "Ohm", scope.path))
     if e.PREFIX == "C":
-        return Capacitor(name, a, b, _number(e, "capacitance", "F", scope.path))
+        ic = None if e.initial_condition is None else _number(e, "initial_condition", "V", scope.path)
+        return Capacitor(name, a, b, _number(e, "capacitance", "F", scope.path), ic)
     model = str(e.model).lower()
     if model not in scope.polarities:
         raise unknown_name(f"{scope.path}.{e.name}: model", str(e.model), scope.polarities)

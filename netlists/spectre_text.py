@@ -83,7 +83,8 @@ def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION)
 
 @_format_device.register
 def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return [_element("c", device, f"capacitor c={float(device.capacitance)!r}")]
+    begin = "" if device.ic is None else f" ic={float(device.ic)!r}"
+    return [_element("c", device, f"capacitor c={float(device.capacitance)!r}{begin}")]
 
 
 @_format_device.register
@@ -123,11 +124,13 @@ def _call(name: str, nodes: list[str], definition: str) -> list[str]:
 
 def _control(control: Control) -> list[str]:
     temperature = repr(control.silicon.temperature_c)
-    starts = [f"{name}={v!r}" for name, v in control.starts]
+    starts, held = ([f"{name}={v!r}" for name, v in given] for given in (control.starts, control.held))
     tolerances = f"reltol={control.reltol!r} vabstol=1e-6 iabstol=1e-15 gmin=1e-15"
     run = f"stop={control.stop!r} maxstep={control.step!r} method={_METHODS[control.method]}"
+    run += " skipdc=yes" if control.uic else ""
     return [
         *(wrap(["nodeset", *starts]) if starts else ()),
+        *(wrap(["ic", *held]) if held else ()),
         f"set_up options temp={temperature} tnom={temperature} {tolerances}",
         *wrap(["save", *control.saved]),
         "operating_point dc" if control.analysis == "op" else f"transient tran {run}",

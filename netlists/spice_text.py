@@ -97,7 +97,8 @@ def make_formatter(syntax: Syntax, transistors: Transistors | None = None) -> De
 
     @format_device.register
     def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        return [element("c", device.name, device.terminals(), device.capacitance)]
+        line = element("c", device.name, device.terminals(), device.capacitance)
+        return [line if device.ic is None else f"{line} ic={float(device.ic)!r}"]
 
     @format_device.register
     def _(device: Resistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:

@@ -13,7 +13,7 @@ from circuits.process import Polarity
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.bsim3 import Form, make_cards, make_transistors
-from netlists.deck import Control, format_deck, no_cards, wrap
+from netlists.deck import Control, format_deck, format_voltages, no_cards, wrap
 from netlists.dialect import Dialect, Settings
 from netlists.naming import make_naming
 from netlists.spice_text import Syntax, format_mos, make_formatter, make_writer
@@ -31,14 +31,15 @@ def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]
 
 def _control(control: Control) -> list[str]:
     temperature, step = repr(control.silicon.temperature_c), repr(control.step)
-    starts = [f"v({name})={v!r}" for name, v in control.starts]
+    uic = " uic" if control.uic else ""
     analysis = "op" if control.analysis == "op" else "tran"
     return [
-        *(wrap([".nodeset", *starts]) if starts else ()),
+        *format_voltages(".nodeset", control.starts),
+        *format_voltages(".ic", control.held),
         f".options device temp={temperature} tnom={temperature} gmin=1e-15",
         f".options timeint method={control.method} reltol={control.reltol!r} abstol=1e-9",
         *wrap([".print", "dc" if analysis == "op" else "tran", *(f"v({name})" for name in control.saved)]),
-        ".op" if analysis == "op" else f".tran {step} {control.stop!r} 0 {step}",
+        ".op" if analysis == "op" else f".tran {step} {control.stop!r} 0 {step}{uic}",
         ".end",
     ]
 

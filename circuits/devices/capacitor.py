@@ -1,21 +1,29 @@
-"""Capacitor: `q = C (v_a - v_b)`."""
+"""Capacitor: `q = C (v_a - v_b)`, with a voltage that a run may begin with."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from circuits.devices.device import Device, require_positive
+from circuits.brief import OPTIONAL, brief
+from circuits.devices.device import Device, require_finite, require_positive
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Capacitor(Device):
-    """A capacitor of `capacitance` farad between `a` and `b`."""
+    """A capacitor of `capacitance` farad between `a` and `b`.
+
+    `ic`: v_a - v_b (V) at the start of every run, None for what the rest of the circuit makes it.
+    """
 
     name: str
     a: str
     b: str
     capacitance: float
+    ic: float | None = field(default=None, metadata=OPTIONAL)
+
+    def __repr__(self) -> str:
+        return brief(self)
 
     def terminals(self) -> tuple[str, ...]:
         """Return (a, b)."""
@@ -26,8 +34,10 @@ class Capacitor(Device):
         return {"capacitance": self.capacitance}
 
     def check(self) -> None:
-        """Require a capacitance above zero."""
+        """Require a capacitance above zero, and an initial voltage that is finite."""
         require_positive(self.name, "capacitance", self.capacitance, "F")
+        if self.ic is not None:
+            require_finite(self.name, "ic", self.ic, "V")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """No direct current flows."""

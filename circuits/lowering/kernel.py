@@ -8,7 +8,7 @@ that adds itself to its node's current. Kirchhoff's current law at the unknown n
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import NamedTuple
@@ -120,16 +120,22 @@ class _Parts:
     conductance: list[Triplets] = field(default_factory=list)
 
 
-def to_kernel(testbench: Testbench, silicon: Silicon | None = None) -> Machine:
+def to_kernel(
+    testbench: Testbench, silicon: Silicon | None = None, hold: Mapping[str, float] | None = None
+) -> Machine:
     """Lower `testbench` on `silicon` (the nominal process at 27 degC unless given).
 
-    Raises `TopologyError` for a circuit that cannot be solved: floating gates, nodes without a path
-    for direct current, two sources on one node.
+    hold: voltages (V) by path of nodes that no source fixes, as if one did. Raises `TopologyError` for a
+    circuit that cannot be solved: floating gates, nodes without a path for direct current, two sources on
+    one node.
     """
     silicon = silicon or Silicon()
     flat = flatten(testbench.circuit)
     sources = complete_sources(testbench, flat, silicon)
     fixed = check_supplies(flat, sources)
+    for path, voltage in (hold or {}).items():
+        fixed.append((flat.node(path), len(sources)))
+        sources.append(Source(f"hold {path}", path, Constant(voltage)))
     check_flat(flat, [n for n, _ in fixed])
     free = np.setdiff1d(np.arange(1, flat.count), [n for n, _ in fixed])
     order = _order(flat, free)

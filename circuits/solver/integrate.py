@@ -29,7 +29,6 @@ I64 = NDArray[np.int64]
 DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
 _SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
-_REARM = 0.8  # share of the threshold below which a spike detector is armed again
 _EVENT_WIDTH = 1e-9  # s, how close behind the crossing a run stops at an event
 _TIMING = 1e-6  # s, ours: rtol times this is the error of a fast edge's timing that is let pass
 
@@ -255,9 +254,9 @@ def _record(h: History, r: Recorder) -> None:
 
 
 @compiled()
-def _rearm(h: History, watch: I64, threshold: float) -> None:
+def _rearm(h: History, watch: I64, levels: F64) -> None:
     for j in range(watch.size):
-        if h.voltage[0, watch[j]] < _REARM * threshold:
+        if h.voltage[0, watch[j]] < levels[1, j]:
             h.armed[j] = True
 
 
@@ -270,7 +269,7 @@ def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled 
     rtol: float,
     max_steps: int,
     watch: I64,
-    threshold: float,
+    levels: F64,
     stop_at_event: bool,  # noqa: FBT001 - compiled functions have no keyword-only arguments
     r: Recorder,
     w: Work,
@@ -281,9 +280,9 @@ def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled 
 ) -> int:
     """Advance the history to `stop` (s), or to the first event; returns how it ended.
 
-    watch: int64[watched], columns whose upward crossing of `threshold` (V) is a spike; v, guess, history:
-    float64[columns] scratch; cursor: int64[sources] scratch. With `stop_at_event` the last step ends on the
-    event.
+    watch: int64[watched], columns whose upward crossing is a spike; levels: float64[2, watched], V, of the
+    crossing and below which a detector is armed again; v, guess, history: float64[columns] scratch; cursor:
+    int64[sources] scratch. With `stop_at_event` the last step ends on the event.
     """
     n = k.unknowns
     for j in range(n, k.columns):
@@ -342,8 +341,8 @@ def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled 
             continue
         first, first_time = -1, np.inf
         for j in range(watch.size):
-            if h.armed[j] and v[watch[j]] >= threshold:
-                time = _crossing(h, t_new, v, watch[j], threshold)
+            if h.armed[j] and v[watch[j]] >= levels[0, j]:
+                time = _crossing(h, t_new, v, watch[j], levels[0, j])
                 if time < first_time:
                     first, first_time = j, time
         if first >= 0 and stop_at_event and t_new - first_time > _EVENT_WIDTH:
@@ -353,14 +352,14 @@ def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled 
             h.step[0] = max(first_time - t, _EVENT_WIDTH)
             continue
         for j in range(watch.size):
-            if h.armed[j] and v[watch[j]] >= threshold:
+            if h.armed[j] and v[watch[j]] >= levels[0, j]:
                 p = r.filled[1]
-                r.spike_time[p] = t_new if stop_at_event else _crossing(h, t_new, v, watch[j], threshold)
+                r.spike_time[p] = t_new if stop_at_event else _crossing(h, t_new, v, watch[j], levels[0, j])
                 r.spike_index[p] = j
                 r.filled[1] = p + 1
                 h.armed[j] = False
         _accept(k, h, t_new, v)
-        _rearm(h, watch, threshold)
+        _rearm(h, watch, levels)
         _record(h, r)
         order = 2.0 if h.points[0] == 2 else 3.0
         grow = 2.0 if error == 0.0 else min(2.0, max(0.3, 0.85 * error ** (-1.0 / order)))

@@ -24,10 +24,12 @@ from circuits.circuit import Shape
 from circuits.devices import Resistor, Transistor
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.kernel import Kernel, Machine, Rows
+from circuits.lowering.supply import spike_levels
 from circuits.noise import NoiseModel, gate_flicker, noise_model
 from circuits.process import BOLTZMANN, kelvin
 from circuits.silicon import Silicon
 from circuits.solver import integrate as core
+from circuits.solver.beginning import NOISE, Beginning, beginning
 from circuits.solver.integrate import source_values
 from circuits.solver.newton import allocate
 from circuits.solver.noise_analysis import noise_sources, transistor_areas
@@ -40,7 +42,7 @@ from circuits.solver.noisy import (
     advance_noisy,
     start_flicker,
 )
-from circuits.solver.operating_point import OperatingPoint, operating_point
+from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import Result, Steps
 
@@ -108,17 +110,17 @@ def simulate_noisy(
     """
     if trial < 0:
         raise ParameterError(f"trial: {trial}, must be at least 0; give a whole number")
-    point = operating_point(machine) if point is None else point
+    begun = _begun(machine, point)
     stop, title = machine.testbench.stop, machine.testbench.title
     grid = grid_step(machine, run)
     model = run.flicker or noise_model(machine.silicon.process)
     kernel = with_noise_columns(machine.kernel)
-    plan = _plan(point, model, grid, machine.kernel.columns)
+    plan = _plan(begun.point, model, grid, machine.kernel.columns)
     names = machine.names if record is None else record
     columns = np.array([machine.column_of(n) for n in names], dtype=np.int64)
     watched = [n for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
-    watch, threshold = machine.column[watched].astype(np.int64), 0.5 * machine.silicon.process.v_dd
-    state = _begin(kernel, plan, point, grid, watch, threshold)
+    watch, levels = machine.column[watched].astype(np.int64), spike_levels(machine)
+    state = _begin(kernel, plan, begun, grid, watch, levels)
     draws = _draws(machine, plan, run.seed, trial)
     if plan.keep.size:
         start_flicker(plan, state, draws)
@@ -137,7 +139,7 @@ def simulate_noisy(
         recorder.filled[:] = 0
         first = round(float(state.time[0]) / grid)
         code = advance_noisy(
-            kernel, sources, plan, state, draws, grid, first, last, watch, threshold,
+            kernel, sources, plan, state, draws, grid, first, last, watch, levels,
             recorder, work, v, guess, history, cursor,
         )  # fmt: skip
         times.append(recorder.time[: recorder.filled[0]].copy())
@@ -150,8 +152,14 @@ def simulate_noisy(
     trains = {label: np.array([t for j, t in spikes if j == k]) for k, label in enumerate(labels)}
     return Result(
         machine, Outcome.DONE, np.concatenate(times), np.concatenate(volts), names, trains,
-        Steps(*(int(c) for c in state.counts)), point,
+        Steps(*(int(c) for c in state.counts)), begun.point, begun.disturbance,
     )  # fmt: skip
+
+
+def _begun(machine: Machine, point: OperatingPoint | None) -> Beginning:
+    """Where a noisy run begins: a rest state that is not stable is left by the noise itself."""
+    found = beginning(machine, point=point)
+    return found if found.disturbance is None else Beginning(found.point, found.point.voltage, NOISE)
 
 
 def map_trials(
@@ -167,7 +175,7 @@ def map_trials(
     count = os.cpu_count() or 1 if workers is None else workers
     if count < 1:
         raise ParameterError(f"workers: {count}, must be at least 1")
-    point = operating_point(machine)
+    point = _begun(machine, None).point
 
     def one(trial: int) -> T:
         return function(simulate_noisy(machine, run, trial, record=record, point=point))
@@ -268,17 +276,15 @@ def _tolerance(machine: Machine) -> F64:
     return np.asarray(TOLERANCE + NOISE_TOLERANCE * wander)
 
 
-def _begin(
-    k: Kernel, plan: NoisePlan, point: OperatingPoint, grid: float, watch: I64, threshold: float
-) -> NoiseState:
+def _begin(k: Kernel, plan: NoisePlan, begun: Beginning, grid: float, watch: I64, levels: F64) -> NoiseState:
     voltage = np.zeros(k.columns)
-    voltage[: plan.first] = point.voltage
-    sources = point.machine.sources()
+    voltage[: plan.first] = begun.voltage
+    sources = begun.point.machine.sources()
     source_values(sources, sources.start[:-1].copy(), 0.0, voltage, k.unknowns)
     m = k.transistors.sign.size
     return NoiseState(
         np.zeros(1), voltage, np.zeros(k.columns), np.array([grid]), np.zeros((m, plan.keep.size)),
-        k.transistors.v_t0.copy(), voltage[watch] < threshold, np.zeros(3, np.int64),
+        k.transistors.v_t0.copy(), voltage[watch] < levels[0], np.zeros(3, np.int64),
     )  # fmt: skip
 
 

@@ -48,7 +48,6 @@ SMALL_ERROR, LARGE_ERROR = 6, 14  # halvings for an error above the tolerance, a
 ROOM = 4096  # accepted steps that a grid step may want to record
 _SAME_TIME = 1e-13  # s
 _NEWTON = 1e-6  # ours: relative, of the tolerance that Newton's method has
-_REARM = 0.8  # share of the threshold below which a spike detector is armed again
 _PER_BLOCK = 4  # normals of a Philox block
 
 
@@ -175,18 +174,18 @@ def _bring(k: Kernel, p: NoisePlan, unit: F64, grid: float, v: F64) -> None:
 
 
 @compiled()
-def _detect(x: NoiseState, t_new: float, v: F64, watch: I64, threshold: float, r: Recorder) -> None:
+def _detect(x: NoiseState, t_new: float, v: F64, watch: I64, levels: F64, r: Recorder) -> None:
     """Note upward crossings of the threshold between the last point and (t_new, v), by a straight line."""
     for j in range(watch.size):
         before, after = x.voltage[watch[j]], v[watch[j]]
-        if x.armed[j] and after >= threshold:
+        if x.armed[j] and after >= levels[0, j]:
             p = r.filled[1]
-            share = (threshold - before) / (after - before)
+            share = (levels[0, j] - before) / (after - before)
             r.spike_time[p] = x.time[0] + share * (t_new - x.time[0])
             r.spike_index[p] = j
             r.filled[1] = p + 1
             x.armed[j] = False
-        elif after < _REARM * threshold:
+        elif after < levels[1, j]:
             x.armed[j] = True
 
 
@@ -247,7 +246,7 @@ def advance_noisy(  # noqa: PLR0913, PLR0917 - one compiled loop with its scratc
     first: int,
     last: int,
     watch: I64,
-    threshold: float,
+    levels: F64,
     r: Recorder,
     w: Work,
     v: F64,
@@ -284,7 +283,7 @@ def advance_noisy(  # noqa: PLR0913, PLR0917 - one compiled loop with its scratc
                 _halve(p, d, level, part)
                 level, part = level + 1, 2 * part
                 continue
-            _detect(x, t_new, v, watch, threshold, r)
+            _detect(x, t_new, v, watch, levels, r)
             _accept(x, t_new, step, v, n, p.first, r)
             while level > 0 and part % 2 == 1:
                 level, part = level - 1, part // 2

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
@@ -21,6 +20,7 @@ from circuits.errors import SolverError
 from circuits.lowering.kernel import Kernel, Machine, on_die, to_kernel
 from circuits.silicon import Silicon
 from circuits.solver.integrate import source_values
+from circuits.solver.modes import ROUNDING, natural_rates
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench
@@ -30,11 +30,9 @@ F64 = NDArray[np.float64]
 _DECADES = tuple(10.0**-k for k in range(3, 20))
 _TOLERANCE = 1e-9  # V, last update of a converged solve
 _SAME_STATE = 1e-3  # V, closer states are one
-_NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
+NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
 _MAX_UPDATE = 0.2  # V, of each node in one iteration
 _FAR = 100.0  # V, where a solve has run away
-_CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
-_ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +241,7 @@ def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:
     machine = point.machine
     k = machine.kernel
     v = point.voltage.copy()
-    v[: k.unknowns] += _NUDGE * np.where(np.arange(k.unknowns) % 2 == 0, 1.0, -1.0)
+    v[: k.unknowns] += NUDGE * np.where(np.arange(k.unknowns) % 2 == 0, 1.0, -1.0)
     if not _settle(k, v, allocate(k), np.zeros_like(v), 1.15):
         return None
     found = solve_near(machine, v, time)
@@ -279,32 +277,4 @@ def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
     inside = k.charge.entry >= 0
     charge[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
     rates = natural_rates(conductance, charge)
-    return bool((rates.real <= _ROUNDING * np.abs(rates).max(initial=0.0)).all())
-
-
-def natural_rates(conductance: F64, charge: F64) -> NDArray[np.complex128]:
-    """Eigenvalues of `charge dv/dt = -conductance v`, 1/s, those of the nodes' charges only.
-
-    conductance: float64[n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite. Voltages
-    that carry no charge follow the others at once and are eliminated: as infinite eigenvalues of the pencil
-    they would come back as large numbers of any sign.
-    """
-    diagonal = charge.diagonal()
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
-    share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
-    loaded = share > _CHARGELESS
-    if not loaded.any():
-        return np.zeros(0, dtype=np.complex128)
-    turned = modes.T @ (scale[:, None] * conductance * scale) @ modes
-    inner = turned[np.ix_(loaded, loaded)]
-    if not loaded.all():
-        free = turned[np.ix_(~loaded, ~loaded)]
-        inner = (
-            inner
-            - turned[np.ix_(loaded, ~loaded)] @ scipy.linalg.lstsq(free, turned[np.ix_(~loaded, loaded)])[0]
-        )
-    weight = 1.0 / np.sqrt(share[loaded])
-    rates: NDArray[np.complex128] = np.asarray(
-        scipy.linalg.eigvals(-weight[:, None] * inner * weight), complex
-    )
-    return rates
+    return bool((rates.real <= ROUNDING * np.abs(rates).max(initial=0.0)).all())

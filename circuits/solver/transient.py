@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from circuits.devices.source import Polyline, vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
+from circuits.lowering.supply import spike_levels
 from circuits.silicon import Silicon
 from circuits.solver import integrate as core
+from circuits.solver.beginning import Beginning, Disturbance, beginning
 from circuits.solver.newton import Work, allocate
-from circuits.solver.operating_point import OperatingPoint, operating_point
+from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
+from circuits.solver.swing import Swing, uncrossed
 from circuits.testbench import Testbench
 
 F64 = NDArray[np.float64]
@@ -68,7 +71,11 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """Waveforms of a run. `time`: float64[T], s; `voltage`: float64[T, nodes], V, in `nodes` order."""
+    """Waveforms of a run. `time`: float64[T], s; `voltage`: float64[T, nodes], V, in `nodes` order.
+
+    `disturbance`: what took the run away from a rest state that is not stable. `uncrossed`: watched nodes
+    that swing and never cross their threshold, so that nothing of them is among the `spikes`.
+    """
 
     machine: Machine
     outcome: Outcome
@@ -78,6 +85,8 @@ class Result:
     spikes: Mapping[str, F64]
     steps: Steps
     operating_point: OperatingPoint
+    disturbance: Disturbance | None = None
+    uncrossed: Mapping[str, Swing] = field(default_factory=dict)
 
     def __getitem__(self, node: str) -> F64:
         """Waveform of a node, float64[T], V."""
@@ -89,19 +98,23 @@ class Result:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """What one `advance` returned: accepted points after the start, and spikes (port, s) in order."""
+    """What one `advance` returned: accepted points after the start, and spikes (port, s) in order.
+
+    `extent`: float64[2, watched], V, the lowest and the highest that watched nodes were, the start included.
+    """
 
     time: F64
     voltage: F64
     spikes: tuple[tuple[str, float], ...]
     outcome: Outcome
+    extent: F64
 
 
 class Runner:
     """A machine with its scratch space: one thread advances it; states are values.
 
-    `record`: nodes kept at every accepted point. Spikes are upward crossings of half the supply
-    at the testbench's watched ports.
+    `record`: nodes kept at every accepted point. Spikes are upward crossings of the `thresholds` (V) at the
+    testbench's watched ports: half of their circuit's supply, or what the port states.
     """
 
     def __init__(self, machine: Machine, record: tuple[str, ...] = (), rtol: float = DEFAULT_RTOL) -> None:
@@ -113,22 +126,33 @@ class Runner:
         watched = [n for w in self.watch_names for n in machine.flat.port_nodes(w)]
         self.labels = [machine.names[n] for n in watched]
         self._watch = machine.column[watched].astype(np.int64)
-        self._threshold = 0.5 * machine.silicon.process.v_dd
-        self._columns = np.array([machine.column_of(n) for n in record], dtype=np.int64)
+        self._levels = spike_levels(machine)
+        self._recorded = len(record)
+        columns = [machine.column_of(n) for n in record]
+        self._columns = np.concatenate([np.array(columns, dtype=np.int64), self._watch])
         self._work: Work = allocate(machine.kernel)
         self._packed = (machine.polylines, machine.sources())
-        columns = machine.kernel.columns
-        self._scratch = (np.zeros(columns), np.zeros(columns), np.zeros(columns))
+        size = machine.kernel.columns
+        self._scratch = (np.zeros(size), np.zeros(size), np.zeros(size))
         room = max(_CHUNK, self._watch.size)
         self._recorder = core.Recorder(
             np.zeros(_CHUNK), np.zeros((_CHUNK, self._columns.size)), self._columns, np.zeros(2 * room),
             np.zeros(2 * room, dtype=np.int64), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
+    @property
+    def thresholds(self) -> F64:
+        """What a spike rises through at each watched node, float64[watched], V."""
+        return np.asarray(self._levels[0].copy())
+
     def begin(self, point: OperatingPoint, time: float = 0.0) -> State:
-        """State at rest in `point` at `time` s."""
-        v = point.voltage
-        armed = v[self._watch] < self._threshold
+        """State at `time` s from the rest state `point`, as the testbench says that its runs begin."""
+        return self.enter(beginning(self.machine, point=point, time=time), time)
+
+    def enter(self, start: Beginning, time: float = 0.0) -> State:
+        """State at `time` s at a beginning."""
+        v = start.voltage
+        armed = v[self._watch] < self._levels[0]
         return State(
             np.full(3, time), np.stack([v, v, v]), np.zeros(v.size), np.zeros(1), np.ones(1, dtype=np.int64),
             armed, np.zeros(3, dtype=np.int64), self.machine.polylines,
@@ -161,18 +185,22 @@ class Runner:
             state.points.copy(), state.armed.copy(), state.counts.copy(),
         )  # fmt: skip
         cursor = sources.start[:-1].copy()
-        r = self._recorder
+        r, kept = self._recorder, self._recorded
         times, volts, spikes = [], [], []
+        low = high = state.voltage[0][self._watch]
         code = core.BUFFER_FULL
         while code == core.BUFFER_FULL:
             r.filled[:] = 0
             code = core.integrate(
                 self.machine.kernel, sources, history, until, self.rtol,
-                max_steps - (int(history.counts[:2].sum()) - before), self._watch, self._threshold,
+                max_steps - (int(history.counts[:2].sum()) - before), self._watch, self._levels,
                 stop_at_event, r, self._work, *self._scratch, cursor,
             )  # fmt: skip
             times.append(r.time[: r.filled[0]].copy())
-            volts.append(r.voltage[: r.filled[0]].copy())
+            volts.append(r.voltage[: r.filled[0], :kept].copy())
+            watched = r.voltage[: r.filled[0], kept:]
+            low = np.minimum(low, watched.min(axis=0, initial=np.inf))
+            high = np.maximum(high, watched.max(axis=0, initial=-np.inf))
             found = range(int(r.filled[1]))
             spikes += [(self.labels[r.spike_index[p]], float(r.spike_time[p])) for p in found]
         outcome = _OUTCOMES[code]
@@ -180,7 +208,9 @@ class Runner:
             name = outcome.name.lower().replace("_", " ")
             raise SolverError(f"{title}: {name} at {history.time[0]:.9g} s; {outcome.value}")
         ordered = tuple(sorted(spikes, key=lambda s: (s[1], s[0])))
-        return State(*history, lines), Segment(np.concatenate(times), np.concatenate(volts), ordered, outcome)
+        return State(*history, lines), Segment(
+            np.concatenate(times), np.concatenate(volts), ordered, outcome, np.stack([low, high])
+        )
 
     def _pack(self, lines: tuple[Polyline, ...]) -> Sources:
         """Sources in the solver's form, packed anew only when the polylines are others than the last."""
@@ -207,21 +237,26 @@ def simulate(
     start: Mapping[str, float] | None = None,
     record: tuple[str, ...] | None = None,
     point: OperatingPoint | None = None,
+    at_rest: bool = False,
 ) -> Result:
-    """Run a testbench from its operating point to its stop time.
+    """Run a testbench from where it says that its runs begin to its stop time.
 
     rtol: local error per step relative to max(|v|, 1 V). record: node paths, all nodes unless given. point:
-    the rest state to begin in, solved for (from `start`) unless given.
+    the rest state to begin in, solved for (from `start`) unless given. at_rest: stay in a rest state that is
+    not stable, whatever the testbench says.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
-    point = operating_point(machine, start=start) if point is None else point
+    if at_rest:
+        machine = replace(machine, testbench=replace(machine.testbench, begin="at_rest"))
+    begun = beginning(machine, start=start, point=point)
     nodes = machine.names if record is None else record
     runner = Runner(machine, nodes, rtol)
-    state = runner.begin(point)
+    state = runner.enter(begun)
     first = state.voltage[0][[machine.column_of(n) for n in nodes]]
     state, segment = runner.advance(state, machine.testbench.stop, stop_at_event=False)
     spikes = {n: np.array([t for name, t in segment.spikes if name == n]) for n in runner.labels}
     return Result(
         machine, segment.outcome, np.concatenate([[0.0], segment.time]),
-        np.vstack([first, segment.voltage]), nodes, spikes, Steps(*(int(c) for c in state.counts)), point,
+        np.vstack([first, segment.voltage]), nodes, spikes, Steps(*(int(c) for c in state.counts)),
+        begun.point, begun.disturbance, uncrossed(runner.labels, runner.thresholds, segment.extent),
     )  # fmt: skip

@@ -11,7 +11,7 @@ from netlists.reader.note import Notes
 from netlists.reader.scope import Scope
 from netlists.reader.waveform import Span
 
-_START = re.compile(r"v\s*\(\s*([^\s(),]+)\s*\)\s*=\s*('[^']*'|\{[^{}]*\}|[^\s,]+)")
+_VOLTAGE = re.compile(r"v\s*\(\s*([^\s(),]+)\s*\)\s*=\s*('[^']*'|\{[^{}]*\}|[^\s,]+)")
 _OUTPUT = {".save", ".print", ".plot", ".probe", ".meas", ".measure", ".four", ".width", ".post"}
 _OTHER = {".ac", ".noise", ".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".step", ".data", ".hb", ".mc"}
 
@@ -24,6 +24,7 @@ class Transient:
     stop: float
     start: float = 0.0
     max_step: float | None = None
+    uic: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,19 +47,29 @@ Analysis = Transient | OperatingPoint | Sweep
 
 @dataclass(slots=True)
 class Controls:
-    """What the cards about a run say; `starts`: voltage and card by node name as written."""
+    """What the cards about a run say; `starts`, `held`: voltage and card by node name as written."""
 
     analyses: list[Analysis] = field(default_factory=list)
     starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
+    held: dict[str, tuple[float, Card]] = field(default_factory=dict)
     temperature_c: float | None = None
+
+    @property
+    def transient(self) -> Transient | None:
+        """The first transient."""
+        return next((each for each in self.analyses if isinstance(each, Transient)), None)
 
     @property
     def span(self) -> Span:
         """Of the first transient."""
-        for analysis in self.analyses:
-            if isinstance(analysis, Transient):
-                return Span(analysis.step, analysis.stop)
-        return Span()
+        first = self.transient
+        return Span() if first is None else Span(first.step, first.stop)
+
+    @property
+    def uic(self) -> bool:
+        """Whether the first transient begins without an operating point."""
+        first = self.transient
+        return first is not None and first.uic
 
 
 def read_controls(cards: Iterable[Card], scope: Scope, notes: Notes) -> Controls:
@@ -79,14 +90,14 @@ def read_controls(cards: Iterable[Card], scope: Scope, notes: Notes) -> Controls
 
 def _transient(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     words = [w for w in card.words()[1:] if w != "uic"]
-    if len(words) + 1 < len(card.words()):
-        notes.add("uic of .tran", card.place)
+    uic = len(words) + 1 < len(card.words())
     if not 2 <= len(words) <= 4:
         raise card.error(f".tran: {len(words)} numbers, must be 2 to 4; write .tran STEP STOP")
     values = [scope.number(card, ".tran", w) for w in words]
     if not min(values[:2]) > 0.0:
         raise card.error(f".tran: step {values[0]:g} s, stop {values[1]:g} s, must be > 0; correct them")
-    controls.analyses.append(Transient(*values))
+    times: dict[str, float] = dict(zip(("step", "stop", "start", "max_step"), values, strict=False))
+    controls.analyses.append(Transient(**times, uic=uic))
 
 
 def _operating_point(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
@@ -102,17 +113,14 @@ def _sweep(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     controls.analyses.append(Sweep(tuple(words[0::4]), start, stop, step))
 
 
-def _starts(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+def _voltages(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     word, _, rest = card.text.lower().partition(" ")
-    found = _START.findall(rest)
-    if not found or _START.sub("", rest).strip(" ,\t"):
+    found = _VOLTAGE.findall(rest)
+    if not found or _VOLTAGE.sub("", rest).strip(" ,\t"):
         raise card.error(f"{word}: must be v(node)=value ...; correct it")
+    into = controls.held if word == ".ic" else controls.starts
     for node, value in found:
-        controls.starts[node] = (scope.number(card, f"v({shown(node)})", value), card)
-    if word == ".ic":
-        notes.add(
-            ".ic voltage, taken as where the search for the operating point begins", card.place, len(found)
-        )
+        into[node] = (scope.number(card, f"v({shown(node)})", value), card)
 
 
 def _temperature(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
@@ -132,6 +140,6 @@ def _options(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None
 
 _Reader = Callable[[Controls, Card, Scope, Notes], None]
 _READERS: Mapping[str, _Reader] = {
-    ".tran": _transient, ".op": _operating_point, ".dc": _sweep, ".ic": _starts, ".nodeset": _starts,
+    ".tran": _transient, ".op": _operating_point, ".dc": _sweep, ".ic": _voltages, ".nodeset": _voltages,
     ".temp": _temperature, ".options": _options, ".option": _options, ".opt": _options,
 }  # fmt: skip

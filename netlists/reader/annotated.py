@@ -234,8 +234,9 @@ def _bench(contents: _Contents, first: Card, limits: Limits) -> tuple[Silicon, T
     try:
         silicon = to_silicon(contents.silicon)
         testbench = Testbench(
-            bench.title, circuit, tuple(contents.sources), bench.stop, bench.watch, dict(bench.start)
-        )
+            bench.title, circuit, tuple(contents.sources), bench.stop, bench.watch, dict(bench.start),
+            dict(bench.initial), bench.begin,
+        )  # fmt: skip
     except CircuitError as error:
         raise first.error(str(error)) from None
     return silicon, testbench

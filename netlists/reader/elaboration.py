@@ -84,6 +84,7 @@ class Elaboration:
     limits: Limits
     notes: Notes
     is_cdl: bool = False
+    uses_ic: bool = False
     built: dict[tuple[Section, tuple[tuple[str, float], ...]], Part] = field(default_factory=dict)
     seen: set[Section] = field(default_factory=set)
     calls: list[Section] = field(default_factory=list)
@@ -188,7 +189,7 @@ class Elaboration:
                 contents.lifted[name] = None
             return circuit_name(name)
 
-        context = Context(section, scope, node, self.notes, self.is_cdl)
+        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic)
         for card in section.elements:
             name = card.name()
             if name in contents.names:

@@ -1,6 +1,6 @@
 """Element cards -> devices.
 
-    Rname a b value          Cname a b value          Gname n+ n- c+ c- value
+    Rname a b value          Cname a b value [IC=]    Gname n+ n- c+ c- value
     Mname d g s b model W= L= [M=] [AD= AS= PD= PS= ...] [DELVTO=] [MULU0=]
     Bname n+ n- I=expression, linear in one voltage difference
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
 from circuits.process import Polarity
@@ -56,6 +56,7 @@ class Context:
     node: Node
     notes: Notes
     is_cdl: bool = False
+    uses_ic: bool = False  # whether the run takes capacitors' own initial voltages
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +90,9 @@ def nodes_and_value(
     return rest, value
 
 
-def _two_nodes(card: Card, context: Context, key: str, what: str) -> tuple[str, str, str, float]:
-    name, words = element_arguments(card)
+def _two_nodes(
+    card: Card, name: str, words: Arguments, context: Context, key: str, what: str
+) -> tuple[str, str, str, float]:
     nodes, word = nodes_and_value(card, name, words, 2, key, "a b VALUE")
     _note_unused(card, name, words, what, context.notes)
     a, b = map(context.node, nodes)
@@ -98,11 +100,20 @@ def _two_nodes(card: Card, context: Context, key: str, what: str) -> tuple[str, 
 
 
 def _resistor(card: Card, context: Context) -> Element:
-    return Element(Resistor(*_two_nodes(card, context, "r", "resistor")))
+    return Element(Resistor(*_two_nodes(card, *element_arguments(card), context, "r", "resistor")))
 
 
 def _capacitor(card: Card, context: Context) -> Element:
-    return Element(Capacitor(*_two_nodes(card, context, "c", "capacitor")))
+    name, words = element_arguments(card)
+    word = words.named.pop("ic", None)
+    device = Capacitor(*_two_nodes(card, name, words, context, "c", "capacitor"))
+    if word is None:
+        return Element(device)
+    voltage = context.scope.number(card, f"{shown(name)}.ic", word)
+    if not context.uses_ic:
+        context.notes.add("ic of a capacitor, which a run without uic does not use", card.place)
+        return Element(device)
+    return Element(replace(device, ic=voltage))
 
 
 def _controlled_source(card: Card, context: Context) -> Element:

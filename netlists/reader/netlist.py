@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isclose
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 from circuits.circuit import GROUND, Circuit, references
 from circuits.errors import DataError, unknown_name
 from circuits.silicon import Deviation, Silicon
-from circuits.testbench import Testbench
+from circuits.testbench import Begin, Testbench
 from netlists.reader.analysis import Analysis, Controls, read_controls
 from netlists.reader.annotated import header_card, read_annotated
 from netlists.reader.card import Card, shown
@@ -112,10 +112,12 @@ def _read(source: Path | str, root: Path | None, dialect: str | None, limits: Li
     scope = Scope(limits, expressions=Expressions(limits, deck.size))
     scope.define(deck.top.parameters)
     controls = read_controls(deck.controls, scope, notes)
-    top = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl").top()
+    uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
+    top = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic).top()
     if top.part.elements > limits.elements:
         raise deck.top.card.error(f"{top.part.elements} elements, the limit is {limits.elements}; split it")
-    bench = _testbench(text.title, top, controls, limits)
+    separator = ":" if dialect == "xyce" else "."  # in the name of a node of an instance
+    bench = _testbench(text.title, top, controls, limits, notes, separator)
     return Imported(
         bench,
         tuple(controls.analyses),
@@ -140,6 +142,8 @@ def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Import
     last = (found.controls or text.cards)[-1]
     if stop is not None and not isclose(stop, bench.stop, rel_tol=1e-9):
         raise last.error(f".tran: stops at {stop:g} s, by the testbench note at {bench.stop:g} s; edit both")
+    if controls.transient is not None and controls.uic != (bench.begin == "uic"):
+        raise last.error(f"uic of .tran: {controls.uic}, by the testbench note {bench.begin}; edit both")
     if degrees is not None and not isclose(degrees, temperature_c, abs_tol=1e-9):
         raise last.error(f"temp: {degrees:g} degC, by the silicon note {temperature_c:g} degC; edit both")
     return Imported(
@@ -155,19 +159,31 @@ def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Import
     )
 
 
-def _testbench(title: str, top: Top, controls: Controls, limits: Limits) -> Testbench:
+def _testbench(
+    title: str, top: Top, controls: Controls, limits: Limits, notes: Notes, separator: str
+) -> Testbench:
     circuit, stop = top.part.circuit, controls.span.stop
     known: dict[int, _Inside] = {}
-    for node, (_, card) in controls.starts.items():
-        for part in node.split("."):
+    for node, (_, card) in (*controls.starts.items(), *controls.held.items()):
+        for part in node.split(separator):
             card.check_name(part, limits.word)
-    start = {_node_path(top, node, card, known): v for node, (v, card) in controls.starts.items()}
-    return Testbench(title, circuit, top.sources, inf if stop is None else stop, start=start)
+    start, initial = (
+        {_node_path(top, node.split(separator), card, known): v for node, (v, card) in given.items()}
+        for given in (controls.starts, controls.held)
+    )
+    if controls.uic:
+        for _, card in list(controls.starts.values())[:1]:
+            notes.add(".nodeset with uic, taken as .ic as ngspice does", card.place, len(start))
+        start, initial = {}, start | initial
+    begin: Begin = "uic" if controls.uic else "disturbed"
+    return Testbench(
+        title, circuit, top.sources, inf if stop is None else stop, start=start, initial=initial, begin=begin
+    )
 
 
-def _node_path(top: Top, name: str, card: Card, known: dict[int, _Inside]) -> str:
-    """Path in the circuit of a node by its name in a run, `x1.x2.node`; `known` collects circuits."""
-    *instances, node = map(circuit_name, name.split("."))
+def _node_path(top: Top, name: Sequence[str], card: Card, known: dict[int, _Inside]) -> str:
+    """Path in the circuit of a node by the parts of its name in a run; `known` collects circuits."""
+    *instances, node = map(circuit_name, name)
     if top.call is not None:
         instance, port = top.call
         if not instances and node in port:
@@ -178,7 +194,9 @@ def _node_path(top: Top, name: str, card: Card, known: dict[int, _Inside]) -> st
         circuit = _inside(circuit, known).instances.get(each) if circuit else None
     found = _inside(circuit, known) if circuit else None
     if found is None or node not in (found.own if instances else found.nodes):
-        raise card.error(f"v({shown(name)}): unknown node; name one of the netlist, as in v(x1.node)")
+        raise card.error(
+            f"v({shown('.'.join(name))}): unknown node; name one of the netlist, as in v(x1.node)"
+        )
     return ".".join([*instances, node])
 
 

@@ -11,7 +11,7 @@ import functools
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor
 from circuits.silicon import Silicon
@@ -26,7 +26,7 @@ from netlists.reader.scope import Scope
 from netlists.reader.text import joined, spectre_line, spice_line, verilog_line
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_CIRCUIT_CARDS = {".subckt", ".ends", ".nodeset", ".model"}
+_CIRCUIT_CARDS = {".subckt", ".ends", ".nodeset", ".ic", ".model"}
 _MODULE = re.compile(r"module ([A-Za-z_]\w*)\(")  # the testbench's has no ports
 _MODULE_INSTANCE = re.compile(r"([A-Za-z_]\w*) (x\w+)\(")
 
@@ -36,6 +36,14 @@ _MAKERS: dict[str, tuple[int, _Make]] = {
     "c": (2, lambda name, n, value: Capacitor(name, n[0], n[1], value)),
     "g": (4, lambda name, n, value: ControlledSource(name, n[0], n[1], n[2], n[3], value)),
 }
+
+
+def _charged(card: Card, device: Device, begin: str) -> Device:
+    """The capacitor with its initial voltage."""
+    voltage = read_number(begin)
+    if voltage is None or not isinstance(device, Capacitor):
+        raise card.error(f"{shown(card.text)}: ic must be a number, of a capacitor; write the netlist again")
+    return replace(device, ic=voltage)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +92,9 @@ class Syntax(ABC):
     def run(self, cards: Sequence[Card], limits: Limits, notes: Notes) -> Controls:
         """What the cards about the run say."""
 
-    def _device(self, card: Card, name: str, nodes: Sequence[str], value: str) -> Device | None:
+    def _device(
+        self, card: Card, name: str, nodes: Sequence[str], value: str, begin: str | None
+    ) -> Device | None:
         own = self.plain_name(name[1:])
         if own is None:
             return None
@@ -94,7 +104,8 @@ class Syntax(ABC):
             raise card.error(
                 f"{shown(card.text)}: must be {count} nodes and a number; write the netlist again"
             )
-        return make(own, [self.dialect.naming.reference(node) for node in nodes], number)
+        made = make(own, [self.dialect.naming.reference(node) for node in nodes], number)
+        return made if begin is None else _charged(card, made, begin)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +139,8 @@ class SpiceSyntax(Syntax):
         name, *words = card.text.split()
         if name[0].lower() not in _MAKERS or not words or "'" in card.text:
             return None
-        return self._device(card, name, words[:-1], words[-1])
+        begin = words.pop().partition("=")[2] if words[-1].lower().startswith("ic=") else None
+        return self._device(card, name, words[:-1], words[-1] if words else "", begin)
 
     def run(self, cards: Sequence[Card], limits: Limits, notes: Notes) -> Controls:
         """See `Syntax`."""
@@ -165,9 +177,10 @@ class SpectreSyntax(Syntax):
     def simple(self, card: Card) -> Device | None:
         """See `Syntax`."""
         name, *words = card.text.replace("(", " ( ").replace(")", " ) ").split()
+        begin = words.pop().partition("=")[2] if words and words[-1].startswith("ic=") else None
         if name[0] not in _MAKERS or len(words) < 3 or words[0] != "(" or words[-3] != ")":
             return None
-        return self._device(card, name, words[1:-3], words[-1].partition("=")[2])
+        return self._device(card, name, words[1:-3], words[-1].partition("=")[2], begin)
 
     def run(self, cards: Sequence[Card], limits: Limits, notes: Notes) -> Controls:
         """See `Syntax`."""
@@ -178,14 +191,15 @@ class SpectreSyntax(Syntax):
             given = {name: value for name, sign, value in pairs if sign}
             if kind == "tran" and {"stop", "maxstep"} <= set(given):
                 step, stop = (scope.number(card, key, given[key]) for key in ("maxstep", "stop"))
-                controls.analyses.append(Transient(step, stop))
+                uic = given.get("skipdc") == "yes"
+                controls.analyses.append(Transient(step, stop, uic=uic))
             elif kind == "dc":
                 controls.analyses.append(OperatingPoint())
             elif kind == "options" and "temp" in given:
                 controls.temperature_c = scope.number(card, "temp", given["temp"])
             elif card.text.split(maxsplit=1)[0] != "simulator":
                 notes.add(f"{shown(card.text.split(maxsplit=1)[0])} statement", card.place)
-            for name in set(given) - {"stop", "maxstep", "temp", "lang"}:
+            for name in set(given) - {"stop", "maxstep", "temp", "lang", "skipdc"}:
                 notes.add(f"option {shown(name)}", card.place)
         return controls
 

@@ -31,8 +31,9 @@ from circuits.process import BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.registry import load_block
 from circuits.silicon import Silicon
 from circuits.solver import noise_analysis, small_signal
+from circuits.solver.modes import natural_rates
 from circuits.solver.noise_transient import NoiseRun, map_trials, simulate_noisy
-from circuits.solver.operating_point import OperatingPoint, natural_rates, operating_point
+from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from netlists import small_signal as peer

@@ -122,6 +122,7 @@ def test_the_start_chooses_among_rest_states() -> None:
 def test_spikes_are_upward_crossings(voltage: list[float], expected: list[float]) -> None:
     time = np.arange(4.0)
     np.testing.assert_allclose(engine.upward_crossings(time, np.array(voltage), 2.5), expected)
+    np.testing.assert_allclose(engine.upward_crossings(time, np.array(voltage), 2.5, 2.0), expected)
 
 
 def test_a_deadline_halts_the_run() -> None:

@@ -157,7 +157,6 @@ def parameters(sub: Any) -> None:
         (lambda c: c.B(1, "a", "0", v="1"), r"t\.B1: BehavioralSource, must"),
         (lambda c: c.SinusoidalVoltageSource("s", "a", "0"), r"t\.Vs: SinusoidalVoltageSource, must"),
         (lambda c: c.R(1, "a", "0", 1e3, raw_spice="tc=1"), r"t\.R1: raw text 'tc=1'"),
-        (lambda c: c.C(1, "a", "0", 1e-9, initial_condition=1), r"t\.C1\.initial_condition: cannot"),
         (lambda c: c.R(1, "a", "0", "{r}"), r"t\.R1\.resistance: '\{r\}', must be a number"),
         (lambda c: c.R(1, "a", "0", -1.0), r"R1\.resistance: -1 Ohm|R1\.resistance: -1 ohm"),
         (lambda c: c.M(1, "a", "a", "0", "0", model="n", w=1e-6), r"t\.M1: model n: unknown"),

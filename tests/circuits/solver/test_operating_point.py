@@ -15,10 +15,10 @@ from circuits.errors import SolverError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
 from circuits.silicon import Silicon
+from circuits.solver.modes import natural_rates
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import (
     OperatingPoint,
-    natural_rates,
     operating_point,
     solve_dense,
     write_dense,

@@ -19,10 +19,11 @@ from circuits.lowering.flatten import flatten
 from circuits.registry import BLOCKS, load_block
 from circuits.sampling import Sampling
 from circuits.silicon import Silicon
-from circuits.testbench import Testbench
+from circuits.testbench import Begin, Testbench
 from netlists.compare import compare
 from netlists.dialect import DIALECTS, MODULE_LANGUAGES, Settings, load_dialect
 from netlists.reader import Imported, read_netlist
+from netlists.reader.analysis import Transient
 
 UM = 1e-6
 NOMINAL_SILICON = Silicon()
@@ -68,7 +69,7 @@ def everything() -> Testbench:
         (
             Port("vdd", "supply"),
             Port("a_", "analog"),
-            Port("out", "event", "out", (2,)),
+            Port("out", "event", "out", (2,), threshold=0.75),
             Port("v_tau", "bias"),
         ),
         (
@@ -76,7 +77,7 @@ def everything() -> Testbench:
             Transistor("m_2", "p", "out[1]", "a_", "vdd", "vdd", 6 * UM, 2 * UM, 3.0),
             Transistor("m3", "n", "vdd", "out[1]", "time", "0", 3 * UM, 2 * UM),
             Capacitor("c_", "time", "0", 1.25e-13),
-            Capacitor("c__x", "w[1,2]", "0", 1e-13),
+            Capacitor("c__x", "w[1,2]", "0", 1e-13, ic=-0.25),
             Resistor("r1", "w[1,2]", "vdd", 1.0 / 3.0 * 1e7),
             ControlledSource("g1", "w[0,0]", "0", "a_", "vdd", -1e-9),
             Resistor("r2", "w[0,0]", "gnd", 1e9),
@@ -134,8 +135,9 @@ def everything() -> Testbench:
         Source("a2", "a_[2]", Sampled(0.0, 1e4, np.array([0.0, 0.1, 1.0 / 3.0])), "current"),
         Source("ref", "V_ref", Driven(1.25)),
     )
-    start = {"cells[1].time": 0.5, "cells[2].w[1,2]": 4.5, "v_gen": 0.1}
-    return Testbench("a title; with = (all) sorts", chip, sources, 2e-3, ("lone.out[0]",), start)
+    start = {"cells[1].time": 0.5, "cells[2].w[1,2]": 4.5, "p[0]": 0.1}
+    held = {"cells[2].time": 0.75, "o[1,1]": 2.5}
+    return Testbench("a title; with = (all) sorts", chip, sources, 2e-3, ("lone.out[0]",), start, held)
 
 
 @pytest.mark.parametrize("name", [*BLOCKS, *CHIPS])
@@ -153,6 +155,18 @@ def test_everything_that_notes_can_say_comes_back(dialect: str, models: str) -> 
         found = read_netlist(write(everything(), silicon, dialect, Settings(models=models)))
         require_same(found.testbench, everything())
         assert found.silicon == (replace(silicon, die=NOMINAL) if dialect == "cdl" else silicon)
+
+
+@pytest.mark.parametrize("begin", ["at_rest", "uic"])
+@pytest.mark.parametrize(("dialect", "models"), WRITTEN)
+def test_where_a_run_begins_comes_back(dialect: str, models: str, begin: Begin) -> None:
+    bench = replace(everything(), begin=begin)
+    found = read_netlist(write(bench, dialect=dialect, settings=Settings(models=models)))
+    require_same(found.testbench, bench)
+    if dialect not in {"cdl", "verilog-a"}:  # which have no run
+        (run,) = found.analyses
+        assert isinstance(run, Transient)
+        assert run.uic == (begin == "uic")
 
 
 @pytest.mark.parametrize("dialect", sorted({*ALL} - {"cdl"}))
@@ -235,6 +249,9 @@ def edited(old: str, new: str) -> str:
         ("\nxlone ", "\nrnew vdd 0 1\nxlone ", "edited|missing"),
         ("\n.ends chip\n", "\n.ends chip\nrnew vdd 0 1\n", "edited"),
         (" 0.002 0 1e-06\n", " 0.003 0 1e-06\n", r"\.tran: stops at 0.003 s"),
+        (" 0.002 0 1e-06\n", " 0.002 0 1e-06 uic\n", "uic of .tran: True, by the testbench note disturbed"),
+        ("=0.75 ", "=0.85 ", "edited"),
+        (" ic=-0.25", "", "edited|missing"),
         ("temp=27.0", "temp=60.0", "60 degC, by the silicon note 27 degC"),
         ("dialect=ngspice", "dialect=other", "dialect other: unknown"),
         ("models=ekv", "models=level1", "cannot be written again"),

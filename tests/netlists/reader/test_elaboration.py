@@ -52,7 +52,9 @@ def test_a_lone_call_is_the_circuit() -> None:
     assert found.circuit.name == "half"
     assert found.circuit.ports == (Port("a", "supply"), Port("b", "analog", "out"))
     assert found.testbench.sources == (Source("vdd", "a", Constant(5.0)),)
-    assert found.testbench.start == {"b": 1.0}
+    assert found.testbench.initial == {"b": 1.0}
+    assert found.testbench.start == {}
+    assert found.testbench.begin == "disturbed"
     assert found.testbench.stop == 1e-3
 
 

@@ -69,7 +69,7 @@ def test_what_no_device_carries_is_noted() -> None:
     assert [note.what for note in notes.all()] == [
         "ad of a transistor",
         "pd of a transistor",
-        "ic of a capacitor",
+        "ic of a capacitor, which a run without uic does not use",
     ]
 
 

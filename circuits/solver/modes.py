@@ -1,0 +1,79 @@
+"""Natural modes of a circuit about a rest state: `C dv/dt = -G v`.
+
+Combinations of voltages that carry no charge follow the others at once and are eliminated: as infinite
+eigenvalues of the pencil they would come back as large numbers of any sign.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+
+_CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
+ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
+
+
+class Charged(NamedTuple):
+    """A circuit in coordinates that all carry charge: `dz/dt = matrix z`, `z = into v`.
+
+    `v = out z`, but for what follows without charge. matrix: float64[m, m], 1/s; into: float64[m, n]; out:
+    float64[n, m].
+    """
+
+    matrix: F64
+    into: F64
+    out: F64
+
+
+def charged(conductance: F64, charge: F64) -> Charged:
+    """Reduce `charge dv/dt = -conductance v` to what carries charge.
+
+    conductance: float64[n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite.
+    """
+    diagonal = charge.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
+    share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
+    loaded = share > _CHARGELESS
+    turned = modes.T @ (scale[:, None] * conductance * scale) @ modes
+    inner = turned[np.ix_(loaded, loaded)]
+    if loaded.any() and not loaded.all():
+        free = turned[np.ix_(~loaded, ~loaded)]
+        inner = (
+            inner
+            - turned[np.ix_(loaded, ~loaded)] @ scipy.linalg.lstsq(free, turned[np.ix_(~loaded, loaded)])[0]
+        )
+    weight = 1.0 / np.sqrt(share[loaded])
+    basis = modes[:, loaded]
+    return Charged(
+        -weight[:, None] * inner * weight,
+        np.asarray((basis / scale[:, None] / weight).T),
+        np.asarray(scale[:, None] * basis * weight),
+    )
+
+
+def natural_rates(conductance: F64, charge: F64) -> NDArray[np.complex128]:
+    """Eigenvalues of `charge dv/dt = -conductance v`, 1/s, those of the nodes' charges only.
+
+    conductance: float64[n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite.
+    """
+    matrix = charged(conductance, charge).matrix
+    if not matrix.size:
+        return np.zeros(0, dtype=np.complex128)
+    return np.asarray(scipy.linalg.eigvals(matrix), complex)
+
+
+def unstable_part(conductance: F64, charge: F64) -> F64:
+    """What grows of a displacement of the nodes, float64[n, n]: the projector onto the unstable modes.
+
+    Column k is the growing part of 1 V at node k. It is the same whatever basis the modes are given in.
+    """
+    reduced = charged(conductance, charge)
+    rates, vectors = scipy.linalg.eig(reduced.matrix)
+    grows = rates.real > ROUNDING * np.abs(rates).max(initial=0.0)
+    projector = vectors[:, grows] @ scipy.linalg.inv(vectors)[grows]
+    return np.asarray(reduced.out @ projector.real @ reduced.into)
