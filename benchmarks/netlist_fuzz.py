@@ -106,6 +106,7 @@ LINES = (
     "v9 1 2 5", "r9 1 1", "r1 in 1 10k", ".model", ".if (1)", ".tran 1u", ".tran 0 0",
     "vz 1 0 pulse(0 1 0 1n 1n 1n 2n)", "vy 1 0 sin(0 1 1e30)", "vx 1 0 pwl(0 0 0 1)", ".ic v(nowhere)=1",
     "x1 x2 x3", "= = =", "{", "}", "'", '"', "()", "r99 in 0 1k", "c99 out 0 1p", "* a comment",
+    "r=1k", "c=1p", "g=1", "i a=1", ".step param w0 1u 2u 1u", ".options scale=1u",
 )  # fmt: skip
 
 
@@ -301,7 +302,7 @@ class Reading(NamedTuple):
 def judge(path: Path) -> str | None:
     """Read a deck; None for a result, the text of a proper refusal, else raises."""
     try:
-        summarise(read_netlist(path).circuit)
+        summarise(read_netlist(path, drop=[".model"]).circuit)
     except DataError as error:
         if not ERROR.fullmatch(str(error)):
             raise RuntimeError(f"not one line with file and line: {str(error)[:300]!r}") from error

@@ -3,8 +3,9 @@
 Taken over are R, C, M, X (of `SubCircuit`s), and V and I between ground and a node of the top: constant,
 `PulseVoltageSource` and `PieceWiseLinearVoltageSource` (and their current forms), or a `pwl(...)` of plain
 numbers as raw text. Everything else is refused by name: another element, raw text, a parameter, an include,
-a value that is an expression. A transistor takes its polarity from its `.model`; the other figures of the
-card and the layout's (`ad as pd ps nrd nrs`) stay behind, because here the process says what silicon is.
+a value that is an expression. A transistor takes its polarity from its `.model`; a card with figures of its
+own is refused unless `drop` names it, because here the process says what silicon is, as it does of the
+layout's (`ad as pd ps nrd nrs`), which stay behind.
 
 Names. Case does not count, as in SPICE. A name that does not begin with a letter gets an `n` in front, any
 other character that a name of ours cannot have becomes `_`, and a name so taken twice gets a number. Elements
@@ -28,6 +29,7 @@ from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Waveform, 
 from circuits.errors import DataError, unknown_name
 from circuits.process import Polarity
 from circuits.testbench import Testbench
+from netlists.reader.note import drop_names
 from netlists.reader.number import read_number
 
 _GROUNDS = frozenset({"0", "gnd"})
@@ -57,7 +59,11 @@ _LARGEST_TRAIN = 100_000  # pulses of one source
 
 
 def from_pyspice(
-    circuit: Any, *, stop: float = float("inf"), polarities: Mapping[str, Polarity] | None = None
+    circuit: Any,
+    *,
+    stop: float = float("inf"),
+    polarities: Mapping[str, Polarity] | None = None,
+    drop: Iterable[str] = (),
 ) -> Testbench:
     """Take over a PySpice circuit of R, C, V, I, M and X.
 
@@ -69,6 +75,8 @@ def from_pyspice(
         End of the run, s; periodic pulses go on until then.
     polarities
         `n` or `p` by model name, for models whose `.model` is not in the circuit.
+    drop
+        Names of models whose figures may go, `.model` for those of all.
 
     Raises
     ------
@@ -83,7 +91,8 @@ def from_pyspice(
         for item in vars(circuit)[attribute]:
             raise DataError(f"{circuit.title}: {word} {item}, cannot be taken over; build its contents")
     title = " ".join(circuit.title.split()) or "circuit"
-    scope = _Scope(title, {k.lower(): v for k, v in (polarities or {}).items()}).inside(circuit, title)
+    given = {k.lower(): v for k, v in (polarities or {}).items()}
+    scope = _Scope(title, given, drop_names(drop)).inside(circuit, title)
     names = _Names()
     sources = tuple(
         _source(e, names, stop, title) for e in _enabled(circuit) if type(e).__name__.endswith("Source")
@@ -115,16 +124,26 @@ class _Scope:
 
     path: str
     polarities: Mapping[str, Polarity]
+    drop: frozenset[str] = frozenset()
+    figures: Mapping[str, str] = field(default_factory=dict)  # of a model, by its name
     subcircuits: Mapping[str, tuple[Any, _Scope]] = field(default_factory=dict)
     open: tuple[str, ...] = ()  # sub-circuits that are being taken over
     made: dict[int, Circuit] = field(default_factory=dict)  # by the sub-circuit's id, which lives as long
 
     def inside(self, netlist: Any, path: str) -> _Scope:
         """Scope of the elements of `netlist`."""
-        models = {m.name.lower(): m.model_type.lower() for m in netlist.models}
-        known = {name: _POLARITIES[kind] for name, kind in models.items() if kind in _POLARITIES}
+        models = {m.name.lower(): m for m in netlist.models}
+        kinds = {name: m.model_type.lower() for name, m in models.items()}
+        known = {name: _POLARITIES[kind] for name, kind in kinds.items() if kind in _POLARITIES}
+        figures = {name: ", ".join(m.parameters) for name, m in models.items()}
         found = dict(self.subcircuits)
-        inner = _Scope(path, {**self.polarities, **known}, found, self.open, self.made)
+        inner = replace(
+            self,
+            path=path,
+            polarities={**self.polarities, **known},
+            figures={**self.figures, **figures},
+            subcircuits=found,
+        )
         found.update({s.name.lower(): (s, inner) for s in netlist.subcircuits})
         return inner
 
@@ -186,6 +205,11 @@ def _device(e: Any, names: _Names, scope: _Scope) -> Device:
     model = str(e.model).lower()
     if model not in scope.polarities:
         raise unknown_name(f"{scope.path}.{e.name}: model", str(e.model), scope.polarities)
+    if scope.figures.get(model) and not scope.drop & {model, ".model"}:
+        raise DataError(
+            f"{scope.path}.{e.name}: .model {e.model}: parameters {scope.figures[model]}: not honoured;"
+            f" transistors have the law of the process, give the model none, or drop=[{model!r}]"
+        )
     width, length = (_number(e, a, "m", scope.path) for a in ("width", "length"))
     parallel = 1.0 if e.multiplier is None else float(e.multiplier)
     source, bulk = rest

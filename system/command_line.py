@@ -28,6 +28,7 @@ from system.command_options import (
     Level,
     Models,
     NetlistDialect,
+    NetlistDrop,
     NetlistRoot,
     Params,
     Plot,
@@ -197,10 +198,11 @@ def import_netlist(
     *,
     root: NetlistRoot = None,
     dialect: NetlistDialect = None,
+    drop: NetlistDrop = [],  # noqa: B006
     as_json: Json = False,
 ) -> None:
     """Read a netlist: its circuit, sources and analyses, and what was not taken over."""
-    call("import_netlist:import_command", file, root=root, dialect=dialect, as_json=as_json)
+    call("import_netlist:import_command", file, root=root, dialect=dialect, drop=drop, as_json=as_json)
 
 
 @app.command()
@@ -210,10 +212,13 @@ def compare(
     *,
     root: NetlistRoot = None,
     dialect: NetlistDialect = None,
+    drop: NetlistDrop = [],  # noqa: B006
     as_json: Json = False,
 ) -> None:
     """Compare the circuits of two netlists; status 1 if they differ."""
-    status = call("compare:compare_command", first, second, root=root, dialect=dialect, as_json=as_json)
+    status = call(
+        "compare:compare_command", first, second, root=root, dialect=dialect, drop=drop, as_json=as_json
+    )
     raise typer.Exit(status)
 
 

@@ -112,6 +112,14 @@ NetlistRoot = Annotated[
 NetlistDialect = Annotated[
     str | None, typer.Option("--dialect", metavar="NAME", help="Of a netlist without our notes, as cdl.")
 ]
+NetlistDrop = Annotated[
+    list[str],
+    typer.Option(
+        "--drop",
+        metavar="NAME,...",
+        help="What may go though it cannot be honoured: a model, .model for all, .step, an option.",
+    ),
+]
 Seed = Annotated[int, typer.Option(help="Of noise and worlds.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 

@@ -13,7 +13,21 @@ from netlists.reader.waveform import Span
 
 _VOLTAGE = re.compile(r"v\s*\(\s*([^\s(),]+)\s*\)\s*=\s*('[^']*'|\{[^{}]*\}|[^\s,]+)")
 _OUTPUT = {".save", ".print", ".plot", ".probe", ".meas", ".measure", ".four", ".width", ".post"}
-_OTHER = {".ac", ".noise", ".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".step", ".data", ".hb", ".mc"}
+_OTHER = {".ac", ".noise", ".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".hb"}
+_VARIED = {".step", ".data", ".mc"}  # several circuits in one netlist
+# options about output, convergence and accuracy; any other is taken to be about the circuit
+_NUMERICAL = {
+    "acct", "noacct", "list", "nolist", "node", "nonode", "opts", "noopts", "page", "nopage", "nomod",
+    "noinit", "noopiter", "brief", "post", "probe", "ingold", "captab", "statfl", "numdgt", "measdgt",
+    "measform", "measfail", "co", "csdf", "unwrap", "search", "interp", "klu", "sparse", "savecurrents",
+    "keepopinfo", "trytocompact", "autostop", "warn", "maxwarns", "seed", "reltol", "abstol", "vntol",
+    "chgtol", "trtol", "pivrel", "pivtol", "gmin", "gmindc", "gminsteps", "srcsteps", "gramp", "dcon",
+    "converge", "convstep", "cshdc", "itl1", "itl2", "itl3", "itl4", "itl5", "itl6", "limpts", "limtim",
+    "cptime", "method", "maxord", "lvltim", "delmax", "rmin", "rmax", "imin", "imax", "ft", "absv", "absvar",
+    "relv", "relvar", "absi", "reli", "relq", "absh", "relh", "absmos", "relmos", "fast", "accurate",
+    "runlvl", "bypass", "dvdt", "dvtr", "mu", "xmu", "timeres", "tnom", "device", "timeint", "nonlin",
+    "linsol", "output", "save", "rawfmt", "vabstol", "iabstol", "gmin_stepping", "errpreset",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +97,8 @@ def read_controls(cards: Iterable[Card], scope: Scope, notes: Notes) -> Controls
             notes.add(f"{word} card", card.place)
         elif word in _OTHER:
             notes.add(f"{word} analysis", card.place)
+        elif word in _VARIED:
+            notes.leave_out(card, word, word, "one netlist is one circuit, write its values as .param")
         else:
             raise card.error(f"{shown(word)}: unknown card; write one of {', '.join(sorted(_READERS))}")
     return controls
@@ -135,7 +151,15 @@ def _options(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None
     if "temp" in given.named:
         controls.temperature_c = scope.number(card, "temp", given.named["temp"])
     for name in (*given.positional, *(n for n in given.named if n != "temp")):
+        read_option(name, card, notes)
+
+
+def read_option(name: str, card: Card, notes: Notes) -> None:
+    """Note an option of the run; raises `DataError` for one about the circuit unless it may go."""
+    if name in _NUMERICAL:
         notes.add(f"option {shown(name)}", card.place)
+    else:
+        notes.leave_out(card, name, f"option {shown(name)}", "write what it sets into the elements")
 
 
 _Reader = Callable[[Controls, Card, Scope, Notes], None]

@@ -91,6 +91,7 @@ class Elaboration:
     again: int = 0  # how many of the calls at hand are read again
     expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     vertices: int = 0
+    models: set[Card] = field(default_factory=set)  # that transistors use
 
     def top(self) -> Top:
         """Build the whole netlist; raises `DataError` with file and line."""
@@ -123,10 +124,13 @@ class Elaboration:
         return roots[-1] if roots else sections[-1]
 
     def _note_unused(self) -> None:
-        if len(self.seen) < sum(1 for _ in _sections(self.deck.top)):
-            for section in _sections(self.deck.top):
-                if section not in self.seen:
-                    self.notes.add(f"sub-circuit {shown(section.name)}, not called", section.card.place)
+        for section in _sections(self.deck.top):
+            if section not in self.seen:
+                self.notes.add(f"sub-circuit {shown(section.name)}, not called", section.card.place)
+        for section in (self.deck.top, *(s for s in _sections(self.deck.top) if s in self.seen)):
+            for model in section.models.values():
+                if model.card not in self.models:
+                    self.notes.add(f"model {shown(model.name)}, not used", model.card.place)
 
     def _part(self, section: Section, given: dict[str, float], card: Card) -> Part:
         key = (section, tuple(sorted(given.items())))
@@ -189,7 +193,7 @@ class Elaboration:
                 contents.lifted[name] = None
             return circuit_name(name)
 
-        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic)
+        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models)
         for card in section.elements:
             name = card.name()
             if name in contents.names:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
 from circuits.process import Polarity
@@ -22,34 +22,26 @@ from netlists.reader.card import Arguments, Card, element_arguments, shown
 from netlists.reader.name import circuit_name
 from netlists.reader.note import Notes
 from netlists.reader.scope import Scope
-from netlists.reader.section import Section
+from netlists.reader.section import Model, Section
 
 Node = Callable[[str], str]  # name of a node as written -> as the circuit has it
 _CURRENT = re.compile(r"\b(?:i|cur|value)\s*=\s*(.*)$", re.IGNORECASE)
-_UNUSED_OF_TRANSISTOR = {
-    "ad",
-    "as",
-    "pd",
-    "ps",
-    "nrd",
-    "nrs",
-    "nf",
-    "sa",
-    "sb",
-    "sd",
-    "geo",
-    "off",
-    "temp",
-    "dtemp",
-}
-_UNUSED = {"tc", "tc1", "tc2", "ic", "temp", "dtemp", "ac", "noise", "noisy"}
+# parameters that are noted: what a layout says, which here the process does, and what concerns a run
+_NOTED_OF_TRANSISTOR = {"ad", "as", "pd", "ps", "nrd", "nrs", "nf", "sa", "sb", "sd", "geo", "off"}
+_NOTED = {"ic", "ac", "noise", "noisy"}
+_DEGREES = {"temp", "dtemp"}  # of an element, which has the circuit's
+_COEFFICIENTS = {"tc", "tc1", "tc2"}
+_SHOWN = 6  # parameters of a model that an error names
 KNOWN = "RCGBMVIX"
 _SIGNS: dict[Polarity, float] = {"n": 1.0, "p": -1.0}
 
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """Where an element stands: its section with parameters, the rule for its nodes, and the notes."""
+    """Where an element stands: its section with parameters, the rule for its nodes, and the notes.
+
+    `models`: cards of the models that elements have used so far.
+    """
 
     section: Section
     scope: Scope
@@ -57,6 +49,7 @@ class Context:
     notes: Notes
     is_cdl: bool = False
     uses_ic: bool = False  # whether the run takes capacitors' own initial voltages
+    models: set[Card] = field(default_factory=set)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,21 +176,43 @@ def _polarity(card: Card, context: Context, name: str) -> Polarity:
         raise card.error(
             f"model {shown(name)}: type {shown(model.type)}, must be nmos or pmos; see {model.card.place}"
         )
+    _leave_out_figures(model, context.notes)
+    context.models.add(model.card)
     return "n" if model.type == "nmos" else "p"
+
+
+def _leave_out_figures(model: Model, notes: Notes) -> None:
+    """A model says the polarity; its figures would be another law than that of the process."""
+    if model.parameters:
+        name, given = shown(model.name), ", ".join(map(shown, list(model.parameters)[:_SHOWN]))
+        more = "" if len(model.parameters) <= _SHOWN else f" and {len(model.parameters) - _SHOWN} more"
+        notes.leave_out(
+            model.card,
+            model.name,
+            f".model {name}: parameters {given}{more}",
+            f"transistors have the law of the process, write .model {name} {model.type}",
+            under=".model",
+        )
 
 
 def _note_transistor(card: Card, name: str, words: Arguments, notes: Notes) -> None:
     for key in words.named:
-        if key not in _UNUSED_OF_TRANSISTOR:
+        if key in _DEGREES:
+            notes.leave_out(card, key, f"{key} of a transistor", "a circuit has one temperature, remove it")
+        elif key in _NOTED_OF_TRANSISTOR:
+            notes.add(f"{key} of a transistor", card.place)
+        else:
             raise card.error(f"{shown(name)}.{shown(key)}: unknown parameter; remove it")
-        notes.add(f"{key} of a transistor", card.place)
 
 
 def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Notes) -> None:
     for key in words.named:
-        if key not in _UNUSED:
+        if key in _DEGREES | _COEFFICIENTS:
+            notes.leave_out(card, key, f"{key} of a {what}", "a value holds at all temperatures, remove it")
+        elif key in _NOTED:
+            notes.add(f"{shown(key)} of a {what}", card.place)
+        else:
             raise card.error(f"{shown(name)}.{shown(key)}: not supported; fold it into the value")
-        notes.add(f"{shown(key)} of a {what}", card.place)
 
 
 _READERS: dict[str, Callable[[Card, Context], Element]] = {

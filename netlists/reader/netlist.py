@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isclose
 from pathlib import Path
@@ -20,7 +20,7 @@ from netlists.reader.card import Card, shown
 from netlists.reader.elaboration import Elaboration, Top
 from netlists.reader.limits import DEFAULT_LIMITS, Limits
 from netlists.reader.name import circuit_name, original_name
-from netlists.reader.note import Note, Notes
+from netlists.reader.note import Note, Notes, drop_names
 from netlists.reader.scope import Expressions, Scope
 from netlists.reader.section import read_deck
 from netlists.reader.syntax import syntax_of
@@ -33,7 +33,8 @@ DIALECTS = ("spice", "ngspice", "hspice", "xyce", "cdl")  # that a netlist witho
 class Imported:
     """What a netlist says.
 
-    `deviations`: of transistors by instance path, those that deviate. `notes`: what was not taken over.
+    `deviations`: of transistors by instance path, those that deviate. `notes`: what was not taken over and
+    changes no circuit; `dropped`: what would, and was left out because `drop` names it.
     `names`: the netlist's own name, in lower case, of each name that had to be changed. `temperature_c`: of
     `.temp` or the options, degC, None where there is none. `silicon`: what a netlist that we wrote was made
     of, None for others, and `models` what its transistors are (`ekv`, `bsim3`). `parasitics`: capacitances
@@ -50,6 +51,7 @@ class Imported:
     models: str | None = None
     silicon: Silicon | None = None
     parasitics: Mapping[str, float] = field(default_factory=dict)
+    dropped: tuple[Note, ...] = ()
 
     @property
     def circuit(self) -> Circuit:
@@ -63,13 +65,14 @@ def read_netlist(
     root: Path | None = None,
     dialect: str | None = None,
     limits: Limits = DEFAULT_LIMITS,
+    drop: Iterable[str] = (),
 ) -> Imported:
     """Read a netlist from a file, or from a text; no code in it is run.
 
     Parameters
     ----------
     source
-        A file's path, or the netlist itself as text.
+        A file's `Path`, or the netlist itself as text of several lines.
     root
         Folder that all files must lie in, links resolved; the file's own by default. A text includes files
         only where it is given.
@@ -77,22 +80,32 @@ def read_netlist(
         Of a netlist without our notes: one of `DIALECTS`, `spice` by default. Notes say it themselves.
     limits
         How much a netlist may ask for.
+    drop
+        What may go of all that cannot be honoured and would change the circuit: names of models whose
+        parameters are left out (`.model` for all), cards as `.step`, options as `scale`, parameters of
+        elements as `tc1`. What went is in `dropped`.
 
     Raises
     ------
     DataError
-        `file:line: what is wrong; what to try`, for anything that cannot be read in full.
+        `file:line: what is wrong; what to try`, for anything that cannot be read in full; a text of one line.
     UnknownNameError
         A dialect that is not known.
     """
     if dialect is not None and dialect not in DIALECTS:
         raise unknown_name("dialect", dialect, DIALECTS)
+    if isinstance(source, str) and "\n" not in source:
+        raise DataError(
+            f'netlist:1: "{shown(source)}", a netlist has a title and cards in lines below it; of a file give'
+            " its Path, read_netlist(Path(...))"
+        )
     with np.errstate(all="ignore"):  # what overflows is refused where it is used, not warned of
-        return _read(source, root, dialect, limits)
+        return _read(source, root, dialect, limits, Notes(drop_names(drop)))
 
 
-def _read(source: Path | str, root: Path | None, dialect: str | None, limits: Limits) -> Imported:
-    notes = Notes()
+def _read(
+    source: Path | str, root: Path | None, dialect: str | None, limits: Limits, notes: Notes
+) -> Imported:
     text = read_text(source, root, limits, notes, has_title=dialect != "cdl")
     header = header_card(text.cards)
     if header is not None:
@@ -126,6 +139,7 @@ def _read(source: Path | str, root: Path | None, dialect: str | None, limits: Li
         _names(bench.circuit),
         controls.temperature_c,
         dialect or "spice",
+        dropped=notes.dropped(),
     )
 
 
@@ -156,6 +170,7 @@ def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Import
         models=found.header.models,
         silicon=found.silicon,
         parasitics=found.parasitics,
+        dropped=notes.dropped(),
     )
 
 

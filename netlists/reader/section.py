@@ -147,8 +147,6 @@ def _model(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes
             f".model {shown(name)}: duplicate name, also at {here.models[name].card.place}; rename one"
         )
     here.models[name] = Model(name, kind, given.named, card)
-    for parameter in given.named:
-        notes.add(f"parameter {shown(parameter)} of model {shown(name)}", card.place)
 
 
 def _global(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes) -> None:

@@ -17,7 +17,7 @@ from circuits.devices import Capacitor, ControlledSource, Device, Resistor
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.dialect import DIALECTS, MODULE_LANGUAGES, Dialect, Settings, load_dialect
-from netlists.reader.analysis import Controls, OperatingPoint, Transient, read_controls
+from netlists.reader.analysis import Controls, OperatingPoint, Transient, read_controls, read_option
 from netlists.reader.card import Card, shown
 from netlists.reader.limits import DEFAULT_LIMITS, Limits
 from netlists.reader.note import Notes
@@ -200,7 +200,7 @@ class SpectreSyntax(Syntax):
             elif card.text.split(maxsplit=1)[0] != "simulator":
                 notes.add(f"{shown(card.text.split(maxsplit=1)[0])} statement", card.place)
             for name in set(given) - {"stop", "maxstep", "temp", "lang", "skipdc"}:
-                notes.add(f"option {shown(name)}", card.place)
+                read_option(name.lower(), card, notes)
         return controls
 
 

@@ -27,6 +27,7 @@ _SPECTRE = re.compile(r"^\s*simulator\s+lang\s*=\s*spectre\b", re.IGNORECASE | r
 _VERILOG = re.compile(r"^\s*(`include\b|module\b)", re.MULTILINE)
 _HEAD = 2000  # characters in which a netlist shows its language
 _COMMENT = re.compile(r";|(?:^|\s)\$(?=\s|$)|(?:^|\s)//")
+_ALTER = {"alter", "altermod", "alterparam"}  # commands that make another circuit of it
 _FILE = re.compile(r"""(?:"([^"]*)"|'([^']*)'|(\S+))""")
 
 Language = Literal["spice", "spectre", "verilog-a"]
@@ -177,6 +178,9 @@ def _outside_control(files: Files, cards: Iterator[Card]) -> Iterator[Card]:
         for inner in cards:
             if inner.text[:5].lower() == ".endc":
                 break
+            word = inner.name()
+            if word in _ALTER:
+                files.notes.leave_out(inner, word, word, "write the value into the netlist")
             skipped += 1
         else:
             raise card.error(".control without .endc; close it")

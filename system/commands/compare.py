@@ -2,28 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from netlists.compare import TOLERANCE, Comparison, compare
-from netlists.reader import read_netlist
+from netlists.reader import Note, read_netlist
 from system.commands.output import print_json, print_line
 
 DIFFERENT = 1  # exit status
 
 
-def compare_command(first: str, second: str, *, root: str | None, dialect: str | None, as_json: bool) -> int:
+def compare_command(
+    first: str,
+    second: str,
+    *,
+    root: str | None,
+    dialect: str | None,
+    drop: Sequence[str] = (),
+    as_json: bool,
+) -> int:
     """Print whether the circuits of two netlist files are equal; returns 0 if they are, else 1."""
     folder = None if root is None else Path(root)
-    a, b = (read_netlist(Path(file), root=folder, dialect=dialect) for file in (first, second))
+    a, b = (read_netlist(Path(f), root=folder, dialect=dialect, drop=drop) for f in (first, second))
     found = compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations))
+    dropped = (*a.dropped, *b.dropped)
     if as_json:
-        print_json(_document(first, second, found))
+        print_json(_document(first, second, found, dropped))
     else:
         _print(found)
+        for note in dropped:
+            print_line(f"dropped by --drop: {note}")
     return 0 if found.equal else DIFFERENT
 
 
-def _document(first: str, second: str, found: Comparison) -> dict[str, object]:
+def _document(first: str, second: str, found: Comparison, dropped: Sequence[Note]) -> dict[str, object]:
     return {
         "first": first,
         "second": second,
@@ -32,6 +45,7 @@ def _document(first: str, second: str, found: Comparison) -> dict[str, object]:
         "nodes": found.nodes,
         "size_tolerance": TOLERANCE,
         "not_compared": ["stimuli", "kinds of ports", "parasitics"],
+        "dropped": [asdict(note) for note in dropped],
         "differences": [{"kind": d.kind, "path": d.path, "text": d.text} for d in found.differences],
     }
 

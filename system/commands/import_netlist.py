@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,12 @@ from netlists.reader.summary import summarise
 from system.commands.output import print_json, print_line, print_table, quantity_cell
 
 
-def import_command(file: str, *, root: str | None, dialect: str | None, as_json: bool) -> None:
+def import_command(
+    file: str, *, root: str | None, dialect: str | None, drop: Sequence[str], as_json: bool
+) -> None:
     """Print what the netlist `file` says; files that it includes must lie in the folder `root`."""
-    imported = read_netlist(Path(file), root=None if root is None else Path(root), dialect=dialect)
+    folder = None if root is None else Path(root)
+    imported = read_netlist(Path(file), root=folder, dialect=dialect, drop=drop)
     document = _describe(file, imported)
     if as_json:
         print_json(document)
@@ -45,6 +48,7 @@ def _describe(file: str, imported: Imported) -> dict[str, Any]:
         "stop_s": bench.stop,
         "analyses": [{"analysis": _word(each), **asdict(each)} for each in imported.analyses],
         "notes": [asdict(note) for note in imported.notes],
+        "dropped": [asdict(note) for note in imported.dropped],
         "names": dict(imported.names),
     }
 
@@ -83,9 +87,10 @@ def _print(document: Mapping[str, Any]) -> None:
     runs = [(a["analysis"], ", ".join(f"{k}={v}" for k, v in a.items() if k != "analysis")) for a in
             document["analyses"]]  # fmt: skip
     print_table("analyses", ("analysis", "values"), runs)
-    if document["notes"]:
-        notes = [(n["place"], n["what"], n["count"]) for n in document["notes"]]
-        print_table("not taken over", ("first at", "what", "count:"), notes)
+    for title, key in (("not taken over", "notes"), ("dropped by --drop", "dropped")):
+        if document[key]:
+            rows = [(n["place"], n["what"], n["count"]) for n in document[key]]
+            print_table(title, ("first at", "what", "count:"), rows)
     if document["names"]:
         print_table("names that were changed", ("here", "in the netlist"), list(document["names"].items()))
 

@@ -12,7 +12,7 @@ from PySpice.Unit import u_kOhm, u_ms, u_pF, u_um, u_V
 from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Capacitor, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse
-from circuits.errors import CircuitError
+from circuits.errors import CircuitError, DataError
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -31,7 +31,7 @@ def mirror() -> SubCircuit:
 def circuit() -> PySpiceCircuit:
     """A low-pass of 10 kOhm and 3 pF into the diode of a mirror, whose output has a load."""
     c = PySpiceCircuit("a mirror's test")
-    c.model("nch", "NMOS", level=8)
+    c.model("nch", "NMOS")
     c.subcircuit(mirror())
     c.V("dd", "VDD", c.gnd, 5.0)
     c.R("feed", "vdd", 1, 10 @ u_kOhm)
@@ -134,6 +134,21 @@ def test_a_model_from_outside_is_told() -> None:
     c.M(1, "d", "d", c.gnd, c.gnd, model="nfet_03v3", w=1e-6, l=1e-6)
     found = from_pyspice(c, polarities={"NFET_03V3": "n"}).circuit.devices
     assert found == (Transistor("M1", "n", "d", "d", "0", "0", 1e-6, 1e-6),)
+
+
+@pytest.mark.parametrize("outside", [True, False])
+def test_a_model_with_figures_of_its_own_is_refused_unless_it_may_go(outside: bool) -> None:
+    sub = SubCircuit("sub", "a")
+    c = PySpiceCircuit("t")
+    (c if outside else sub).model("NCH", "nmos", level=1, kp=20e-6)
+    sub.M(1, "a", "a", sub.gnd, sub.gnd, model="nch", w=1e-6, l=1e-6)
+    c.subcircuit(sub)
+    c.X("1", "sub", "a")
+    with pytest.raises(DataError, match=r"sub\.M1: \.model nch: parameters level, kp: not honoured; .*drop="):
+        from_pyspice(c)
+    for drop in (["NCH"], [".model"], ["other,nch"]):
+        inner = from_pyspice(c, drop=drop).circuit.instances[0].circuit
+        assert inner.devices == (Transistor("M1", "n", "a", "a", "0", "0", 1e-6, 1e-6),)
 
 
 def with_sub(change: Callable[[Any], object]) -> Callable[[Any], object]:

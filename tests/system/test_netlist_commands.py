@@ -151,3 +151,41 @@ def test_a_die_of_a_study_is_exported_and_imported(
     assert main(["compare", paths["ngspice"], paths["spectre"]]) == 0
     assert main(["compare", paths["ngspice"], paths["own"]]) == 1
     assert "deviation of V_T0" in capsys.readouterr().out
+
+
+AMPLIFIER = """an amplifier of somebody else's models
+m1 out in 0 0 n w=10u l=5u
+m2 vdd out out vdd p w=20u l=5u
+.model n nmos (level=1 vto=1 kp=20u)
+.model p pmos (level=1 vto=-1 kp=10u)
+vdd vdd 0 10
+vin in 0 2
+.op
+.end
+"""
+
+
+def test_models_that_are_not_honoured_are_refused_unless_dropped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "amplifier.cir"
+    path.write_text(AMPLIFIER)
+    for command in (["import", str(path)], ["compare", str(path), str(path)]):
+        assert main(command) == 2
+        refused = capsys.readouterr().err
+        assert refused.startswith(
+            "noctule: amplifier.cir:4: .model n: parameters level, vto, kp: not honoured; "
+        )
+        assert main([*command, "--drop", "n"]) == 2
+        assert "amplifier.cir:5: .model p: " in capsys.readouterr().err
+        for drop in (["--drop", "n,P"], ["--drop", "n", "--drop", "p"], ["--drop", ".model"]):
+            assert main([*command, *drop, "--json"]) == 0
+            dropped = json.loads(capsys.readouterr().out)["dropped"]
+            assert dropped[:2] == [
+                {"what": ".model n: parameters level, vto, kp", "place": "amplifier.cir:4", "count": 1},
+                {"what": ".model p: parameters level, vto, kp", "place": "amplifier.cir:5", "count": 1},
+            ]
+        assert main([*command, "--drop", ".model"]) == 0
+        out = capsys.readouterr().out
+        assert "dropped by --drop" in out
+        assert ".model p: parameters level, vto, kp" in out

@@ -20,7 +20,8 @@ CARD = Card(".model", "a.cir", 2)
 def read(text: str, notes: Notes | None = None, *, is_cdl: bool = False) -> Element:
     section = Section("", CARD, None)
     section.models = {
-        "nch": Model("nch", "nmos", {"level": "8"}, CARD),
+        "nch": Model("nch", "nmos", {}, CARD),
+        "own": Model("own", "nmos", {"level": "8"}, CARD),
         "pch": Model("pch", "pmos", {}, CARD),
         "d1": Model("d1", "d", {}, CARD),
     }
@@ -73,6 +74,13 @@ def test_what_no_device_carries_is_noted() -> None:
     ]
 
 
+def test_a_model_with_figures_of_its_own_is_refused_at_its_card() -> None:
+    with pytest.raises(
+        DataError, match=r"^a\.cir:2: \.model own: parameters level: not honoured; .* --drop own$"
+    ):
+        read("m1 d g s b own w=1u l=1u")
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -88,6 +96,8 @@ def test_what_no_device_carries_is_noted() -> None:
         ("m1 d g s b none w=1u l=1u", "model none: unknown"),
         ("m1 d g s b d1 w=1u l=1u", r"type d, must be nmos or pmos; see a\.cir:2"),
         ("m1 d g s b nch w=1u l=1u x=1", "m1.x: unknown parameter"),
+        ("m1 d g s b nch w=1u l=1u temp=9", "temp of a transistor: not honoured"),
+        ("c1 a b 1p tc2=1u", "tc2 of a capacitor: not honoured"),
         ("g1 a b poly(1) c d 1", "not understood|POLY"),
         ("b1 a 0 v=1", "supported is I= linear in one voltage difference"),
         ("b1 a 0 i=v(x)^2", "b1 .supported is .*: not linear"),

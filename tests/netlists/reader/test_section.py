@@ -30,16 +30,6 @@ def test_sections_stand_in_one_another() -> None:
     assert [card.text for card in deck.top.elements] == ["r2 a 0 1"]
 
 
-def test_parameters_of_a_model_are_noted_once() -> None:
-    notes = Notes()
-    text = "t\n.model n nmos (level=8 vth0=1)\n"
-    read_deck("t", read_text(text, None, Limits(), notes).cards, notes)
-    assert [(note.what, note.place, note.count) for note in notes.all()] == [
-        ("parameter level of model n", "netlist:2", 1),
-        ("parameter vth0 of model n", "netlist:2", 1),
-    ]
-
-
 def test_parameters_globals_and_controls() -> None:
     deck = read(".param a=1 b={a+1}\n.global vdd vss vdd\n.tran 1u 1m")
     assert {name: text for name, (text, _) in deck.top.parameters.items()} == {"a": "1", "b": "{a+1}"}
