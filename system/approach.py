@@ -61,6 +61,7 @@ from system.ear import SAMPLE_RATE, Ear
 from system.hearing import Hearing
 from system.loop import AnalogWire, EventWire, Loop, Part, Round
 from system.microphone import Microphone
+from system.scenario import scenario_of
 from system.silicon_noise import silicon_noise
 from system.study_route import Readers, read_route, seconds
 from system.system import Account, Summary, metrics_with, summary_of
@@ -360,7 +361,7 @@ class ApproachSystem:
 
     def scenario(self, **options: Any) -> Scenario:
         """A scenario of these fields."""
-        return Scenario(**options)
+        return scenario_of(self.name, Scenario, options)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

@@ -33,7 +33,8 @@ from system.bug_reference import no_agent, reference_brain
 from system.bug_robot import ARRIVED, FASTEST, RADIUS, STEP, Robot
 from system.bug_world import World, build_world, check_place
 from system.options import describe_run
-from system.silicon_noise import Noisy, silicon_noise
+from system.scenario import scenario_of
+from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.standing import SLOW, share_standing
 from system.study_route import In, Readers, number, read_route, read_texts, seconds, whole, words
 from system.system import Account, Summary, metrics_with, summary_of
@@ -53,6 +54,7 @@ STUDIED: Readers = {
     **QUANTITIES, "map": words, "start": words, "goal": words, "agent": words, "design": words,
     "neurons": whole, "silicon_noise": words, "noise_seed": whole,
 }  # fmt: skip
+PARTS = {"calibrated_c": ("calibrated",), "solved_c": ("solved",)}  # options of these fields
 _SIGN_OF_LIFE = 100  # steps
 
 
@@ -100,7 +102,7 @@ class Scenario:
         check_temperature(self.temperature_c)
         check_temperature(self.calibrated_c)
         check_temperature(self.solved)
-        self.device_noise()
+        check_noise(self.silicon_noise, self.noise_seed)
         if self.brain != "chip":
             _refuse_silicon(self)
 
@@ -295,8 +297,8 @@ class BugSystem:
     study_metrics: tuple[str, ...] = ("reached", "time_s", "path_length", "path_ratio")
 
     def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields."""
-        return Scenario(**options)
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options, PARTS)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

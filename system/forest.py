@@ -28,6 +28,7 @@ from system.forest_picture import draw_view_of_run
 from system.forest_senses import IDEAL, Sensing, senses_of, with_area
 from system.forest_weights import WEIGHTS, weighted
 from system.options import AS_BUILT, describe_run
+from system.scenario import scenario_of
 from system.study_route import In, Readers, number, place, read_route, read_texts, whole, words
 from system.system import Account, Summary, metrics_with, summary_of
 
@@ -40,6 +41,11 @@ PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
 CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
 ROOM_TEMPERATURE = 27.0
+SENSES = (
+    "ranges", "selection", "occlusion", "multipath", "azimuth_noise", "reader", "bias_kind", "silicon_noise",
+    "noise_seed",
+)  # fmt: skip
+PARTS = {"bat": ("vmax", "ping_rate", "weights"), "sensing": (*SENSES, "area")}  # options of these fields
 
 QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz"), "area": number, "azimuth_noise": In("deg")}
 STUDIED: Readers = {
@@ -144,11 +150,7 @@ def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def read_sensing(fields: dict[str, Any]) -> Sensing:
     """Take the options of the senses out of `fields`; `azimuth_noise` is in degrees, `area` of both chips."""
-    names = (
-        "ranges", "selection", "occlusion", "multipath", "azimuth_noise", "reader", "bias_kind",
-        "silicon_noise", "noise_seed",
-    )  # fmt: skip
-    given = {name: fields.pop(name) for name in names if name in fields}
+    given = {name: fields.pop(name) for name in SENSES if name in fields}
     if "azimuth_noise" in given:
         given["azimuth_noise"] = math.radians(given["azimuth_noise"])
     sensing = Sensing(**given)
@@ -240,7 +242,7 @@ class ForestSystem:
 
     def scenario(self, **options: Any) -> Scenario:
         """A scenario of these fields, or of options as the command line has them."""
-        return Scenario(**read_options(options))
+        return scenario_of(self.name, Scenario, options, read_options, PARTS)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

@@ -33,7 +33,8 @@ from system.pushbot_readout import DIRECT, LOOK, REFERENCE, Readout
 from system.pushbot_readout import Kind as ReadoutKind
 from system.pushbot_robot import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot_run_picture import draw_run
-from system.silicon_noise import Noisy, silicon_noise
+from system.scenario import scenario_of
+from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.standing import share_standing
 from system.study_route import Readers, metres, number, read_route, read_texts, seconds, switch, whole, words
 from system.system import Account, Summary, metrics_with, summary_of
@@ -115,7 +116,7 @@ class Scenario:
             raise ParameterError(f"--way: {self.way:g} m, must be > 0")
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
-        self.device_noise()
+        check_noise(self.silicon_noise, self.noise_seed)
 
     def device_noise(self) -> SiliconNoise | None:
         """Noise of the chips' devices."""
@@ -301,8 +302,8 @@ class PushbotSystem:
     study_metrics: tuple[str, ...] = ("collided", "distance_cm")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields."""
-        return Scenario(**options)
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

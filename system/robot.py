@@ -32,6 +32,7 @@ from system.robot_localiser import trained
 from system.robot_numbers import DIRECTIONS, Mind, Robot
 from system.robot_picture import draw_robot
 from system.robot_sonar import SPEED, Sonar, noise_of
+from system.scenario import scenario_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.standing import SLOW, evenly, share_standing
 from system.study_route import In, Readers, place, read_route, read_texts, switch, whole, words
@@ -40,6 +41,7 @@ from system.system import Account, Summary, metrics_with, summary_of
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
 ROOM_TEMPERATURE = 27.0
+PARTS = {"robot": ("vmax", "ping_rate")}  # options of this field
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
 QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz")}
@@ -242,7 +244,7 @@ class RobotSystem:
 
     def scenario(self, **options: Any) -> Scenario:
         """A scenario of these fields, or of options as the command line has them."""
-        return Scenario(**read_options(options))
+        return scenario_of(self.name, Scenario, options, read_options, PARTS)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

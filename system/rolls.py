@@ -29,6 +29,7 @@ from circuits.silicon import Silicon
 from system.options import describe_run
 from system.plot import COLOURS, INK
 from system.rolls_options import bias_table
+from system.scenario import scenario_of
 from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import In, Readers, read_route, seconds, words
 from system.system import Account, Summary, metrics_with, summary_of
@@ -184,7 +185,7 @@ class RollsSystem:
 
     def scenario(self, **options: Any) -> Scenario:
         """A scenario of these fields."""
-        return Scenario(**options)
+        return scenario_of(self.name, Scenario, options)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

@@ -36,6 +36,7 @@ from system.plot import INK
 from system.rover_drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover_picture import draw_map, draw_scale_bar, draw_ways
 from system.rover_robot import Rover
+from system.scenario import scenario_of
 from system.silicon_noise import Noisy, silicon_noise
 from system.standing import SLOW, evenly, share_standing
 from system.study_route import Readers, number, read_route, read_texts, seconds, words
@@ -45,6 +46,7 @@ from system.wave_planner import ChipPlanner
 I64 = NDArray[np.int64]
 
 DEFAULT_MAP = "map1-road-obstacles"
+ROOM_TEMPERATURE = 27.0  # degC
 CELLS = ("ideal", "chip")
 START, GOAL = (2, 10), (19, 10)  # the paper's first route
 QUANTITIES: Readers = {
@@ -81,7 +83,7 @@ class Scenario:
     sonar: bool = False
     seed: int = 0
     die: Die = NOMINAL
-    temperature_c: float = 27.0
+    temperature_c: float = ROOM_TEMPERATURE
     bias_kind: BiasKind = "gate"
     unit: float = UNIT
     silicon_noise: Noisy = "off"
@@ -92,8 +94,28 @@ class Scenario:
             raise ParameterError(f"--trips: {self.trips}, must be at least 1")
         if self.seed < 0:
             raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        if self.cells == "ideal":
+            _refuse_silicon(self)
         if not self.unit > 0.0:
             raise ParameterError(f"--unit: {self.unit:g} s, must be > 0; the design has 100us")
+
+
+def _refuse_silicon(scenario: Scenario) -> None:
+    """Refuse what only a chip has."""
+    for option, value, usual in (
+        ("--die", scenario.die, NOMINAL),
+        ("--temperature", scenario.temperature_c, ROOM_TEMPERATURE),
+        ("--unit", scenario.unit, UNIT),
+        ("--bias-kind", scenario.bias_kind, "gate"),
+        ("--silicon-noise", scenario.silicon_noise, "off"),
+    ):
+        if value != usual:
+            raise no_silicon(option)
+
+
+def no_silicon(option: str) -> ParameterError:
+    """The error for an option of silicon where cells are ideal."""
+    return ParameterError(f"{option}: ideal cells have no silicon; add --cells chip, or leave it out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,8 +290,8 @@ class RoverSystem:
     study_metrics: tuple[str, ...] = ("regret_share", "frechet_m")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields."""
-        return Scenario(**options)
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

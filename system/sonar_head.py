@@ -25,6 +25,7 @@ from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from system.options import describe_run
+from system.scenario import scenario_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.sonar_head_ear import SPEED, hearing
 from system.sonar_head_loop import COUNTS, LOST, WIRINGS, Log, follow
@@ -57,6 +58,7 @@ _MOTION = {
     "azimuth": ("azimuth", math.radians(1.0)), "period": ("period", 1.0), "distance": ("distance", 1.0),
     "swing": ("swing", 1.0),
 }  # fmt: skip
+PARTS = {"head": tuple(_HEAD), "target": tuple(_MOTION)}  # options of these fields
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +213,7 @@ class SonarHeadSystem:
 
     def scenario(self, **options: Any) -> Scenario:
         """A scenario of these fields, or of options as the command line has them."""
-        return Scenario(**read_options(options))
+        return scenario_of(self.name, Scenario, options, read_options, PARTS)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

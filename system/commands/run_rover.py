@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from circuits.errors import ParameterError
 from circuits.process import check_temperature
 from circuits.units import parse_quantity
 from system.commands.output import print_json, print_line, print_table, progress_bar
 from system.commands.run_output import print_run
 from system.options import describe_die, read_die
 from system.plot import check_picture, save_picture
-from system.rover import SYSTEM, Scenario, Trace, Trip, read_options
+from system.rover import SYSTEM, Scenario, Trace, Trip, no_silicon, read_options
 from system.silicon_choice import SiliconChoice
 from system.system import Summary
 
@@ -50,7 +49,7 @@ def run_rover(
 
 
 def _check_silicon(silicon: SiliconChoice, options: Mapping[str, Any]) -> None:
-    """Refuse what only silicon has where there is none."""
+    """Refuse what only silicon has where there is none, the usual values too."""
     if options.get("cells", "ideal") != "ideal":
         return
     asked = {
@@ -62,7 +61,7 @@ def _check_silicon(silicon: SiliconChoice, options: Mapping[str, Any]) -> None:
     }
     for name, given in asked.items():
         if given:
-            raise ParameterError(f"--{name}: ideal cells have no silicon; add --cells chip, or leave it out")
+            raise no_silicon(f"--{name}")
 
 
 def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:

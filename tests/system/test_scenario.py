@@ -1,0 +1,147 @@
+"""Scenarios from Python, over the registry: each field and option is taken, any other name is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+from typing import Any
+
+import pytest
+
+from circuits.die import Die
+from circuits.errors import ParameterError, UnknownNameError
+from system.curved_openspace import Bat
+from system.forest_senses import Sensing
+from system.registry import SYSTEMS, load_system
+from system.robot_numbers import Mind, Robot
+from system.rover_robot import Rover
+from system.sonar_head_numbers import Motion, SonarHead
+from system.targets import default_scene
+
+DIE = {"die": Die(number=1003), "seed": 3}
+WARM = {**DIE, "temperature_c": 30.0}
+
+# another value than the usual one for every field of each scenario; what it needs besides is NEEDED
+FIELDS: dict[str, dict[str, Any]] = {
+    "approach": {
+        **WARM, "targets": default_scene()[:1], "duration": 1.0, "isolation": False, "amplitude_law": "d4",
+        "noise_rms": 1e-3, "level": "behavioural", "transistors": frozenset({"chip"}), "silicon_noise": "all",
+    },
+    "rover": {
+        **WARM, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
+        "need": "speed", "learn": 0.5, "prior": 2.0, "trips": 2, "posts": True, "sonar": True,
+        "bias_kind": "generator", "unit": 2e-4, "silicon_noise": "all", "rover": Rover(reach=5.0),
+    },
+    "forest": {
+        **WARM, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
+        "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5,
+    },
+    "robot": {
+        **WARM, "robot": Robot(max_speed=0.1), "mind": Mind(retreat=0.1), "forest": "open", "ranges": "chip",
+        "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
+        "bias_kind": "gate", "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
+    },
+    "head": {
+        **WARM, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
+        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "bias_kind": "generator", "silicon_noise": "all",
+        "noise_seed": 2,
+    },
+    "bug": {
+        **WARM, "agent": "bug0", "brain": "chip", "design": "improved", "neurons": 600, "map": "bug-open",
+        "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "solved_c": 21.0,
+        "bias_kind": "generator", "area": 2.0, "silicon_noise": "all", "noise_seed": 9,
+    },
+    "pushbot": {
+        **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
+        "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
+        "way": 2.0, "exc": 12, "bias_kind": "gate", "calibrated": False, "frame": True, "raise_lateral": True,
+        "silicon_noise": "all", "noise_seed": 8,
+    },
+    "rolls": {
+        **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
+        "bias_kind": "generator", "silicon_noise": "white",
+    },
+}  # fmt: skip
+
+# what must be there for a field's other value to make sense
+NEEDED: dict[str, dict[str, Any]] = {
+    "approach": {},
+    "rover": {"cells": "chip"},
+    "forest": {"sensing": Sensing(ranges="chip")},
+    "robot": {"ranges": "chip", "silicon_noise": "all"},
+    "head": {"silicon_noise": "white"},
+    "bug": {"brain": "chip", "silicon_noise": "white"},
+    "pushbot": {"silicon_noise": "white"},
+    "rolls": {},
+}
+APART = {("forest", "obstacles")}  # a map has its own
+EACH = [(name, field) for name in FIELDS for field in FIELDS[name]]
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_name_that_is_not_taken_is_refused_with_those_that_are(name: str) -> None:
+    system = load_system(name)
+    with pytest.raises(UnknownNameError, match=rf"{name}\.scenario\.sensors: unknown.* taken are ") as caught:
+        system.scenario(sensors=3)
+    said = str(caught.value).partition(" taken are ")[2].split(", ")
+    assert {f.name for f in fields(system.scenario())} <= set(said)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_field_has_a_value_here(name: str) -> None:
+    assert set(FIELDS[name]) == {f.name for f in fields(load_system(name).scenario())}
+
+
+@pytest.mark.parametrize(("name", "field"), EACH)
+def test_every_field_is_taken(name: str, field: str) -> None:
+    system, value = load_system(name), FIELDS[name][field]
+    assert getattr(system.scenario(), field) != value
+    assert getattr(system.scenario(**{**NEEDED[name], field: value}), field) == value
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_all_fields_together_are_those_of_the_dataclass(name: str) -> None:
+    system = load_system(name)
+    kind = type(system.scenario())
+    given = {field: value for field, value in FIELDS[name].items() if (name, field) not in APART}
+    assert system.scenario(**given) == kind(**given)
+    assert system.scenario() == kind()
+
+
+def test_options_of_the_command_line_are_taken_too() -> None:
+    forest = load_system("forest").scenario(ranges="chip", vmax=1.0, start="3m,4m", azimuth_noise=2.0)
+    assert forest.sensing == Sensing(ranges="chip", azimuth_noise=math.radians(2.0))
+    assert (forest.bat, forest.start) == (Bat(max_speed=1.0), (3.0, 4.0))
+    assert load_system("bug").scenario(brain="chip", calibrated="30degC").calibrated_c == 30.0
+    assert load_system("rover").scenario(start="3,4").start == (3, 4)
+    assert load_system("pushbot").scenario(window="100ms").window == 0.1
+    assert load_system("head").scenario(distance=2.0).target == replace(Motion(), distance=2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "says"),
+    [
+        (
+            "forest",
+            {"sensing": Sensing(), "ranges": "chip"},
+            "forest.scenario.ranges: chip, not with sensing",
+        ),
+        ("forest", {"bat": Bat(), "vmax": 1.0}, "forest.scenario.vmax: 1.0, not with bat"),
+        ("robot", {"robot": Robot(), "ping_rate": 3.0}, "robot.scenario.ping_rate: 3.0, not with robot"),
+        ("head", {"target": Motion(), "swing": 0.1}, "head.scenario.swing: 0.1, not with target"),
+        ("bug", {"calibrated": 30.0, "calibrated_c": 20.0}, "bug.scenario.calibrated: 30.0, not with"),
+        ("forest", {"sensing": "chip"}, "forest.scenario.sensing: 'chip', must be a Sensing"),
+        ("rover", {"die": 1003}, "rover.scenario.die: 1003, must be a Die"),
+        ("rover", {"rover": 3.0}, "rover.scenario.rover: 3.0, must be a Rover"),
+    ],
+)
+def test_what_does_not_fit_is_refused(name: str, given: dict[str, Any], says: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        load_system(name).scenario(**given)
+    assert str(caught.value).startswith(says)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_near_name_is_guessed() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean sensing"):
+        load_system("forest").scenario(sening=Sensing())
