@@ -29,6 +29,8 @@ COARSE_NAMES = ("24u", "3.2u", "0.4u", "50n", "6.5n", "820p", "105p", "15p")  # 
 SPECIAL = "SPECIAL"
 HEADER = "name,coarse_A,fine_0_255"
 SHIPPED = ("rolls_default", "rolls_parallella")
+DIRECT_CURRENT = "IF_DC_P"  # of every neuron, without input
+OFF = (7, 0)  # coarse and fine code of a current that is off
 _FIELDS = 3
 
 
@@ -116,8 +118,16 @@ class BiasTable:
 
 
 def default_biases() -> BiasTable:
-    """Defaults of the control software."""
+    """Defaults of the control software, on which every neuron fires without input; see `resting_biases`."""
     return shipped_biases(SHIPPED[0])
+
+
+def resting_biases() -> BiasTable:
+    """Defaults of the control software without the neurons' direct current, so that a chip rests.
+
+    With it (`IF_DC_P` at 3.2u, 7: 88 nA) every neuron fires without input as fast as it can.
+    """
+    return default_biases().with_code(DIRECT_CURRENT, *OFF)
 
 
 def shipped_biases(name: str) -> BiasTable:

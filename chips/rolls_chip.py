@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from chips.aer import Bus, Events, send
 from chips.rebound_jitter import SiliconNoise
 from chips.rolls_address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
+from chips.rolls_bias_file import DIRECT_CURRENT
 from chips.rolls_chip_kernel import run_chip
 from chips.rolls_chip_layout import (
     COUNTS,
@@ -188,8 +189,9 @@ class RollsChip:
         return other
 
     def cautions(self) -> tuple[str, ...]:
-        """Where this chip is outside of what its step was measured for, a sentence each."""
+        """Where this chip does not rest, or is outside of what its step was measured for, a sentence each."""
         found, plastic = cautions_of(self.built(), self.step), self.built().plastic
+        found = restless_cautions(self.restless()) + found
         found += depression_cautions(self.program, self.built().depression, self.built().levels, self.step)
         return found if plastic is None else found + plastic_cautions(self.program.biases, plastic)
 
@@ -352,6 +354,15 @@ class RollsChip:
         bits = values[ZETA].view(np.int64)
         run_chip(tables, values, bits, steps, now, traffic, self._scratch, plastic, built.noise, depressing)
         return traffic
+
+
+def restless_cautions(restless: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Neurons that fire without input, bool[256], in a sentence, if there are any."""
+    if not restless.any():
+        return ()
+    count = f"{int(restless.sum())} of {restless.size}"
+    remedy = f"turn {DIRECT_CURRENT} down, fine code 0 is off, or raise the leaks IF_TAU1_N and IF_TAU2_N"
+    return (f"neurons: {count} fire without any input; {remedy}",)
 
 
 def cautions_of(built: Built, step: float) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from chips.population import Population, Projection
 from chips.rolls_address import LAB_VIRTUAL, NEURONS, VirtualSynapses
-from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_bias_file import BiasTable, resting_biases
 from chips.rolls_program import Program, VirtualInput
 from circuits.errors import ParameterError, unknown_name
 
@@ -88,7 +88,7 @@ class Network:
 def network_program(
     network: Network, biases: BiasTable | None = None, virtual: VirtualSynapses = LAB_VIRTUAL
 ) -> Program:
-    """Program that puts a network on the chip; biases default to the control software's.
+    """Program that puts a network on the chip; biases default to those on which it rests.
 
     Raises `ParameterError` for what the chip cannot do: see `Program`.
     """
@@ -97,7 +97,7 @@ def network_program(
         for each in network.inputs
     )
     tau1 = tuple(neuron for population in network.slow for neuron in population.neurons)
-    table = default_biases() if biases is None else biases
+    table = resting_biases() if biases is None else biases
     return Program(network.levels(), table, tau1, inputs, virtual)
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chips.rolls_address import LAB_VIRTUAL, NEURONS, VirtualSynapses
-from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_bias_file import BiasTable, resting_biases
 from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
 from chips.rolls_plastic_program import PlasticArray
 from circuits.blocks.rolls_bias import current_of
@@ -68,7 +68,7 @@ class Program:
     """
 
     levels: I8
-    biases: BiasTable = field(default_factory=default_biases)
+    biases: BiasTable = field(default_factory=resting_biases)
     tau1: tuple[int, ...] = ()
     inputs: tuple[VirtualInput, ...] = ()
     virtual: VirtualSynapses = LAB_VIRTUAL

@@ -30,7 +30,7 @@ from chips.rolls_address import (
     read_latch_words,
     stimulate_words,
 )
-from chips.rolls_bias_file import BiasTable, default_biases
+from chips.rolls_bias_file import BiasTable, resting_biases
 from chips.rolls_depression_program import ShortTermDepression
 from chips.rolls_plastic_words import plastic_of_words, plastic_words
 from chips.rolls_program import Program, VirtualInput
@@ -130,7 +130,7 @@ def program_of_words(
             f"program.words: broadcast of {pre} to {post} is set, must be 0; broadcasts are not modelled"
         )
     levels = recurrent * (2 * sign - 1) * (1 + w0 + 2 * w1)
-    table = default_biases() if biases is None else biases
+    table = resting_biases() if biases is None else biases
     array = plastic_of_words(found[plastic])
     slow = _slow_neurons(found[leak])
     return Program(levels.astype(np.int8), table, slow, tuple(inputs), virtual, array, depression)

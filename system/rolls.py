@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from chips.rolls_address import NEURONS, VIRTUAL_EXCITATORY
+from chips.rolls_bias_file import DIRECT_CURRENT, OFF
 from chips.rolls_chip import NO_INPUTS, Inputs, RollsChip, Spikes
 from chips.rolls_circuit import chip
 from chips.rolls_program import Program, VirtualInput
@@ -81,19 +82,20 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run: its spikes, the rate of each neuron, Hz, and which fire without input."""
+    """A run: its spikes, the rate of each neuron, Hz, which fire without input, the chip's cautions."""
 
     scenario: Scenario
     spikes: Spikes
     rates: F64
     restless: NDArray[np.bool_]
+    cautions: tuple[str, ...] = ()
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Put the die in its drive; raises `DataError` for a bias file that is none."""
     s = scenario
     neurons = tuple(range(NEURONS))
-    table = bias_table(s.bias_file).with_code("IF_DC_P", 7, 0)
+    table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
     noise = silicon_noise(s.silicon_noise, s.seed)
     on_die = RollsChip(program, Silicon(ROLLS_180, s.temperature_c, s.die), s.bias_kind, noise=noise)
@@ -102,7 +104,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         progress(1.0)
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
-    return Trace(s, spikes, rates, on_die.restless())
+    return Trace(s, spikes, rates, on_die.restless(), on_die.cautions())
 
 
 def events(s: Scenario) -> Inputs:
@@ -150,6 +152,7 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s.die, s.temperature_c, s.bias_kind),
         },
+        cautions=trace.cautions,
     )
 
 

@@ -5,10 +5,15 @@ import pytest
 
 from chips.population import Population, all_to_all, one_to_one
 from chips.rolls_address import PAPER_VIRTUAL
-from chips.rolls_bias_file import default_biases
+from chips.rolls_bias_file import DIRECT_CURRENT, BiasTable, default_biases, resting_biases
+from chips.rolls_chip import RollsChip
 from chips.rolls_network import Network, PopulationInput, network_program
 from chips.rolls_words import program_of_words, program_words, virtual_columns
+from circuits.circuit import BiasKind
+from circuits.die import Die
 from circuits.errors import ParameterError, UnknownNameError
+from circuits.process import ROLLS_180
+from circuits.silicon import Silicon
 
 A, B = Population("a", (5, 6)), Population("b", (20, 9, 8))
 
@@ -28,7 +33,7 @@ def test_the_program_has_levels_inputs_and_leaks() -> None:
     assert program.levels[20, 5] == program.levels[9, 6] == 4
     assert program.tau1 == (5, 6, 9)
     assert virtual_columns(program)["ear"].tolist() == [[512, 513, 514]] * 3
-    assert program.biases == default_biases()
+    assert program.biases == resting_biases()
     written = program_of_words(program_words(program), inputs=program.inputs)
     assert (written.levels == network.levels()).all()
     assert written.tau1 == program.tau1
@@ -78,3 +83,31 @@ def test_what_the_biases_and_virtual_synapses_lack_is_refused_by_the_program() -
         ParameterError, match=r"inputs.stop: 1 inhibitory virtual synapses of neuron 8, .* <= 0"
     ):
         network_program(network, virtual=PAPER_VIRTUAL)
+
+
+def chip_on(number: int | None, kind: BiasKind, biases: BiasTable | None = None) -> RollsChip:
+    network = Network((A, B), (all_to_all(A, B, 2),), slow=(B,))
+    return RollsChip(network_program(network, biases), Silicon(ROLLS_180, 27.0, Die(number=number)), kind)
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("number", [None, 3, 1000, 1001, 1002])
+def test_a_network_rests_on_the_default_biases(number: int | None, kind: BiasKind) -> None:
+    chip = chip_on(number, kind)
+    assert not chip.restless().any()
+    assert chip.run(chip.at_rest(), 0.1)[0].times.size == 0
+    assert not [text for text in chip.cautions() if "without any input" in text]
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("number", [None, 3])
+def test_a_chip_that_does_not_rest_says_so_first(number: int | None, kind: BiasKind) -> None:
+    chip = chip_on(number, kind, default_biases())
+    assert chip.cautions()[0].startswith("neurons: 256 of 256 fire without any input; turn IF_DC_P down")
+    assert chip.run(chip.at_rest(), 0.1)[0].times.size > 0
+
+
+def test_the_resting_biases_differ_from_the_control_softwares_in_the_direct_current_alone() -> None:
+    theirs, ours = default_biases().codes(), resting_biases().codes()
+    assert {name for name in theirs if theirs[name] != ours[name]} == {DIRECT_CURRENT}
+    assert resting_biases().is_off(DIRECT_CURRENT)

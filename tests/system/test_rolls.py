@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from chips.rolls_bias_file import OFF, default_biases, write_biases
 from chips.rolls_chip import Spikes
+from circuits.circuit import BiasKind
 from circuits.die import Die
 from circuits.errors import ParameterError
 from system.command_line import main
@@ -83,3 +85,14 @@ def test_bad_options_are_one_line(options: list[str], text: str, capsys: pytest.
 def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
     with pytest.raises(ParameterError, match="must be >= 0"):
         replace(SHORT, **field)
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
+    quiet = Scenario(duration=0.2, die=Die(number=3), bias_kind=kind)
+    assert SYSTEM.summarise(run(quiet))["cautions"] == ()
+    path = tmp_path / "leaky.csv"
+    write_biases(path, default_biases().with_code("IF_TAU2_N", *OFF))
+    found = SYSTEM.summarise(run(replace(quiet, bias_file=str(path))))
+    assert "of 256 fire without any input" in found["cautions"][0]
+    assert not found["succeeded"]
