@@ -130,7 +130,9 @@ class Shade:
 class Scene:
     """A world and where the robot starts: place (m) and heading (rad, counter-clockwise from x).
 
-    corners: of the floor, which nobody leaves; sky: reflectance of what nothing stands before.
+    corners: of the floor, which nobody leaves; sky: reflectance of what nothing stands before; partitions:
+    corners (m) of the walls inside, which stand among `walls` too; duration: of a run (s), None where the
+    scene does not say.
     """
 
     name: str
@@ -143,6 +145,8 @@ class Scene:
     shades: tuple[Shade, ...] = ()
     floor: float = COLOURS["white"]
     sky: float = COLOURS["white"]
+    partitions: tuple[tuple[Point, ...], ...] = ()
+    duration: float | None = None
 
 
 def light_of(light: str | float) -> float:

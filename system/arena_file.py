@@ -2,9 +2,10 @@
 
     summary = "text"                                light = "normal" | "dark" | "very-dark" | lux
     floor = "white"                                 sky = "white"
-    start = { at = [x, y], heading_deg = 0 }
+    start = { at = [x, y], heading_deg = 0 }        duration = s of a run, as the robot needs unless given
     [arena]    size = [x, y] or corners = [[x, y], ...]; wall_height; wall_colour; seed;
                tape = false or { low, high, cell, dark, pale, seed }; room = m to the room's walls, 0: none
+    [[wall]]   corners = [[x, y], ...] along it, height, colour, tape as of the arena
     [[block]]  at, size = [length, width], height, base, colour, heading_deg, motion
     [[cup]]    at, diameter, height, base, colour, motion
     [[robot]]  at, heading_deg, colour, tracks = colour of both, led = true or { height, diameter, luminance,
@@ -26,6 +27,7 @@ import math
 import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -104,10 +106,13 @@ def _scene(name: str, content: dict[str, Any], seed: int, light: str | None) -> 
         corners=corners,
         start=(*start["at"], start["heading_deg"]),
         bodies=tuple(bodies),
-        walls=_walls(arena, corners),
+        walls=_walls(arena, corners)
+        + tuple(plane for k, w in enumerate(top["wall"]) for plane in _planes(k, w)),
         shades=tuple(shades),
         floor=top["floor"],
         sky=top["sky"],
+        partitions=tuple(w["corners"] for w in top["wall"]),
+        duration=top["duration"],
     )
 
 
@@ -122,20 +127,36 @@ def _corners(arena: dict[str, Any]) -> tuple[Point, ...]:
 
 
 def _walls(arena: dict[str, Any], corners: tuple[Point, ...]) -> tuple[Wall, ...]:
-    tape: Tape | None = arena["tape"]
-    if tape is not None and 0.0 < arena["wall_height"] < tape.high:
-        raise ParameterError(
-            f"arena.tape.high: {tape.high:g} m, must not be above wall_height, {arena['wall_height']:g} m"
-        )
-    walls = tuple(
-        Wall(
-            corner, corners[(k + 1) % len(corners)], arena["wall_height"], arena["wall_colour"],
-            None if tape is None else replace(tape, seed=tape.seed + 7 * k),
-        )
-        for k, corner in enumerate(corners)
-        if arena["wall_height"] > 0.0
-    )  # fmt: skip
+    tape, height = arena["tape"], arena["wall_height"]
+    walls: tuple[Wall, ...] = ()
+    if height > 0.0:
+        _check_tape("arena.tape.high", tape, "wall_height", height)
+        walls = _along((*corners, corners[0]), height, arena["wall_colour"], tape)
     return walls + (backdrop(corners, arena["room"], arena["seed"]) if arena["room"] > 0.0 else ())
+
+
+def _planes(k: int, wall: dict[str, Any]) -> tuple[Wall, ...]:
+    """Planes of wall k inside the arena."""
+    _check_tape(f"wall[{k}].tape.high", wall["tape"], "height", wall["height"])
+    for i, (a, b) in enumerate(pairwise(wall["corners"])):
+        if a == b:
+            raise ParameterError(
+                f"wall[{k}].corners[{i + 1}]: {list(b)}, must not be the one before; drop it"
+            )
+    return _along(wall["corners"], wall["height"], wall["colour"], wall["tape"])
+
+
+def _along(corners: tuple[Point, ...], height: float, colour: float, tape: Tape | None) -> tuple[Wall, ...]:
+    """Planes from corner to corner, each with a texture of its own."""
+    return tuple(
+        Wall(start, end, height, colour, None if tape is None else replace(tape, seed=tape.seed + 7 * k))
+        for k, (start, end) in enumerate(pairwise(corners))
+    )
+
+
+def _check_tape(path: str, tape: Tape | None, name: str, height: float) -> None:
+    if tape is not None and height < tape.high:
+        raise ParameterError(f"{path}: {tape.high:g} m, must not be above {name}, {height:g} m")
 
 
 def _bodies(top: dict[str, Any]) -> Iterator[Body]:

@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely import affinity
+from shapely.geometry import LineString, Polygon, box
 from shapely.geometry import Point as Spot
-from shapely.geometry import Polygon, box
 
 from circuits.errors import ParameterError
 from system.arena import Body, Scene
@@ -29,9 +29,10 @@ class Obstacles:
     """What a robot can run into: bodies that begin below its height, and the border of the floor.
 
     outlines: of each body about its own origin; radius: float64[bodies], m, about each whole body;
-    solid: bool[bodies]; middle: part of the floor where no robot can touch the border; fastest: m/s, that
-    no body exceeds but by jumps of less than `jump` (m), of legs that stop or turn; free: x and y (m), time
-    (s) and m to the nearest thing where a robot was last looked for, overwritten in place.
+    solid: bool[bodies]; middle: part of the floor where no robot can touch the border; partitions: lines of
+    walls inside; fastest: m/s, that no body exceeds but by jumps of less than `jump` (m), of legs that stop
+    or turn; free: x and y (m), time (s) and m to the nearest thing where a robot was last looked for,
+    overwritten in place.
     """
 
     scene: Scene
@@ -41,6 +42,7 @@ class Obstacles:
     solid: NDArray[np.bool_]
     floor: Polygon
     middle: Polygon
+    partitions: tuple[LineString, ...]
     fastest: float
     jump: float
     free: list[float]
@@ -58,7 +60,10 @@ def obstacles_of(scene: Scene) -> Obstacles:
     swing = float(np.abs(motions.swing).max(initial=0.0))
     fastest = float(motions.speed.max(initial=0.0)) + 2.0 * math.pi * STRIDES * swing
     nowhere = [0.0, 0.0, 0.0, -math.inf]
-    return Obstacles(scene, motions, outlines, radius, solid, floor, middle, fastest, 2.0 * swing, nowhere)
+    inside = tuple(LineString(line) for line in scene.partitions)
+    return Obstacles(
+        scene, motions, outlines, radius, solid, floor, middle, inside, fastest, 2.0 * swing, nowhere
+    )
 
 
 def outline_at(obstacles: Obstacles, k: int, time: float) -> Polygon:
@@ -67,7 +72,9 @@ def outline_at(obstacles: Obstacles, k: int, time: float) -> Polygon:
 
 
 def collision(obstacles: Obstacles, pose: Pose, time: float) -> str | None:
-    """Name of what a robot at `pose` touches at `time` s, `wall` for the border; None where it is free.
+    """Name of what a robot at `pose` touches at `time` s, `wall` for the border, `wall[k]` for one inside.
+
+    None where it is free.
 
     Nothing is looked at as long as neither the robot nor any body can have come across what was free before.
     """
@@ -85,8 +92,9 @@ def _room(obstacles: Obstacles, pose: Pose, time: float) -> float:
     poses = _poses(obstacles, time)
     apart = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1]) - obstacles.radius
     nearest = float(apart[obstacles.solid].min(initial=math.inf))
-    border = float(obstacles.floor.exterior.distance(Spot(pose[0], pose[1])))
-    return min(nearest, border) - REACH - obstacles.jump - _ROUNDING
+    spot = Spot(pose[0], pose[1])
+    walls = (obstacles.floor.exterior, *obstacles.partitions)
+    return min(nearest, *(float(w.distance(spot)) for w in walls)) - REACH - obstacles.jump - _ROUNDING
 
 
 def _collision(obstacles: Obstacles, pose: Pose, time: float) -> str | None:
@@ -94,6 +102,9 @@ def _collision(obstacles: Obstacles, pose: Pose, time: float) -> str | None:
         robot_outline(pose)
     ):
         return "wall"
+    for number, line in enumerate(obstacles.partitions):
+        if line.intersects(robot_outline(pose)):
+            return f"wall[{number}]"
     poses = _poses(obstacles, time)
     apart = np.hypot(poses[:, 0] - pose[0], poses[:, 1] - pose[1]) - obstacles.radius
     for k in np.flatnonzero(obstacles.solid & (apart < REACH)):
@@ -128,6 +139,9 @@ def check_scene(scene: Scene) -> None:
         shape = Polygon(shade.corners)
         if not shape.is_valid or shape.area < 0.999 * shape.convex_hull.area:
             raise ParameterError(f"shade[{k}].corners: not convex, must be; make several shades of it")
+    for k, corners in enumerate(scene.partitions):
+        for i, point in enumerate(corners):
+            _check_inside(f"wall[{k}]", f"corners[{i}]", Spot(point), floor)
     obstacles = obstacles_of(scene)
     poses = _poses(obstacles, 0.0)
     for k, body in enumerate(scene.bodies):

@@ -140,13 +140,21 @@ CLUTTER: Keys = {
     "spacing": (_LENGTH, 0.35),
     "clear": (_FROM_ZERO, 0.6),
 }
+WALL: Keys = {
+    "corners": (points(2), REQUIRED),
+    "height": (_LENGTH, WALL_HEIGHT),
+    "colour": (colour, COLOURS["white"]),
+    "tape": (_tape, Tape()),
+}
 TOP: Keys = {
     "summary": (text, ""),
+    "duration": (_LENGTH, None),
     "light": (light, "normal"),
     "floor": (colour, COLOURS["white"]),
     "sky": (colour, COLOURS["white"]),
     "start": (one(START), REQUIRED),
     "arena": (one(ARENA), REQUIRED),
+    "wall": (many(WALL), []),
     "block": (many(BLOCK), []),
     "cup": (many(CUP), []),
     "robot": (many(ROBOT), []),

@@ -2,9 +2,9 @@
 
 `#` is a wall, `S` a start, `G` a goal, a space or `.` free; there may be several starts and goals, numbered
 from 0 in reading order. Ours: a cell is 1 map unit wide, the unit of the robot's radius and range; x is east,
-y is north, and the first line is the northmost; lines end where they end, what follows is free; outside of
-the map is wall, so that no robot leaves it. The paper's own maps are pictures that its text does not give:
-those here are drawn after its words.
+y is north, and the first line is the northmost; lines end where they end, what follows is free; a line with
+nothing on it is free, the last ones too; outside of the map is wall, so that no robot leaves it. The paper's
+own maps are pictures that its text does not give: those here are drawn after its words.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def read_map(text: str, name: str) -> BugMap:
     DataError
         Another character than those of a map, no start, no goal, or more than `LARGEST` cells a side.
     """
-    lines = text.expandtabs(1).rstrip("\r\n").splitlines()
+    lines = text.expandtabs(1).splitlines()
     rows, columns = len(lines), max((len(line) for line in lines), default=0)
     if max(rows, columns) > LARGEST:
         raise DataError(f"{name}: {rows} lines of {columns} cells, must be at most {LARGEST} a side")

@@ -180,7 +180,8 @@ def run_with(
     """Drive with a chip that is there."""
     robot = Pushbot(dropped=scenario.dropped)
     drive = begin_run(scene, seed=scenario.seed, die=scenario.die, robot=robot)
-    course, duration = course_of(scene), scenario.duration
+    course = course_of(scene)
+    duration = scenario.duration if scenario.duration is not None else scene.duration
     if duration is None:
         duration = _time_for(course, readout.factors, robot)
     loop = open_loop(brain, drive, readout)

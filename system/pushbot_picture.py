@@ -32,6 +32,8 @@ def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
     )
     for shade in scene.shades:
         ax.add_patch(Patch(np.array(shade.corners), closed=True, facecolor=PALE, edgecolor="none", zorder=1))
+    for line in scene.partitions:
+        ax.plot(*np.array(line).T, color=INK, linewidth=1.2, zorder=3)
     obstacles = obstacles_of(scene)
     for k, body in enumerate(scene.bodies):
         outline = np.array(outline_at(obstacles, k, time).exterior.coords)

@@ -11,6 +11,7 @@ import pytest
 from circuits.errors import CircuitError, DataError, UnknownNameError
 from system.arena import COLOURS, LIGHTS, recoloured
 from system.arena_file import load_scene, scene_names
+from system.arena_geometry import collision, obstacles_of
 
 NAMED = {
     "single-block", "pair", "triple", "triple-loose", "clutter", "moving", "office", "target", "chase",
@@ -101,6 +102,21 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     assert cup.motion.repeat == "shuttle"
 
 
+def test_walls_inside_are_seen_and_run_into(tmp_path: Path) -> None:
+    wall = '[[wall]]\ncorners = [[1, 0], [1, 0.8], [1.5, 0.8]]\ncolour = "red"\n'
+    scene = load_scene(written(tmp_path, "duration = 7\n" + FREE + "tape = false\nroom = 0\n" + wall))
+    assert scene.duration == 7.0
+    assert [(w.start, w.end, w.reflectance) for w in scene.walls[4:]] == [
+        ((1.0, 0.0), (1.0, 0.8), COLOURS["red"]),
+        ((1.0, 0.8), (1.5, 0.8), COLOURS["red"]),
+    ]
+    obstacles = obstacles_of(scene)
+    assert collision(obstacles, (0.94, 0.5, 0.0), 0.0) is None
+    assert collision(obstacles, (0.96, 0.5, 0.0), 0.0) == "wall[0]"
+    assert collision(obstacles, (1.3, 0.9, 0.0), 0.0) is None
+    assert collision(obstacles, (1.3, 0.96, 0.0), 0.0) == "wall"
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -108,7 +124,23 @@ def test_a_file_is_read(tmp_path: Path) -> None:
         ("start = 3", r"mine.toml: start: 3, must be a table"),
         ("a = = 1", "must be TOML"),
         (FREE.replace("size", "sise"), r"arena.sise: unknown key; did you mean size\?"),
-        ("walls = 1\n" + FREE, "walls: unknown key; known are summary"),
+        ("walls = 1\n" + FREE, r"walls: unknown key; did you mean wall\?"),
+        ("pillars = 1\n" + FREE, "pillars: unknown key; known are summary"),
+        ("duration = 0\n" + FREE, "duration: 0, must be a number, above 0"),
+        (
+            FREE + "[[wall]]\ncorners = [[1, 0.2]]",
+            r"wall\[0\].corners: \[\[1, 0.2\]\], must be a list of at least 2",
+        ),
+        (
+            FREE + "[[wall]]\ncorners = [[1, 0.2], [1, 3]]",
+            r"wall\[0\].corners\[1\]: \[1, 3\] m, must be inside",
+        ),
+        (FREE + "[[wall]]\ncorners = [[1, 0], [1, 0]]", r"wall\[0\].corners\[1\]: .*, must not be the one"),
+        (FREE + "[[wall]]\ncorners = [[0.5, 0.2], [0.5, 0.9]]", r"the robot is in wall\[0\], must be free"),
+        (
+            FREE + "[[wall]]\ncorners = [[1, 0.2], [1, 0.8]]\nheight = 0.05",
+            r"wall\[0\].tape.high: 0.06 m, must not be above height, 0.05 m",
+        ),
         (FREE + "corners = [[0, 0], [1, 0], [1, 1]]", "arena: must have either size"),
         (FREE + "[[block]]\nat = [1, 0.5]", r"block\[0\].size: missing"),
         (

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from circuits.errors import DataError, ParameterError, UnknownNameError
+from system.bug import Scenario, run
 from system.bug_map import LARGEST, MAPS, load_map, pick, read_map
 
 
@@ -21,6 +22,21 @@ def test_cells_and_places() -> None:
 
 def test_short_lines_end_in_free_cells() -> None:
     assert read_map("S G###\n#\n", "yard").walls.sum() == 4
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_empty_lines_are_free_the_last_ones_too(ends: str) -> None:
+    found = read_map(ends.join(("", "S#G", "", "", "")), "yard")
+    assert found.walls.tolist() == [[False] * 3, [False, True, False], [False] * 3, [False] * 3]
+    assert found.starts == ((0.5, 2.5),)
+
+
+def test_a_way_round_the_end_of_a_wall_stays_open(tmp_path: Path) -> None:
+    path = tmp_path / "yard.txt"
+    path.write_text("S   #   G\n    #\n    #\n\n\n", encoding="utf-8")
+    trace = run(Scenario(agent="bug2", map=str(path)))
+    assert trace.shortest is not None
+    assert trace.reached
 
 
 @pytest.mark.parametrize("name", MAPS)
