@@ -283,6 +283,8 @@ def held_out_errors(
     for k, number in enumerate(dies):
         temperature = HELD_OUT_TEMPERATURES[k % len(HELD_OUT_TEMPERATURES)]
         rows += list(_compare(model, Silicon(process, temperature, Die(number=number))))
+    if not rows:
+        raise SolverError(f"{neuron.name}: none of dies {dies} could be measured; look at its biases")
     t, v, p = np.array(rows).T
     errors: dict[str, float] = {"dies": float(len(rows)), "first_die": float(dies[0])}
     for name, values in (("release_relative", t), ("threshold", v), ("peak", p), ("margin", p - v)):

@@ -1,8 +1,10 @@
 """The command `noctule`: its arguments, and one line on stderr for whatever goes wrong.
 
 What a command does is in `system/commands/`, loaded when it is called, so that `noctule --help` does not wait
-for numerical libraries. Exit status: 0 done; 1 an experiment disagrees, netlists differ, or the output's
-reader went away; 2 bad input, or a file, simulator or solver that fails; 130 interrupted.
+for numerical libraries. Exit status (`system.exit_status`): 0 done; 1 done, and the answer is no: an
+experiment disagrees, netlists differ, no die of a study could be measured or passes, a sample is not the one
+that was kept, a piece is missing; also where the output's reader went away; 2 bad input, or a file, simulator
+or solver that fails; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -36,12 +38,11 @@ from system.command_options import (
     call,
     kind_name,
 )
+from system.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.given_once import App
 from system.notice import say, warnings_in_a_line
 from system.silicon_choice import SiliconChoice
 from system.silicon_options import with_silicon
-
-READER_GONE, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 # What typer raises for a wrong option: click's ClickException, which some releases of typer carry inside.
 _UsageError: Any = typer.BadParameter.__mro__[1]
@@ -216,10 +217,7 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare the circuits of two netlists; status 1 if they differ."""
-    status = call(
-        "compare:compare_command", first, second, root=root, dialect=dialect, drop=drop, as_json=as_json
-    )
-    raise typer.Exit(status)
+    call("compare:compare_command", first, second, root=root, dialect=dialect, drop=drop, as_json=as_json)
 
 
 study_command_line.add_to(app)
@@ -257,7 +255,7 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Make a paper's figure again; status 1 if a row disagrees."""
-    status = call(
+    call(
         "reproduce:reproduce_command",
         experiment,
         params=param,
@@ -267,7 +265,6 @@ def reproduce(
         plot=plot,
         as_json=as_json,
     )
-    raise typer.Exit(status)
 
 
 @app.command()
@@ -290,7 +287,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse("interrupted", INTERRUPTED)
     except BrokenPipeError:
         _drop_output()
-        return READER_GONE
+        return NO
     except OSError as error:
         _drop_output()
         return _refuse(f"{error.filename or 'output'}: {error.strerror or error}")
@@ -307,7 +304,7 @@ def _run(arguments: list[str]) -> int:
         return done.exit_code
     except _UsageError as error:
         return _refuse(error.format_message().replace("Value error, ", "").rstrip("."))
-    return 0
+    return DONE
 
 
 def _version() -> str:

@@ -9,10 +9,12 @@ from typing import Annotated, Any
 import typer
 
 
-def call(function_path: str, /, *arguments: Any, **options: Any) -> Any:
-    """Load `module:function` of `system.commands` and call it."""
+def call(function_path: str, /, *arguments: Any, **options: Any) -> None:
+    """Load `module:function` of `system.commands`, call it, and end with the status that it returns."""
     module, function = function_path.split(":")
-    return getattr(import_module(f"system.commands.{module}"), function)(*arguments, **options)
+    status = getattr(import_module(f"system.commands.{module}"), function)(*arguments, **options)
+    if status:
+        raise typer.Exit(status)
 
 
 class BiasKind(StrEnum):

@@ -1,7 +1,7 @@
 """Experiments: a published figure or table made again, each statement beside the paper's.
 
 A row states its rule and tolerance in the code before it is run, and whether its value was fitted or
-predicted. Only a predicted row that disagrees makes an experiment fail.
+predicted. That a fitted row agrees proves nothing, but one that does not is a disagreement like any other.
 """
 
 from __future__ import annotations
@@ -45,8 +45,13 @@ class Report:
 
     @property
     def agrees(self) -> bool:
-        """Whether every predicted row agrees."""
-        return all(row.agrees for row in self.rows if not row.fitted)
+        """Whether every row agrees, predicted or fitted; a report without rows agrees with nothing."""
+        return bool(self.rows) and not self.disagreeing
+
+    @property
+    def disagreeing(self) -> tuple[str, ...]:
+        """Names of the rows that do not agree."""
+        return tuple(row.name for row in self.rows if not row.agrees)
 
 
 @dataclass(frozen=True, slots=True)

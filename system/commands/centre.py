@@ -15,7 +15,9 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.commands.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
+from system.exit_status import DONE, NO
 from system.files import check_folder, write_text_atomic
+from system.notice import say
 from system.options import Value, read_die
 from system.plot import COLOURS, INK, check_picture, save_picture
 from system.registry import system_names
@@ -108,8 +110,8 @@ def centre_command(
     span: str,
     as_json: bool,
     **options: Any,
-) -> None:
-    """Search, report, and leave files as asked."""
+) -> int:
+    """Search, report, and leave files as asked; returns `NO` where no fresh die passes."""
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
     named = with_named(metrics, limited_metrics(specs)) or _default(block)
@@ -127,6 +129,10 @@ def centre_command(
         print_json(document(result))
     else:
         _print(result)
+    none = [report.varied for report in result.reports if report.after.passed == 0]
+    for varied in none:
+        say(f"centre: no fresh die passes where {varied} varies; give it more to move, or other limits")
+    return NO if none else DONE
 
 
 def run(request: Request) -> Result:

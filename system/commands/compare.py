@@ -9,8 +9,8 @@ from pathlib import Path
 from netlists.compare import TOLERANCE, Comparison, compare
 from netlists.reader import Note, read_netlist
 from system.commands.output import print_json, print_line
-
-DIFFERENT = 1  # exit status
+from system.exit_status import DONE, NO
+from system.notice import say
 
 
 def compare_command(
@@ -33,7 +33,10 @@ def compare_command(
         _print(found)
         for note in dropped:
             print_line(f"dropped by --drop: {note}")
-    return 0 if found.equal else DIFFERENT
+    if found.equal:
+        return DONE
+    say(f"compare: {_counted(found)}, {len(found.differences)} differences")
+    return NO
 
 
 def _document(first: str, second: str, found: Comparison, dropped: Sequence[Note]) -> dict[str, object]:
@@ -55,7 +58,11 @@ def _print(found: Comparison) -> None:
         counts = f"{found.devices[0]} devices, {found.nodes[0]} nodes"
         print_line(f"equal: {counts}; stimuli and parasitics are not compared")
         return
-    devices, nodes = (" and ".join(map(str, pair)) for pair in (found.devices, found.nodes))
-    print_line(f"different: {devices} devices, {nodes} nodes; the first differences:")
+    print_line(f"{_counted(found)}; the first differences:")
     for difference in found.differences:
         print_line(str(difference))
+
+
+def _counted(found: Comparison) -> str:
+    devices, nodes = (" and ".join(map(str, pair)) for pair in (found.devices, found.nodes))
+    return f"different: {devices} devices, {nodes} nodes"

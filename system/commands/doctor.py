@@ -15,6 +15,8 @@ from circuits.errors import SimulatorError
 from netlists import ngspice_library
 from netlists.ngspice_library import find_library
 from system.commands.output import print_json, print_line, print_table
+from system.exit_status import DONE, NO
+from system.notice import say
 
 # Distribution -> what cannot be done without it.
 REQUIRED = {
@@ -49,8 +51,8 @@ class Finding:
     cost: str
 
 
-def doctor_command(*, as_json: bool) -> None:
-    """Print what was found."""
+def doctor_command(*, as_json: bool) -> int:
+    """Print what was found; returns `NO` where a required piece is missing."""
     required = [Finding(name, _version(name), cost) for name, cost in REQUIRED.items()]
     optional = [Finding(name, _version(name), cost) for name, cost in OPTIONAL.items()]
     engine, cache = _ngspice(), _kernel_cache()
@@ -72,6 +74,10 @@ def doctor_command(*, as_json: bool) -> None:
         print_json(document)
     else:
         _print(document)
+    lacking = [f.name for f in required if f.found is None]
+    if lacking:
+        say(f"doctor: required, but missing: {', '.join(lacking)}; install noctule again")
+    return NO if lacking else DONE
 
 
 def _version(distribution: str) -> str | None:

@@ -8,11 +8,15 @@ from typing import Any
 from chips.registry import CHIPS, load_chip
 from circuits.registry import block_names, load_block
 from system.commands.output import print_json, print_table
+from system.exit_status import DONE, NO
+from system.notice import say
 from system.registry import experiment_names, load_experiment, load_system, system_names
 
+_BROKEN = "cannot be loaded: "
 
-def list_command(*, as_json: bool) -> None:
-    """Print blocks, chips, systems and experiments."""
+
+def list_command(*, as_json: bool) -> int:
+    """Print blocks, chips, systems and experiments; returns `NO` where one of them cannot be loaded."""
     groups = {
         "blocks": _summaries(block_names(), load_block),
         "chips": _summaries(CHIPS, load_chip),
@@ -21,9 +25,13 @@ def list_command(*, as_json: bool) -> None:
     }
     if as_json:
         print_json(groups)
-        return
-    for title, entries in groups.items():
-        print_table(title, ("name", "summary"), [(e["name"], e["summary"]) for e in entries])
+    else:
+        for title, entries in groups.items():
+            print_table(title, ("name", "summary"), [(e["name"], e["summary"]) for e in entries])
+    broken = [e["name"] for entries in groups.values() for e in entries if e["summary"].startswith(_BROKEN)]
+    if broken:
+        say(f"list: {', '.join(broken)} cannot be loaded; see the summary, mend or uninstall what brings it")
+    return NO if broken else DONE
 
 
 def _summaries(names: Iterable[str], load: Callable[[str], Any]) -> list[dict[str, str]]:
@@ -35,4 +43,4 @@ def _summary(name: str, load: Callable[[str], Any]) -> str:
     try:
         return str(load(name).summary)
     except ImportError as error:
-        return f"cannot be loaded: {error}"
+        return f"{_BROKEN}{error}"

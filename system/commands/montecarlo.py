@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from system.commands.contributions import breakdown_document, check_pareto, prin
 from system.commands.output import print_json, print_line, progress_bar, working
 from system.commands.rare import check_rare, print_rare
 from system.commands.study_output import document, print_study
+from system.exit_status import DONE, NO
 from system.files import check_folder, write_text_atomic
 from system.notice import say
 from system.options import choose, read_die
@@ -32,9 +34,9 @@ from system.study.metric import default_metrics, with_named
 from system.study.picture import draw_study
 from system.study.plan import METHODS, Method, Plan
 from system.study.report import write_report
-from system.study.result import Result, judge_table
+from system.study.result import Result, groups, judge_table
 from system.study.specification import Specification, limited_metrics, parse_spec
-from system.study.table import Condition, Table, empty, join, to_csv
+from system.study.table import FAILED, Condition, Table, empty, join, to_csv
 from system.study.target import BlockTarget, Subject, Target, open_target
 from system.study_route import with_params
 
@@ -86,8 +88,8 @@ def montecarlo_command(
     duration: str | None,
     as_json: bool,
     **options: Any,
-) -> None:
-    """Measure the target on dies, print statistics, and leave files as asked."""
+) -> int:
+    """Measure the target on dies, print statistics, and leave files as asked; returns what `measure` does."""
     given = {} if duration is None else {"duration": duration}
     contributions = options["contributions"]
     named = (*limited_metrics(specs), *(() if contributions is None else (contributions,)))
@@ -111,7 +113,7 @@ def montecarlo_command(
         target, measured, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli),
         silicon, system,
     )  # fmt: skip
-    measure(
+    return measure(
         Request(subject, tuple(temperatures), tuple(corners), specs=tuple(specs), **options), as_json=as_json
     )
 
@@ -122,12 +124,12 @@ def _refuse_of_blocks(system: str, given: Sequence[tuple[str, object]]) -> None:
             raise ParameterError(f"{option}: an option of blocks and chips, not of {system}; leave it out")
 
 
-def measure(request: Request, *, as_json: bool) -> None:
-    """Run the study that is asked for, and print it."""
+def measure(request: Request, *, as_json: bool) -> int:
+    """Run the study that is asked for, and print it; returns `NO` where every die failed."""
     study, specifications, rule = prepare(request)
     if request.rare is not None:
         print_rare(request.rare, study, specifications, request.threads, as_json=as_json)
-        return
+        return DONE
     target = open_target(study.subject)
     tables: list[Table] = []
     try:
@@ -144,8 +146,7 @@ def measure(request: Request, *, as_json: bool) -> None:
         save_picture(
             request.plot, lambda figure: draw_study(result.table, target.quantities, specifications, figure)
         )
-    # a study of no dies has no folder
-    page = write_report(Path(request.output), result, found) if request.output and study.plan.count else None
+    page = write_report(Path(request.output), result, found) if request.output else None
     for note in outcome.chunks_redone:
         say(note)
     if as_json:
@@ -159,6 +160,16 @@ def measure(request: Request, *, as_json: bool) -> None:
             print_line(f"report: {page}")
     if refused:
         raise ParameterError(refused[0] if len(refused) == 1 else f"{refused[0]} ({len(refused) - 1} more)")
+    return _status(result)
+
+
+def _status(result: Result) -> int:
+    """Say where no die could be measured."""
+    silent = [(where, part) for *where, part in groups(result) if set(part.outcome) <= {FAILED}]
+    for (corner, celsius), part in silent:
+        at = f"{celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
+        say(f"montecarlo: all {len(part)} samples at {at} failed, the first: {part.reason[0]}")
+    return NO if silent else DONE
 
 
 def _contributions(r: Request, result: Result) -> tuple[tuple[Breakdown, ...], tuple[str, ...]]:
@@ -180,9 +191,9 @@ def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRul
         check_picture(r.plot)
     if r.csv is not None:
         check_folder(r.csv)
-    if r.samples < 0 or r.first_die < 0:
+    if r.samples < 1 or r.first_die < 0:
         raise ParameterError(
-            f"--samples: {r.samples} from die {r.first_die}, must be 0 or more from die 0 on"
+            f"--samples: {r.samples} from die {r.first_die}, must be 1 or more from die 0 on"
         )
     if r.trials < 1 or r.chunk < 1:
         raise ParameterError(f"--trials, --chunk: {r.trials}, {r.chunk}, must be at least 1")
@@ -235,7 +246,15 @@ def _conditions(r: Request) -> tuple[Condition, ...]:
     celsius = [parse_quantity(t, "degC", "--temperature") for t in r.temperatures]
     for value in celsius:
         check_temperature(value)
+    _check_once("--temperature", [f"{t:g} degC" for t in celsius])
+    _check_once("--corner", r.corners)
     return tuple(Condition(c, t, k) for c in r.corners for t in celsius for k in range(r.trials))
+
+
+def _check_once(option: str, values: Sequence[str]) -> None:
+    for value, count in Counter(values).items():
+        if count > 1:  # its samples would count twice
+            raise ParameterError(f"{option}: {value} is there twice, must be once")
 
 
 def _check_target(r: Request, target: Target) -> None:

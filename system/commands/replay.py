@@ -11,7 +11,9 @@ from circuits.units import parse_quantity
 from netlists.raw import write_raw
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.commands.simulate import engine_named, plotted, waveform_table
+from system.exit_status import DONE, NO
 from system.files import replace_atomic, write_text_atomic
+from system.notice import say
 from system.options import describe_die
 from system.plot import check_picture, draw_waveforms, save_picture
 from system.study.replay import Replay, replay
@@ -30,8 +32,11 @@ def replay_command(
     csv: str | None,
     raw: str | None,
     as_json: bool,
-) -> None:
-    """Measure the sample again, say whether it is the one that was kept, and write what is asked for."""
+) -> int:
+    """Measure the sample again, say whether it is the one that was kept, and write what is asked for.
+
+    Returns `NO` if it is another one, or could not be measured.
+    """
     if plot is not None:
         check_picture(plot)
     celsius = None if temperature is None else parse_quantity(temperature, "degC", "--temperature")
@@ -42,6 +47,13 @@ def replay_command(
         print_json(_document(found) | extra)
     else:
         _print(found, extra)
+    if found.again.reason:
+        say(f"replay: die {die} could not be measured: {found.again.reason}")
+    elif found.kept is not None and not found.identical:
+        say(f"replay: die {die} is not what {folder} has of it; the study is of another version")
+    else:
+        return DONE
+    return NO
 
 
 def _waveforms(

@@ -11,7 +11,9 @@ from pathlib import Path
 from circuits.errors import ParameterError
 from system.campaign import Campaign, here
 from system.commands.output import print_json, print_line, print_table, progress_bar
+from system.exit_status import DONE, NO
 from system.experiment import Experiment, Report, Row, Value
+from system.notice import say
 from system.plot import check_picture, save_picture
 from system.registry import load_experiment
 
@@ -29,7 +31,7 @@ def reproduce_command(
     plot: str | None,
     as_json: bool,
 ) -> int:
-    """Run `experiment`, print its rows, draw it into `plot`; 1 if a predicted row disagrees, else 0.
+    """Run `experiment`, print its rows, draw it into `plot`; returns `NO` if a row disagrees.
 
     `params`, `output`, `resume` and `workers` are of campaigns alone.
     """
@@ -57,7 +59,11 @@ def reproduce_command(
         print_json({"experiment": chosen.name, "rows": rows, "notes": report.notes})
     else:
         _print(f"{chosen.name}: {chosen.summary}", report)
-    return 0 if report.agrees else 1
+    if report.agrees:
+        return DONE
+    of = f"{len(report.disagreeing)} of {len(report.rows)} rows disagree"
+    say(f"{chosen.name}: {of}: {', '.join(report.disagreeing)}")
+    return NO
 
 
 def _campaign(output: str | None, workers: int | None, *, resume: bool) -> Campaign:

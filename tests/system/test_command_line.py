@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -302,14 +303,22 @@ FITTED = Row("gain", 2.0, float("nan"), "within 5 %", 0.05, fitted=True, agrees=
 DISAGREES = Row("word", "one", "two", "equal", None, fitted=False, agrees=False)
 
 
-@pytest.mark.parametrize(("rows", "status"), [((AGREES, FITTED), 0), ((AGREES, DISAGREES), 1)])
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ((AGREES, replace(FITTED, agrees=True)), ""),
+        ((AGREES, FITTED), "noctule: mine: 1 of 2 rows disagree: gain\n"),
+        ((AGREES, FITTED, DISAGREES), "noctule: mine: 2 of 3 rows disagree: gain, word\n"),
+    ],
+)
 def test_reproduce(
-    rows: tuple[Row, ...], status: int, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    rows: tuple[Row, ...], told: str, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(reproduce, "load_experiment", lambda _: experiment(*rows))
     plot = tmp_path / "mine.pdf"
     found = run("reproduce", "mine", "--json", "--plot", str(plot))
-    assert (found[0], found[2]) == (status, "")
+    status = 1 if told else 0
+    assert (found[0], found[2]) == (status, told)
     document = json.loads(found[1], parse_constant=pytest.fail)
     assert document["experiment"] == "mine"
     assert document["notes"] == ["a note"]

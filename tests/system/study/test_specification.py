@@ -17,7 +17,7 @@ CLASSES = ("works", "echo-alone", "call-alone")
     ("text", "low", "high"),
     [
         ("best_delay in 5.9ms:6.8ms", 5.9e-3, 6.8e-3),
-        ("  best-delay   in 5.9m : 6.8e-3 ", 5.9e-3, 6.8e-3),
+        ("  best-delay   in 5.9m : 6.8e-3s ", 5.9e-3, 6.8e-3),
         ("best_delay in 5.9ms:", 5.9e-3, math.inf),
         ("best_delay in :6.8ms", -math.inf, 6.8e-3),
         ("best_delay in -1ms:1ms", -1e-3, 1e-3),
