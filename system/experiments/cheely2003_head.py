@@ -29,7 +29,7 @@ from chips.lso_model import LEAST_AREA
 from circuits.die import Die
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
-from system.sonar_head import SYSTEM, Trace
+from system.sonar_head import SUMMARY, SYSTEM, Trace
 from system.sonar_head_loop import LOST
 from system.sonar_head_picture import draw_angles
 from system.study.interval import mean_interval
@@ -65,7 +65,7 @@ def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
     runs = [SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **options)) for n in dies]
     found = [SYSTEM.summarise(trace) for trace in runs]
     pings = np.array([float(len(trace.log.time)) for trace in runs])
-    named = {name: np.array([float(q[name] or 0.0) for q in found]) for name in found[0]}
+    named = {name: np.array([float(q[name] or 0.0) for q in found]) for name in SUMMARY}
     return named | {"pings": pings}
 
 
