@@ -34,6 +34,7 @@ from circuits.devices.source import Constant, Polyline, Waveform, vertices
 from circuits.die import Die
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500, Process
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
@@ -179,7 +180,7 @@ def _line(time: tuple[float, ...], value: tuple[float, ...]) -> Polyline:
 def inhibition_time(machine: Machine, longest: float) -> float:
     """From a call at 0 s to the release, s; raises `SolverError` after `longest` s."""
     runner = Runner(machine, ("inhibition.b",), RTOL)
-    half = 0.5 * machine.silicon.process.v_dd
+    half = half_supply(machine)
     state = runner.begin(operating_point(machine))
     state, _ = runner.advance(state, 20e-6, stop_at_event=False)
     until, before = 0.2 * longest, (state.now, 2.0 * half)
@@ -217,7 +218,7 @@ def _spike(machine: Machine, line: Polyline) -> tuple[float, float]:
         raise SolverError(f"{machine.testbench.title}: no spike on a ramp of v_mem; check v_th")
     spike = segment.spikes[0][1]
     reset = _line((spike, spike + 20e-9), (float(np.interp(spike, *line)), 0.0))
-    half = 0.5 * machine.silicon.process.v_dd
+    half = half_supply(machine)
     _, segment = runner.advance(state, spike + 50e-6, {"v_mem": reset}, stop_at_event=False)
     wave = segment.voltage[:, 0]
     k = int(np.flatnonzero(wave < half)[0])

@@ -23,6 +23,7 @@ from circuits.devices.source import vertices
 from circuits.die import Die
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.silicon import Silicon
 from circuits.solver.integrate import source_values
@@ -111,7 +112,7 @@ def solved_decision(
     )
     n = profile.excite.size
     columns = [machine.column_of(f"line[{k}]") for k in range(n)]
-    high = np.flatnonzero(state.voltage[0][columns] > 0.5 * machine.silicon.process.v_dd)
+    high = np.flatnonzero(state.voltage[0][columns] > half_supply(machine))
     if high.size != 1:
         return UNDECIDED, np.inf
     rises = [time for name, time in segment.spikes if name == f"line[{high[0]}]"]

@@ -14,8 +14,13 @@ OPTIONAL: Mapping[str, bool] = {"optional": True}  # metadata of a field that is
 
 def brief(value: Any) -> str:
     """What `repr` of the dataclass is, without its optional fields that stand at their default."""
-    shown = (f.name for f in fields(value) if f.repr and not _is_left_out(f, getattr(value, f.name)))
-    return f"{type(value).__qualname__}({', '.join(f'{name}={getattr(value, name)!r}' for name in shown)})"
+    shown = (f"{name}={getattr(value, name)!r}" for name in stated(value))
+    return f"{type(value).__qualname__}({', '.join(shown)})"
+
+
+def stated(value: Any) -> list[str]:
+    """Names of a dataclass's fields, without its optional ones that stand at their default."""
+    return [f.name for f in fields(value) if f.repr and not _is_left_out(f, getattr(value, f.name))]
 
 
 def _is_left_out(field: Field[Any], value: object) -> bool:

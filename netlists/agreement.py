@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from circuits.blocks.block import Block
 from circuits.circuit import GROUND
+from circuits.lowering.supply import half_supply
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point as solve_point
 from circuits.solver.transient import Result
@@ -283,6 +284,6 @@ def _vertices(result: Result) -> F64:
 
 def _crossings(result: Result) -> F64:
     """Times at which any node crosses half the supply, s; crossings of one step of a run count once."""
-    above = result.voltage >= 0.5 * result.machine.silicon.process.v_dd
+    above = result.voltage >= half_supply(result.machine)
     k = np.flatnonzero((above[1:] != above[:-1]).any(axis=1))
     return np.asarray(0.5 * (result.time[k] + result.time[k + 1]))

@@ -19,12 +19,14 @@ import typer
 
 from circuits.errors import CircuitError
 from system import run_command_line, simulate_command_line, study_command_line
+from system.begin_choice import begin_choice
 from system.command_options import (
     Biases,
     BiasFile,
     BiasSet,
     BlockName,
     Dialect,
+    Held,
     Json,
     Kind,
     Level,
@@ -35,6 +37,7 @@ from system.command_options import (
     Params,
     Plot,
     Stimuli,
+    Uic,
     call,
     kind_name,
 )
@@ -158,6 +161,8 @@ def export(
     ] = None,
     dialect: Annotated[Dialect, typer.Option("--dialect", help="Simulator to write for.")] = Dialect.ngspice,
     models: Annotated[Models, typer.Option("--models", help="What transistors are.")] = Models.ekv,
+    ic: Held = [],  # noqa: B006
+    uic: Uic = False,
     parasitics: Annotated[
         str | None,
         typer.Option("--parasitics", metavar="FILE", help="CSV of node and capacitance, merged in."),
@@ -188,6 +193,7 @@ def export(
         dialect=dialect.value,
         models=models.value,
         parasitics=parasitics,
+        begin=begin_choice(ic, uic=uic),
         output=output,
         as_json=as_json,
     )

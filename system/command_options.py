@@ -104,6 +104,14 @@ Stimuli = Annotated[
     list[str],
     typer.Option("--stimulus", metavar="NAME=VALUE", help="As delay=6.4ms or call=off, repeatable."),
 ]
+Held = Annotated[
+    list[str],
+    typer.Option("--ic", metavar="NODE=V", help="Voltage that a node is held at until time 0, repeatable."),
+]
+Uic = Annotated[
+    bool, typer.Option("--uic", help="Begin with --ic and 0 V elsewhere, without an operating point.")
+]
+AtRest = Annotated[bool, typer.Option("--at-rest", help="Stay in an operating point that is not stable.")]
 Targets = Annotated[str | None, typer.Option("--targets", metavar="FILE", help="CSV of moving targets.")]
 Plot = Annotated[
     str | None, typer.Option("--plot", metavar="FILE", help="Draw into a .png, .svg or .pdf file.")

@@ -25,6 +25,9 @@ from circuits.place import circuit_at, instance_names
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity
+from system.assignment import split_assignment
+from system.begin_choice import FREE, BeginChoice
+from system.begun import begun
 from system.registry import load_block_or_chip, unknown
 from system.silicon_choice import SiliconChoice
 
@@ -53,13 +56,14 @@ class Choice:
     circuit: Circuit
     silicon: Silicon
     stimuli: Mapping[str, float | None]
+    begin: BeginChoice = FREE
 
     def testbench(self) -> Testbench:
         """The block's testbench under the stimuli; raises `ParameterError` unless it takes time."""
         bench = self.block.testbench(self.circuit, self.stimuli, self.silicon.process.v_dd)
         if not bench.stop > 0.0:
             raise ParameterError(f"duration: {bench.stop:g} s, must be > 0; give a longer run")
-        return bench
+        return begun(bench, self.begin)
 
 
 def choose(
@@ -70,13 +74,14 @@ def choose(
     silicon: SiliconChoice = _NOMINAL,
     stimuli: Iterable[str] = (),
     bias_set: str | None = None,
+    begin: BeginChoice = FREE,
 ) -> Choice:
     """Read the options that all commands on a block or chip share.
 
     params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of one of the block's sets, over which
-    `biases` go. A block at its place on a chip has the sizes and biases that the chip gives it, unless
-    `params`, `bias_set` or `biases` say otherwise. Raises `ParameterError` or `UnknownNameError` naming what
-    is wrong.
+    `biases` go; begin: where its runs begin. A block at its place on a chip has the sizes and biases that
+    the chip gives it, unless `params`, `bias_set` or `biases` say otherwise. Raises `ParameterError` or
+    `UnknownNameError` naming what is wrong.
     """
     params = list(params)
     block = load_block_or_chip(name)
@@ -94,7 +99,7 @@ def choose(
         die=read_die(silicon),
         place=place,
     )
-    return Choice(block, values, circuit, made, read_stimuli(block.stimuli, stimuli))
+    return Choice(block, values, circuit, made, read_stimuli(block.stimuli, stimuli), begin)
 
 
 def read_die(silicon: SiliconChoice) -> Die:
@@ -182,7 +187,7 @@ def read_params(params: Any, texts: Iterable[str]) -> Any:
     """Return `params` with the values of `texts` set."""
     known = {p.name: p for p in parameters(params)}
     for text in texts:
-        name, value = _split(text, "--param")
+        name, value = split_assignment(text, "--param")
         if name not in known:
             raise unknown("parameter", name, known)
         params = _set(params, name, _like(known[name], value))
@@ -206,7 +211,7 @@ def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
     known = {b.name: b for b in circuit.biases}
     values: dict[str, Value] = {}
     for text in texts:
-        name, value = _split(text, "--bias")
+        name, value = split_assignment(text, "--bias")
         element = _ELEMENT.fullmatch(name)
         name = element.group(1) if element else name
         if name not in known:
@@ -235,25 +240,11 @@ def read_stimuli(known: Iterable[Stimulus], texts: Iterable[str]) -> dict[str, f
     by_name = {s.name: s for s in known}
     values = {s.name: s.default for s in by_name.values()}
     for text in texts:
-        name, value = _split(text, "--stimulus")
+        name, value = split_assignment(text, "--stimulus")
         if name not in by_name:
             raise unknown("stimulus", name, by_name)
         values[name] = _stimulus(by_name[name], value)
     return values
-
-
-def read_voltages(texts: Iterable[str], option: str) -> dict[str, float]:
-    """Voltages by node path, V."""
-    pairs = (_split(text, option, keep=True) for text in texts)
-    return {name: parse_quantity(value, "V", name) for name, value in pairs}
-
-
-def _split(text: str, option: str, *, keep: bool = False) -> tuple[str, str]:
-    """Split `NAME=VALUE`; a hyphen in a name stands for an underscore unless names are kept."""
-    name, sign, value = (part.strip() for part in text.partition("="))
-    if not (name and sign and value):
-        raise ParameterError(f'{option}: "{text}", must be NAME=VALUE; write as in {option} name=1.5')
-    return name if keep else name.replace("-", "_"), value
 
 
 def _stimulus(stimulus: Stimulus, text: str) -> float | None:

@@ -8,16 +8,20 @@ import typer
 
 from system import analysis_options as of
 from system.analysis_options import Analysis, AnalysisChoice
+from system.begin_choice import begin_choice
 from system.command_options import (
+    AtRest,
     Biases,
     BiasSet,
     BlockName,
     Engine,
+    Held,
     Json,
     Kind,
     Params,
     Plot,
     Stimuli,
+    Uic,
     call,
     kind_name,
 )
@@ -42,6 +46,9 @@ def simulate(
     engine: Annotated[Engine, typer.Option("--engine", help="What solves it.")] = Engine.native,
     source: of.SourceName = None,
     node: of.Nodes = [],  # noqa: B006
+    ic: Held = [],  # noqa: B006
+    uic: Uic = False,
+    at_rest: AtRest = False,
     low: of.Low = None,
     high: of.High = None,
     points: of.Points = None,
@@ -78,6 +85,7 @@ def simulate(
         csv=csv,
         raw=raw,
         as_json=as_json,
+        begin=begin_choice(ic, uic=uic, at_rest=at_rest),
         analysis=AnalysisChoice(
             analysis.value, source, tuple(node), low, high, points, dies, temperatures, netcdf, flicker,
             seed, trials, step, workers,

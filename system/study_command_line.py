@@ -7,13 +7,16 @@ from typing import Annotated
 
 import typer
 
+from system.begin_choice import begin_choice
 from system.command_options import (
     At,
+    AtRest,
     Biases,
     BiasSet,
     BlockName,
     Corner,
     Engine,
+    Held,
     Json,
     Kind,
     Level,
@@ -24,6 +27,7 @@ from system.command_options import (
     Process,
     Stimuli,
     Temperature,
+    Uic,
     call,
     kind_name,
 )
@@ -106,6 +110,9 @@ def montecarlo(
     bias_set: BiasSet = None,
     bias_kind: Kind = None,
     stimulus: Stimuli = [],  # noqa: B006
+    ic: Held = [],  # noqa: B006
+    uic: Uic = False,
+    at_rest: AtRest = False,
     level: Annotated[Level, typer.Option(help="Of a system.")] = Level.behavioural,
     duration: Annotated[
         str | None, typer.Option(metavar="TIME", help="Of a system's run; the system's own.")
@@ -141,6 +148,7 @@ def montecarlo(
         bias_set=bias_set,
         bias_kind=kind_name(bias_kind),
         stimuli=stimulus,
+        begin=begin_choice(ic, uic=uic, at_rest=at_rest),
         silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at),
         level=level.value,
         duration=duration,

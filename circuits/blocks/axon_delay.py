@@ -38,6 +38,7 @@ from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -167,7 +168,7 @@ def measures(result: Result) -> dict[str, float | None]:
     delay: from half the supply at `fired` to half at `delayed`; recovery: likewise back, after the reset.
     None where there is no such edge in the run.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     time = result.time
     fired, reset = (f(time, result["fired"], half) for f in (rising_crossing, falling_crossing))
     out, back = (f(time, result["delayed"], half) for f in (rising_crossing, falling_crossing))

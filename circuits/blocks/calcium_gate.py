@@ -36,6 +36,7 @@ from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
+from circuits.lowering.supply import half_supply
 from circuits.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
@@ -177,7 +178,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
     decay: time from half to a fifth of the last peak over ln 2.5.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     t, current = result.time, np.abs(drain_current(result, "gate.mk_mon"))
     return {
         "calcium_A": float(current.max()),

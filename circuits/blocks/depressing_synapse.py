@@ -39,6 +39,7 @@ from circuits.blocks.rolls_bias import current_of
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import ROLLS_180, thermal_voltage
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
@@ -183,7 +184,7 @@ LEAST = 0.02  # of 1 - R, ours: below, no time constant is read
 
 def _pulses(result: Result) -> list[tuple[float, float]]:
     """Beginnings and ends of the excitatory pulses, s."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     time, off = result.time, result["exc_off"]
     found: list[tuple[float, float]] = []
     while (begin := falling_crossing(time, off, half)) is not None:

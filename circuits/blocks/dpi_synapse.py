@@ -39,6 +39,7 @@ from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
@@ -275,7 +276,7 @@ def measures(result: Result) -> dict[str, float | None]:
     time in which it falls from half to a tenth of the peak, over ln 5: the time constant where it falls
     exponentially; charge: of the whole run, the current before the first event taken away.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     excites = bool(result["sign"][0] > half)
     current = np.abs(drain_current(result, "excitatory.md5" if excites else "inhibitory.md7"))
     current = current - float(np.interp(0.99 * FIRST_EVENT, result.time, current))
@@ -299,7 +300,7 @@ def _decay(time: NDArray[np.float64], current: NDArray[np.float64]) -> float | N
 
 def outcome(result: Result) -> str:
     """`excites`, `inhibits`, or `silent` where the level lets nothing in."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     if result["recurrent"][0] < half:
         return "silent"
     return "excites" if result["sign"][0] > half else "inhibits"

@@ -21,6 +21,7 @@ from circuits.blocks.vocalization_controller import inverter, mos, strays
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Resistor, Source
 from circuits.devices.source import Constant
+from circuits.lowering.supply import half_supply
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -130,7 +131,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 def outcome(result: Result) -> str:
     """`isolated` or `open`, at the end of the run."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     return "isolated" if float(result["q"][-1]) > half else "open"
 
 

@@ -29,6 +29,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -104,7 +105,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
     window: how long the first input's current is on; None where what is asked for is not in the run.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     off, spikes = result["input0.off"], result.spikes["spike"]
     closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
     return {

@@ -27,6 +27,7 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -136,7 +137,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 def measures(result: Result) -> dict[str, float | None]:
     """`latency_s` of the first spike, `stop_s` of the recurrent inhibition after it, `winners`, power."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     firsts = sorted(float(t[0]) for t in result.spikes.values() if t.size)
     after = result.time > PING
     stops = rising_crossing(result.time[after], result["stop"][after], half)

@@ -29,6 +29,7 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -114,7 +115,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
     step: from the first synapse's switch closing to its opening; None where either is not in the run.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     off = result["synapse0.off"]
     closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
     return {

@@ -30,6 +30,7 @@ from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -125,7 +126,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 def measures(result: Result) -> dict[str, float | None]:
     """`delay_s` of the first tap, `hop_s` from it to the second, `pulse_s` of the first, `supply_power_W`."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     first, second = (next(map(float, result.spikes.get(f"out[{k}]", ())), None) for k in range(2))
     rises = rising_crossing(result.time, result["out[0]"], half)
     falls = falling_crossing(result.time, result["out[0]"], half)

@@ -33,6 +33,7 @@ from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -169,7 +170,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
     silence: the longest time between two spikes; None where what is asked for is not in the run.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     on, spikes = result["on"], result.spikes["spike"]
     opens, closes = rising_crossing(result.time, on, half), falling_crossing(result.time, on, half)
     apart = spikes[1:] - spikes[:-1]

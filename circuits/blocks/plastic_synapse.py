@@ -41,6 +41,7 @@ from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import ROLLS_180
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
@@ -207,7 +208,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 def outcome(result: Result) -> str:
     """`high` or `low`, the weight at the end."""
-    return "low" if result["low"][-1] > 0.5 * result.machine.silicon.process.v_dd else "high"
+    return "low" if result["low"][-1] > half_supply(result.machine) else "high"
 
 
 BLOCK = Block(

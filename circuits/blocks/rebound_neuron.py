@@ -20,6 +20,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -268,7 +269,7 @@ def measures(result: Result) -> dict[str, float | None]:
     supply; t_reb: from there to the peak of v_mem, or to the spike that ends the rise; None without a call.
     v_mem_peak: largest v_mem after the release, or over the whole run without a call.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     release = falling_crossing(result.time, result["inhibition.b"], half)
     v_mem = result["v_mem"]
     after = result.time >= (release or 0.0)

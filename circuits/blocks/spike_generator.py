@@ -30,6 +30,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -165,7 +166,7 @@ def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, flo
     spike_width: of the first spike at half the supply; None without such a spike. margin: the largest of
     node `signal` minus node `threshold`, below 0 where there is no reason to fire.
     """
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     spikes = result.spikes["spike"]
     up = rising_crossing(result.time, result["spike"], half)
     down = falling_crossing(result.time, result["spike"], half)

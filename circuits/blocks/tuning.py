@@ -29,6 +29,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.supply import half_supply
 from circuits.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner, State
@@ -219,7 +220,7 @@ def event_pulse(machine: Machine, start: float) -> Polyline:
 
 def release(machine: Machine, time: F64, gate: F64) -> float:
     """First time (s) at which the inhibition's gate is below half the supply; NaN without one."""
-    low = np.flatnonzero(gate < 0.5 * machine.silicon.process.v_dd)
+    low = np.flatnonzero(gate < half_supply(machine))
     return float(time[low[0]]) if low.size else math.nan
 
 

@@ -24,6 +24,7 @@ from circuits.blocks.rebound_neuron import rising_crossing
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Device, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.lowering.supply import half_supply
 from circuits.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -206,7 +207,7 @@ def measures(result: Result) -> dict[str, float | None]:
     The first call counts from the enabling; the rate is that of the last interval, None without one.
     """
     calls = result.spikes["call"]
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     enabled = rising_crossing(result.time, result["enable"], half) or 0.0
     return {
         "first_call_s": float(calls[0]) - enabled if calls.size else None,

@@ -34,6 +34,7 @@ from circuits.circuit import Bias, Circuit, InstanceArray, Port
 from circuits.devices import Device, Source
 from circuits.devices.source import Constant, PiecewiseLinear, Waveform
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -185,7 +186,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 def measures(result: Result) -> dict[str, float | None]:
     """`delay_s` from arrival to `fired`, `bits`, the first-arrival latch as a number, `supply_power_W`."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     fired = rising_crossing(result.time, result["fired"], half)
     bits = sum(1 << k for k in range(INPUTS) if result[f"first[{k}]"][-1] > half)
     return {
@@ -197,7 +198,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 def outcome(result: Result) -> str:
     """Neighbours whose arrival is remembered, as in `E` or `E+SW`; `start` or `none` without any."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     names = [NAMES[k] for k in range(INPUTS) if result[f"first[{k}]"][-1] > half]
     fired = result["fired"][-1] > half
     return "+".join(names) or ("start" if fired else "none")

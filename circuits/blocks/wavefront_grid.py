@@ -28,6 +28,7 @@ from circuits.count import whole_number
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -139,7 +140,7 @@ def firing_times(result: Result) -> NDArray[np.float64]:
 
 def pointers(result: Result) -> NDArray[np.int64]:
     """Lowest first-arrival bit of every cell at the end, int64[rows, columns]; -1 where none is set."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     shape = result.machine.testbench.circuit.port("first").shape
     bits = np.zeros(shape, dtype=np.bool_)
     for index in np.ndindex(shape):

@@ -51,6 +51,7 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor, Device, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
 from circuits.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -229,14 +230,14 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 def lines_high(result: Result) -> NDArray[np.int64]:
     """Cells whose line is high at the end."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     n = result.machine.testbench.circuit.port("line").shape[0]
     return np.flatnonzero([result[f"line[{k}]"][-1] > half for k in range(n)])
 
 
 def decision_time(result: Result, release: float = RELEASE) -> float | None:
     """From the release to the time since when the winner's line is high and no other, s; None without one."""
-    half = 0.5 * result.machine.silicon.process.v_dd
+    half = half_supply(result.machine)
     n = result.machine.testbench.circuit.port("line").shape[0]
     high = np.array([result[f"line[{k}]"] for k in range(n)])
     winners = lines_high(result)

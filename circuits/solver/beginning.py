@@ -52,13 +52,17 @@ class Disturbance:
     nodes: tuple[str, ...]
     voltage: float
 
+    @property
+    def what(self) -> str:
+        """The disturbance in words."""
+        if not self.nodes:
+            return "the noise of the first step"
+        more = f" and {len(self.nodes) - 1} more" if self.nodes[1:] else ""
+        return f"{self.voltage * 1e3:g} mV added at {self.nodes[0]}{more}"
+
     def __str__(self) -> str:
         """What happened, in one line."""
-        if not self.nodes:
-            return "the operating point is not stable: the noise of the first step leaves it"
-        more = f" and {len(self.nodes) - 1} more nodes" if self.nodes[1:] else ""
-        where = f"{self.voltage * 1e3:g} mV added at {self.nodes[0]}{more}"
-        return f"the operating point is not stable: the run begins with {where}"
+        return f"the operating point is not stable: the run begins with {self.what}"
 
 
 NOISE = Disturbance((), 0.0)

@@ -16,6 +16,8 @@ from netlists.foundry import read_mapping
 from netlists.foundry_deck import format_foundry, map_circuit
 from netlists.parasitics import read_parasitics
 from netlists.verilog_a_cell import CellArray, format_cells
+from system.begin_choice import FREE, BeginChoice, refuse_beginning
+from system.begun import begun
 from system.commands.export_rolls import export_rolls
 from system.commands.output import print_json
 from system.files import write_text_atomic
@@ -45,9 +47,11 @@ def export_command(
     as_json: bool,
     bias_file: str | None = None,
     program: str | None = None,
+    begin: BeginChoice = FREE,
 ) -> None:
     """Write the netlist to the file `output`, `-` being stdout (with `--json` inside the document)."""
     if block == ROLLS:
+        refuse_beginning(begin, block)
         export_rolls(
             bias_file=bias_file, program=program, params=params, biases=biases, bias_set=bias_set,
             bias_kind=bias_kind, silicon=silicon, stimuli=stimuli, mapping=mapping, level=level,
@@ -57,11 +61,12 @@ def export_command(
     refuse_bias_file(block, bias_file)
     if program is not None:
         raise ParameterError(f"--program: {program}, of rolls only; leave it out for {block}")
-    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set, begin=begin)
     bench = choice.testbench()
     loads = {} if parasitics is None else read_parasitics(parasitics, choice.circuit)
     settings = Settings(models, parasitics=loads)
     if level == "behavioural":
+        refuse_beginning(begin, "the behavioural level")
         _refuse_with_behavioural(dialect, mapping, settings)
         text = _as_cells(choice)
     elif mapping is not None:
@@ -160,4 +165,4 @@ def _on_foundry(choice: Choice, name: str) -> str:
     mapping = read_mapping(name)
     circuit = map_circuit(choice.circuit, mapping, choice.silicon)
     bench = choice.block.testbench(circuit, choice.stimuli, mapping.v_dd)
-    return format_foundry(bench, mapping, choice.silicon.temperature_c)
+    return format_foundry(begun(bench, choice.begin), mapping, choice.silicon.temperature_c)

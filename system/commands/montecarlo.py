@@ -14,7 +14,10 @@ from typing import Any
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.process import check_temperature
+from circuits.solver.transient import Result as Run
 from circuits.units import parse_quantity
+from system.begin_choice import FREE, BeginChoice, refuse_beginning
+from system.commands.beginning_output import told, told_lines
 from system.commands.contributions import breakdown_document, check_pareto, print_breakdown, save_pareto
 from system.commands.output import print_json, print_line, progress_bar, working
 from system.commands.rare import check_rare, print_rare
@@ -87,6 +90,7 @@ def montecarlo_command(
     specs: Sequence[str],
     duration: str | None,
     as_json: bool,
+    begin: BeginChoice = FREE,
     **options: Any,
 ) -> int:
     """Measure the target on dies, print statistics, and leave files as asked; returns what `measure` does."""
@@ -96,6 +100,7 @@ def montecarlo_command(
     measured = with_named(metrics, named)
     system: dict[str, Any] = {}
     if target in system_names():
+        refuse_beginning(begin, target)
         loaded = load_system(target)
         _refuse_of_blocks(
             target, (("--bias", biases), ("--bias-set", bias_set), ("--stimulus", stimuli),
@@ -107,11 +112,11 @@ def montecarlo_command(
     elif given:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
     if not measured:
-        choice = choose(target, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
+        choice = choose(target, params, biases, bias_kind, silicon, stimuli, bias_set, begin)
         measured = default_metrics(choice)
     subject = Subject(
         target, measured, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli),
-        silicon, system,
+        silicon, system, begin.held, begin.begin,
     )  # fmt: skip
     return measure(
         Request(subject, tuple(temperatures), tuple(corners), specs=tuple(specs), **options), as_json=as_json
@@ -149,13 +154,14 @@ def measure(request: Request, *, as_json: bool) -> int:
     page = write_report(Path(request.output), result, found) if request.output else None
     for note in outcome.chunks_redone:
         say(note)
+    nominal = _nominal_run(study, target)
     if as_json:
         extra = {"contributions": [breakdown_document(b) for b in found]} if request.contributions else {}
+        extra |= told(nominal)
         print_json({**document(result), "report": None if page is None else str(page), **extra})
     else:
         print_study(result)
-        for each in found:
-            print_breakdown(each)
+        _print_rest(nominal, found)
         if page is not None:
             print_line(f"report: {page}")
     if refused:
@@ -170,6 +176,21 @@ def _status(result: Result) -> int:
         at = f"{celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
         say(f"montecarlo: all {len(part)} samples at {at} failed, the first: {part.reason[0]}")
     return NO if silent else DONE
+
+
+def _nominal_run(study: Study, target: Target) -> Run | None:
+    """A run of a block's testbench, whose beginning and whose silence are those of the study's."""
+    if not isinstance(target, BlockTarget) or not study.plan.count:
+        return None
+    return target.nominal_run(study.conditions[0].temperature_c)
+
+
+def _print_rest(nominal: Run | None, found: Sequence[Breakdown]) -> None:
+    """What a run told, and what the variance comes from."""
+    for line in told_lines(nominal):
+        print_line(f"nominal die: {line}")
+    for each in found:
+        print_breakdown(each)
 
 
 def _contributions(r: Request, result: Result) -> tuple[tuple[Breakdown, ...], tuple[str, ...]]:

@@ -11,11 +11,14 @@ import numpy as np
 from circuits.circuit import GROUND, BiasKind
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
+from circuits.solver.beginning import disturbance
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import OperatingPoint, operating_point
+from system.begun import read_voltages
+from system.commands.beginning_output import disturbance_document
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.files import write_text_atomic
-from system.options import choose, describe_silicon, read_voltages
+from system.options import choose, describe_silicon
 from system.registry import unknown
 from system.silicon_choice import SiliconChoice
 
@@ -119,7 +122,13 @@ def _check_start(start: Mapping[str, float], nodes: Sequence[str]) -> None:
 
 def _state(point: OperatingPoint) -> dict[str, object]:
     voltages = {node: v for node, v in point.voltages().items() if node != GROUND}
-    return {"stable": point.stable, "voltages_V": voltages, "devices": plain(device_rows(point))}
+    left = None if point.stable else disturbance_document(disturbance(point))
+    return {
+        "stable": point.stable,
+        "disturbance": left,
+        "voltages_V": voltages,
+        "devices": plain(device_rows(point)),
+    }
 
 
 def _print(point: OperatingPoint) -> None:
@@ -161,4 +170,7 @@ def _cell(column: str, value: object) -> str:
 
 
 def _stability(point: OperatingPoint) -> str:
-    return "stable" if point.stable else "not stable: the smallest disturbance leaves it"
+    if point.stable:
+        return "stable"
+    found = disturbance(point)
+    return f"not stable: the smallest disturbance leaves it, and a run begins with {found.what}"

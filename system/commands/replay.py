@@ -9,6 +9,7 @@ from typing import Any
 
 from circuits.units import parse_quantity
 from netlists.raw import write_raw
+from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.commands.simulate import engine_named, plotted, waveform_table
 from system.exit_status import DONE, NO
@@ -79,6 +80,8 @@ def _waveforms(
         "testbench_outcome": choice.block.outcome(result),
         "spikes_s": {port: times.tolist() for port, times in result.spikes.items()},
         "measures": plain(choice.block.measures(result)),
+        **told(result),
+        "told": told_lines(result),
     }
 
 
@@ -117,6 +120,8 @@ def _print(found: Replay, extra: dict[str, Any]) -> None:
         print_line(f"failed: {found.again.reason}")
     for port, times in extra.get("spikes_s", {}).items():
         print_line(f"{port}, {extra['engine']}: {' '.join(f'{t:.9g} s' for t in times) or 'no spike'}")
+    for line in extra.get("told", ()):
+        print_line(line)
 
 
 def _cell(value: float, unit: str) -> str:

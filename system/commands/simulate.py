@@ -16,7 +16,9 @@ from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
 from netlists.raw import write_raw
 from system.analysis_options import AnalysisChoice, check_options
+from system.begin_choice import FREE, BeginChoice
 from system.command_options import call
+from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.files import replace_atomic, write_text_atomic
 from system.options import Choice, choose, describe_silicon
@@ -48,21 +50,26 @@ def simulate_command(
     raw: str | None,
     as_json: bool,
     analysis: AnalysisChoice = TRANSIENT,
+    begin: BeginChoice = FREE,
 ) -> None:
     """Simulate `block`, print its outcome, and write waveforms (`csv`, `raw`) and a picture (`plot`)."""
     if analysis.analysis != "tran":
-        others: dict[str, object] = {"rtol": rtol, "raw": raw}
+        others: dict[str, object] = {"rtol": rtol, "raw": raw, **_beginnings(begin, analysis.analysis)}
         if analysis.analysis != "ac":
             others["engine"] = None if engine == "native" else engine
         check_options(analysis, others)
         of_block = (block, params, biases, bias_set, bias_kind, silicon, stimuli)
         command = _COMMANDS[analysis.analysis]
-        call(command, *of_block, analysis, engine, csv=csv, plot=plot, as_json=as_json)
+        call(command, *of_block, analysis, engine, begin, csv=csv, plot=plot, as_json=as_json)
         return
     check_options(analysis, {})
     if plot is not None:
         check_picture(plot)
-    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
+    if begin.begin == "at_rest" and engine != "native":
+        raise ParameterError(
+            f"--at-rest: {engine} leaves such a state by its rounding; only native stays there"
+        )
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set, begin=begin)
     run = engine_named(engine, rtol)
     with working(f"simulating {block} (the first run compiles its kernels)"):
         result = run(choice.testbench(), choice.silicon)
@@ -78,6 +85,16 @@ def simulate_command(
         print_json(document)
     else:
         _print(choice, document)
+        for line in told_lines(result):
+            print_line(line)
+
+
+def _beginnings(begin: BeginChoice, analysis: str) -> dict[str, object]:
+    """Options about where a run begins that an analysis does not take, None where not given."""
+    found: dict[str, object] = {"at-rest": True if begin.begin == "at_rest" else None}
+    if analysis != "tran-noise":
+        found |= {"ic": begin.held or None, "uic": True if begin.begin == "uic" else None}
+    return found
 
 
 def waveform_table(result: Result) -> str:
@@ -114,6 +131,7 @@ def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
         "stimuli": choice.stimuli,
         "outcome": choice.block.outcome(result),
         "spikes_s": _spikes(choice, result),
+        **told(result),
         "measures": plain(choice.block.measures(result)),
         "steps": result.steps.accepted,
         "rejected_steps": result.steps.rejected,

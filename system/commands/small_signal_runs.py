@@ -18,6 +18,7 @@ from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.small_signal import Response, frequency_grid
 from circuits.units import parse_quantity
 from system.analysis_options import AnalysisChoice
+from system.begin_choice import FREE, BeginChoice
 from system.commands.output import print_line, working
 from system.files import replace_atomic
 from system.options import Choice, choose, describe_silicon
@@ -58,6 +59,7 @@ class Request:
     stimuli: Sequence[str]
     analysis: AnalysisChoice
     engine: str = "native"
+    begin: BeginChoice = FREE
 
     def frequencies(self) -> F64:
         """Grid of the analysis, Hz."""
@@ -86,8 +88,9 @@ class Request:
     def chosen(self, silicon: SiliconChoice) -> Choice:
         """The block on one of them."""
         return choose(
-            self.block, self.params, self.biases, self.bias_kind, silicon, self.stimuli, self.bias_set
-        )
+            self.block, self.params, self.biases, self.bias_kind, silicon, self.stimuli, self.bias_set,
+            self.begin,
+        )  # fmt: skip
 
 
 def read_dies(text: str) -> list[int]:

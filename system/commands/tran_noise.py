@@ -18,6 +18,7 @@ from circuits.solver.noise_transient import NoiseRun, grid_step, map_trials
 from circuits.solver.transient import Result
 from circuits.units import parse_quantity
 from system.analysis_options import AnalysisChoice
+from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, working
 from system.commands.small_signal_runs import Request, write_dataset
 from system.files import write_text_atomic
@@ -32,13 +33,18 @@ MOST_TRIALS = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What one trial came to; `waves`: time (s) and voltage (V) of the nodes that a picture shows."""
+    """What one trial came to; `waves`: time (s) and voltage (V) of the nodes that a picture shows.
+
+    `told`, `lines`: what it tells of its own accord, as data and in words.
+    """
 
     outcome: str
     spikes: dict[str, F64]
     measures: dict[str, float | None]
     steps: int
     waves: dict[str, tuple[F64, F64]]
+    told: dict[str, Any]
+    lines: list[str]
 
 
 def tran_noise_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool) -> None:
@@ -57,8 +63,9 @@ def tran_noise_command(*of_block: Any, csv: str | None, plot: str | None, as_jso
         measures = choice.block.measures(result)
         waves = {n: (result.time, result[n].copy()) for n in shown} if plot is not None else {}
         return Trial(
-            choice.block.outcome(result), dict(result.spikes), measures, result.steps.accepted, waves
-        )
+            choice.block.outcome(result), dict(result.spikes), measures, result.steps.accepted, waves,
+            told(result), told_lines(result),
+        )  # fmt: skip
 
     with working(f"{count} trials of {request.block} (the first run compiles its kernels)"):
         trials = map_trials(keep, machine, run, range(count), a.workers)
@@ -179,7 +186,7 @@ def _document(
         "trials": [
             {
                 "trial": k, "outcome": t.outcome, "measures": plain(t.measures), "steps": t.steps,
-                "spikes_s": {port: times.tolist() for port, times in t.spikes.items()},
+                "spikes_s": {port: times.tolist() for port, times in t.spikes.items()}, **t.told,
             }
             for k, t in enumerate(trials)
         ],
@@ -199,6 +206,8 @@ def _print(
     print_table(f"{title}{white}", ("quantity", "trials:", "mean:", "standard deviation:"), rows)
     outcomes = {o: sum(t.outcome == o for t in trials) for o in sorted({t.outcome for t in trials})}
     print_line(f"outcomes: {', '.join(f'{o} {n}' for o, n in outcomes.items())}")
+    for line in dict.fromkeys(line for t in trials for line in t.lines):
+        print_line(line)
     print_line(f"seed {run.seed}, noise to {0.5 / grid:.4g} Hz (a step of {grid:.4g} s)")
 
 

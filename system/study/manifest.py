@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from circuits.brief import stated
 from circuits.errors import DataError, ParameterError
 from system.files import write_text_atomic
 from system.silicon_choice import SiliconChoice
@@ -57,7 +58,7 @@ def describe(study: Study) -> dict[str, Any]:
     document = {
         "format": FORMAT,
         "circuit": open_target(study.subject).identity(),
-        "subject": asdict(study.subject),
+        "subject": {k: v for k, v in asdict(study.subject).items() if k in stated(study.subject)},
         "plan": asdict(study.plan),
         "conditions": [asdict(c) for c in study.conditions],
         "chunk": study.chunk,

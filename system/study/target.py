@@ -21,11 +21,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
-from circuits.die import Die
+from circuits.die import NOMINAL, Die
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.variation import variation_draws, variation_labels
+from circuits.solver.transient import Result, simulate
+from circuits.testbench import Begin
+from system.begin_choice import FREE, BeginChoice
+from system.begun import begun
 from system.options import choose
 from system.registry import SYSTEMS, load_system, system_names, unknown
 from system.silicon_choice import SiliconChoice
@@ -37,7 +42,10 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Target, its options as on the command line, and the names of the metrics."""
+    """Target, its options as on the command line, and the names of the metrics.
+
+    `held`, `begin`: where the runs of a block begin (`system.begin_choice`).
+    """
 
     target: str
     metrics: tuple[str, ...]
@@ -48,6 +56,8 @@ class Subject:
     stimuli: tuple[str, ...] = ()
     silicon: SiliconChoice = field(default_factory=SiliconChoice)
     system: Mapping[str, Any] = field(default_factory=dict)  # level, duration, ... of a system's scenario
+    held: tuple[str, ...] = field(default=(), metadata=OPTIONAL)
+    begin: Begin = field(default="disturbed", metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,8 +150,9 @@ class BlockTarget(Target):
         """Read the options and find the metrics."""
         s = subject
         self.choice = choose(
-            s.target, s.params, s.biases, s.bias_kind, s.silicon, s.stimuli, bias_set=s.bias_set
-        )
+            s.target, s.params, s.biases, s.bias_kind, s.silicon, s.stimuli, s.bias_set,
+            BeginChoice(s.held, s.begin),
+        )  # fmt: skip
         self.metrics = metrics_of(self.choice, s.metrics)
         self._machines: dict[float, tuple[Machine, ...]] = {}
 
@@ -170,9 +181,25 @@ class BlockTarget(Target):
         if temperature_c not in self._machines:
             silicon = replace(self.choice.silicon, temperature_c=temperature_c)
             self._machines[temperature_c] = tuple(
-                m.prepare(self.choice.circuit, silicon) for m in measurements(self.metrics)
+                self._begun(m.prepare(self.choice.circuit, silicon)) for m in measurements(self.metrics)
             )
         return self._machines[temperature_c]
+
+    def nominal_run(self, temperature_c: float) -> Result | None:
+        """The testbench on the nominal die, for what a run tells of its own accord.
+
+        None where no metric is of such a run, or it fails.
+        """
+        if not self.runs_testbench:
+            return None
+        try:
+            return simulate(on_die(self.machines(temperature_c)[0], NOMINAL), record=())
+        except CircuitError:
+            return None
+
+    def _begun(self, machine: Machine) -> Machine:
+        """The machine whose runs begin as was chosen, whatever testbench a metric has."""
+        return replace(machine, testbench=begun(machine.testbench, self.choice.begin))
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
         """Put every machine on the die and measure it once."""
@@ -190,7 +217,8 @@ class BlockTarget(Target):
         """Hash of circuit, process, stimuli, and of what is measured."""
         c = self.choice
         measured = [(m.name, m.measure.__module__, m.measure.__qualname__) for m in self.metrics]
-        return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured)
+        begin = () if c.begin == FREE else (c.begin,)
+        return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *begin)
 
 
 class SystemTarget(Target):

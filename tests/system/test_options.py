@@ -13,7 +13,8 @@ from circuits.devices.source import polyline
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
 from circuits.registry import BLOCKS, block_names
 from circuits.units import quantity
-from system.options import choose, parameters, read_biases, read_params, read_stimuli, read_voltages
+from system.begun import read_voltages
+from system.options import choose, parameters, read_biases, read_params, read_stimuli
 from system.registry import load_block_or_chip
 from system.silicon_choice import SiliconChoice
 
