@@ -39,7 +39,7 @@ def test_import_says_what_was_read(deck: Path, capsys: pytest.CaptureFixture[str
         {"name": "v1", "node": "in", "quantity": "voltage", "waveform": "constant", "value": 5.0}
     ]
     assert document["analyses"] == [
-        {"analysis": "tran", "step": 1e-6, "stop": 1e-3, "start": 0.0, "max_step": None}
+        {"analysis": "tran", "step": 1e-6, "stop": 1e-3, "start": 0.0, "max_step": None, "uic": False}
     ]
     assert document["notes"] == [{"what": ".save card", "place": "deck.cir:7", "count": 1}]
     assert document["dialect"] == "spice"
