@@ -134,6 +134,7 @@ def format_quantity(value: float, unit: str) -> str:
     """
     if not math.isfinite(value):
         return f"{value} {unit}".rstrip()
+    value += 0.0  # no -0
     if not unit or unit in _UNSCALED:
         return f"{value:.{_SIGNIFICANT_DIGITS}g}{unit}"
     base, shift = _IN_BASE.get(unit, (unit, 0))

@@ -64,7 +64,7 @@ from system.microphone import Microphone
 from system.scenario import scenario_of
 from system.silicon_noise import silicon_noise
 from system.study_route import Readers, read_route, seconds
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.targets import range_at
 
 F64 = NDArray[np.float64]
@@ -357,6 +357,7 @@ class ApproachSystem:
     summary: str = "bat-like sonar that closes in on a moving target, at transistor or behavioural level"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED,)
     study_metrics: tuple[str, ...] = ("held_fraction", "range_error_mean_m")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:

@@ -37,7 +37,7 @@ from system.scenario import scenario_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.standing import SLOW, share_standing
 from system.study_route import In, Readers, number, read_route, read_texts, seconds, whole, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -294,6 +294,7 @@ class BugSystem:
     summary: str = "robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, "reached", "unreachable")
     study_metrics: tuple[str, ...] = ("reached", "time_s", "path_length", "path_ratio")
 
     def scenario(self, **options: Any) -> Scenario:

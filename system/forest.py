@@ -30,7 +30,7 @@ from system.forest_weights import WEIGHTS, weighted
 from system.options import AS_BUILT, describe_run
 from system.scenario import scenario_of
 from system.study_route import In, Readers, number, place, read_route, read_texts, whole, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
@@ -238,6 +238,7 @@ class ForestSystem:
     summary: str = "bat that flies through a dense forest by pings in five directions and a choice of arcs"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, "collided")
     study_metrics: tuple[str, ...] = ("avoided", "collided")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:

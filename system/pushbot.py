@@ -37,7 +37,7 @@ from system.scenario import scenario_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.standing import share_standing
 from system.study_route import Readers, metres, number, read_route, read_texts, seconds, switch, whole, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 F64 = NDArray[np.float64]
 
@@ -300,6 +300,7 @@ class PushbotSystem:
     summary: str = "robot with an event camera that a network on the ROLLS chip steers round obstacles"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, "collided", "crossed", "between")
     study_metrics: tuple[str, ...] = ("collided", "distance_cm")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:

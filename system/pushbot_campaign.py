@@ -31,7 +31,7 @@ from system.pushbot import Scenario, Trace, make_brain, run_with, scene_of, summ
 from system.pushbot_brain import GYRO_ANGLE
 from system.pushbot_loop import Brain
 from system.pushbot_robot import Pushbot
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 F64 = NDArray[np.float64]
 

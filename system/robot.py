@@ -36,7 +36,7 @@ from system.scenario import scenario_of
 from system.silicon_noise import Noisy, check_noise, silicon_noise
 from system.standing import SLOW, evenly, share_standing
 from system.study_route import In, Readers, place, read_route, read_texts, switch, whole, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
@@ -240,6 +240,7 @@ class RobotSystem:
     summary: str = "car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, *ENDS)
     study_metrics: tuple[str, ...] = ("collided", "through", "side_share")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:

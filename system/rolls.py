@@ -33,7 +33,7 @@ from system.rolls_options import bias_table
 from system.scenario import scenario_of
 from system.silicon_noise import Noisy, silicon_noise
 from system.study_route import In, Readers, read_route, seconds, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 F64 = NDArray[np.float64]
 
@@ -184,6 +184,7 @@ class RollsSystem:
     summary: str = "ROLLS: rates of all neurons of a die under equal input (montecarlo, show, export)"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED,)
     study_metrics: tuple[str, ...] = ("population_rate", "rate_cv", "silent", "hot")
 
     def scenario(self, **options: Any) -> Scenario:

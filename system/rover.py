@@ -40,7 +40,7 @@ from system.scenario import scenario_of
 from system.silicon_noise import Noisy, silicon_noise
 from system.standing import SLOW, evenly, share_standing
 from system.study_route import Readers, number, read_route, read_texts, seconds, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.wave_planner import ChipPlanner
 
 I64 = NDArray[np.int64]
@@ -287,6 +287,7 @@ class RoverSystem:
     summary: str = "robot that plans on a cost map by a wave of spikes, and drives by GPS and compass"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, "arrived")
     study_metrics: tuple[str, ...] = ("regret_share", "frechet_m")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:

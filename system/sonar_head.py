@@ -33,7 +33,7 @@ from system.sonar_head_numbers import Motion, SonarHead
 from system.sonar_head_picture import draw_head
 from system.sonar_head_target import MOTIONS, way_of
 from system.study_route import In, Readers, metres, number, read_route, read_texts, seconds, whole, words
-from system.system import Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 ROOM_TEMPERATURE = 27.0  # degC
 DURATION = 20.0  # s, two periods of the sine; ours
@@ -209,6 +209,7 @@ class SonarHeadSystem:
     summary: str = "sonar head that turns to a moving target by the level difference of its ears"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED,)
     study_metrics: tuple[str, ...] = ("error_rms_deg", "lost")  # unless others are asked for
 
     def scenario(self, **options: Any) -> Scenario:

@@ -26,7 +26,8 @@ from matplotlib.figure import Figure
 from circuits.circuit import BiasKind, Circuit
 
 ENTRIES = ("succeeded", "reason", "distance_m", "emergency_share", "standing_share", "ran_on", "cautions")
-METRICS = ("succeeded", "distance_m", "emergency_share", "standing_share")
+SUCCEEDED = "succeeded"
+METRICS = (SUCCEEDED, "distance_m", "emergency_share", "standing_share")
 
 Summary = dict[str, Any]  # entries of an account, then numbers (None where not defined), by their names
 
@@ -53,8 +54,8 @@ class System(Protocol):
     """A robot in its world, as the command line and studies see it.
 
     summary: a line of what it is; success: a sentence, when a run of it has succeeded; metrics: names of the
-    numbers that a study can ask of a run, those of `METRICS` among them; study_metrics: those it measures
-    unless asked for others.
+    numbers that a study can ask of a run, those of `METRICS` among them; yes_no: those that are 1 or 0, for
+    yes or no, `SUCCEEDED` among them; study_metrics: those it measures unless asked for others.
     """
 
     @property
@@ -72,6 +73,10 @@ class System(Protocol):
     @property
     def metrics(self) -> tuple[str, ...]:
         """Numbers that a study can ask for."""
+
+    @property
+    def yes_no(self) -> tuple[str, ...]:
+        """Those that are 1 or 0, for yes or no."""
 
     @property
     def study_metrics(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ class Metric:
     `prepare(circuit, silicon)` is the machine to measure, `measure(machine)` a measurement that several
     metrics can share, `outcome` and `reason` of it a word and why it failed (empty unless it did), and
     `value` of it the metric, in `unit` (SI), NaN where it is not defined; None for a metric that is the
-    outcome itself.
+    outcome itself. yes_no: it is 1 or 0, for yes or no.
     """
 
     name: str
@@ -30,3 +30,4 @@ class Metric:
     outcome: Callable[[Any], str]
     reason: Callable[[Any], str]
     value: Callable[[Any], float] | None
+    yes_no: bool = False

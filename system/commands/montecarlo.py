@@ -42,6 +42,7 @@ from system.study.specification import Specification, limited_metrics, parse_spe
 from system.study.table import FAILED, Condition, Table, empty, join, to_csv
 from system.study.target import BlockTarget, Subject, Target, open_target
 from system.study_route import with_params
+from system.system import SUCCEEDED
 
 FIRST_DIE = 1000  # unless one is given
 
@@ -108,7 +109,7 @@ def montecarlo_command(
         )  # fmt: skip
         system, params = loaded.study_options(level, bias_kind, with_params(given, params)), ()
         loaded.scenario(**system)  # what is wrong with it is said before the study
-        measured = measured or loaded.study_metrics
+        measured = tuple(dict.fromkeys((SUCCEEDED, *(measured or loaded.study_metrics))))
     elif given:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
     if not measured:
@@ -222,12 +223,12 @@ def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRul
         raise ParameterError(f"--plan: {r.plan}, must be {', '.join(METHODS)}")
     if r.resume and r.output is None:
         raise ParameterError("--resume: which study, must come with --output FOLDER")
-    rule = _rule(r)
+    target = open_target(r.subject)
+    rule = _rule(r, target)
     if rule is not None and r.plan != "random":
         raise ParameterError(f"--until: its intervals need independent dies, {r.plan} has none; use random")
     plan = Plan(r.plan, r.seed, r.first_die, r.samples)
     study = Study(r.subject, plan, _conditions(r), r.chunk)
-    target = open_target(r.subject)
     _check_target(r, target)
     if r.contributions is not None:
         check_breakdown(study, target, r.contributions)
@@ -235,7 +236,8 @@ def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRul
     if r.rare is not None:
         check_rare(r.rare, study, r.specs, _only_of_a_study(r))
     known = {q.name: q.unit for q in target.quantities}
-    return study, tuple(parse_spec(text, known) for text in r.specs), rule
+    asked = tuple(parse_spec(text, known) for text in r.specs)
+    return study, asked or target.specifications, rule
 
 
 def _only_of_a_study(r: Request) -> dict[str, object]:
@@ -248,10 +250,10 @@ def _only_of_a_study(r: Request) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _rule(r: Request) -> StopRule | None:
+def _rule(r: Request, target: Target) -> StopRule | None:
     if r.until is None and r.require is None:
         return None
-    if not r.specs:
+    if not (r.specs or target.specifications):
         raise ParameterError("--until: of which yield, must come with --spec")
     half_width = None if r.until is None else _share(r.until, "--until")
     return StopRule(half_width, None if r.require is None else _share(r.require, "--require"))

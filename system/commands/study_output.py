@@ -9,7 +9,7 @@ from typing import Any
 
 from system.commands.output import print_line, print_table, quantity_cell
 from system.study.result import Result, groups, study_yield, summary, varied
-from system.study.summary import Yield
+from system.study.summary import Proportion, Yield
 from system.study.table import Table
 from system.study.target import Quantity
 
@@ -81,6 +81,7 @@ def _metric(result: Result, table: Table, quantity: Quantity) -> dict[str, Any]:
         "defined": s.defined,
         "undefined": s.undefined,
         "infinite": s.infinite,
+        "share": None if s.share is None else _share_document(result, s.share),
         **{n: getattr(s, n).value for n in ("mean", "sigma", "skew")},
         **{f"{n}_interval": asdict(getattr(s, n).interval) for n in ("mean", "sigma", "skew")},
         "quantiles": {str(q.p): q.estimate.value for q in s.quantiles},
@@ -94,11 +95,17 @@ def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
         return None
     return {
         "specifications": [str(s) for s in result.specifications],
-        "passed": found.passed,
-        "value": found.estimate.value,
-        "interval": asdict(found.estimate.interval),
-        "kind": result.interval_kind,
+        **_share_document(result, found),
         "causes": dict(found.causes),
+    }
+
+
+def _share_document(result: Result, share: Proportion | Yield) -> dict[str, Any]:
+    return {
+        "passed": share.passed,
+        "value": share.estimate.value,
+        "interval": asdict(share.estimate.interval),
+        "kind": result.interval_kind,
     }
 
 
@@ -125,12 +132,21 @@ def _print_group(result: Result, table: Table, where: str) -> None:
     rows = [(word, n, f"{100.0 * n / len(table):.1f} %") for word, n in words]
     print_table(f"outcome{where}", ("class", "samples:", "share:"), rows)
     heads = ("metric", "defined:", "undefined:", "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
-    body = [_cells(result, table, q) for q in result.quantities]
+    shares = [_share_cells(result, table, q) for q in result.quantities if q.yes_no]
+    if shares:
+        title = f"yes or no; 95 % interval ({result.interval_kind})"
+        print_table(title, ("metric", "undefined:", "yes"), shares)
+    body = [_cells(result, table, q) for q in result.quantities if not q.yes_no]
     if body:
         print_table("metrics, where they are defined; 95 % interval of the mean", heads, body)
     found = study_yield(result, table)
     if found is not None:
         _print_yield(result, found)
+
+
+def _share_cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:
+    s = summary(result, table, quantity)
+    return quantity.name, s.undefined, s.share
 
 
 def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:

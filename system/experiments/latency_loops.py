@@ -33,7 +33,7 @@ from system.latency_lif import all_lif
 from system.latency_loop import REACH, WINDOW, stays
 from system.latency_numbers import Numbers
 from system.latency_run import LatencyScenario, place
-from system.share import share_where
+from system.study.share import share_where
 
 LOOPS = 20  # of the chip's, ours
 AGAIN = 60  # pings that are flown from each

@@ -17,7 +17,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS as INKS
 from system.pushbot import Scenario
 from system.pushbot_campaign import Drive, drive_all, trials
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 LIGHTS = ("normal", "dark", "very-dark")
 BLOCKS = ("blue", "red", "yellow")

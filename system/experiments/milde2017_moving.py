@@ -27,7 +27,7 @@ from system.pushbot import Scenario, scene_of
 from system.pushbot_campaign import Drive, Summary, drive_all, share_of, trials
 from system.pushbot_picture import draw_scene
 from system.pushbot_robot import SPEED_OF_FACTOR
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 F64 = NDArray[np.float64]
 

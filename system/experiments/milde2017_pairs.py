@@ -23,7 +23,7 @@ from system.plot import COLOURS
 from system.pushbot import Scenario
 from system.pushbot_campaign import Drive, Summary, drive_all, share_of, trials
 from system.pushbot_picture import draw_scene
-from system.share import Share
+from system.study.share import Share
 
 F64 = NDArray[np.float64]
 

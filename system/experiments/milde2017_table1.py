@@ -20,7 +20,7 @@ from system.plot import COLOURS as INKS
 from system.plot import INK
 from system.pushbot import Scenario
 from system.pushbot_campaign import Drive, Summary, drive_all, mean_sd, share_of, standard_error, trials
-from system.share import Share
+from system.study.share import Share
 
 CELLS = ((0.1, 0.5), (0.5, 0.5), (1.0, 0.5), (1.0, 1.0), (1.5, 1.0), (2.0, 1.0), (3.0, 1.0))
 TRIALS, DIES = 20, 10

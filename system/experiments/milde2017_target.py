@@ -22,7 +22,7 @@ from system.plot import COLOURS
 from system.pushbot import Scenario, Trace
 from system.pushbot_campaign import Drive, Summary, drive_all, trials
 from system.pushbot_picture import draw_scene
-from system.share import share_where
+from system.study.share import share_where
 
 F64 = NDArray[np.float64]
 

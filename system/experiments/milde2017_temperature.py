@@ -19,7 +19,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot import Scenario
 from system.pushbot_campaign import Drive, Summary, drive_all, trials
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 KINDS: tuple[BiasKind, ...] = ("generator", "gate")
 TEMPERATURES = (7.0, 17.0, 27.0, 37.0, 47.0)  # degC

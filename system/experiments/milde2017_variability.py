@@ -21,7 +21,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, PALE
 from system.pushbot import Scenario
 from system.pushbot_campaign import FIRST, Drive, Summary, drive_all
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 REPEATS = 10  # runs of a die and a noise, each with a seed of its own
 REPEATED = 4  # dies that are repeated

@@ -36,7 +36,7 @@ from system.campaign_file import Found as Kept
 from system.campaign_file import Key
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.share import Share
+from system.study.share import Share
 
 FIRST, DIES, DURATION = 5000, 10, 100.0  # first die, how many, s
 HOME = 27.0  # degC

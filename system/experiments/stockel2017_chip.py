@@ -20,7 +20,7 @@ from system.bug_robot import RADIUS
 from system.experiment import Experiment, Progress, Report, Row
 from system.experiments.stockel2017_fig6 import repeats
 from system.experiments.stockel2017_fig8 import PAPER
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 FIRST, DIES, DURATION = 4000, 100, 150.0  # first die, how many, s
 SPIRAL, FIELD = "bug-spiral", "bug-field"

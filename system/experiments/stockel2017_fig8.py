@@ -18,7 +18,7 @@ from system.bug_path import median_distance
 from system.bug_picture import draw_paths, draw_shortest, draw_world
 from system.bug_robot import RADIUS
 from system.experiment import Experiment, Progress, Report, Row
-from system.share import Share, share_where
+from system.study.share import Share, share_where
 
 F64 = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ side where it is cluttered. Here a forest and a start are drawn a run, from seed
 corridor than in either forest, the intervals of the means apart, and below a half, "mostly". The numbers were
 chosen, on other seeds, for few collisions and few side pings in the corridor: those rows count as fitted.
 
-Intervals: Wilson's (1927) of a share; of a mean the bootstrap's. A run that was cut off by its number of
+Intervals: the exact one of a share; of a mean the bootstrap's. A run that was cut off by its number of
 pings is no collision; how many there were is a note. Some of the same seeds without soft pings, with exact
 ranges and with the ranging chip are notes too: they are no part of the figure.
 """
@@ -21,13 +21,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy import stats
 
 from system.experiment import Experiment, Progress, Report, Row
 from system.robot import ENDS, Scenario, Trace, account, run, side_share
 from system.robot_forest import FORESTS
 from system.robot_picture import draw_robot
-from system.study.interval import Estimate, Interval, mean_interval
+from system.study.interval import Estimate, mean_interval
+from system.study.share import Share
 
 RUNS, OTHER_RUNS = 100, 30  # in each forest: of the figure, and of each of the other ways
 FIRST_SEED = 1000  # those below chose the numbers
@@ -54,20 +54,14 @@ class Found:
         return len(self.side)
 
     @property
-    def free(self) -> Estimate:
+    def free(self) -> Share:
         """Share without a collision."""
-        return wilson(self.runs - self.ends["collided"], self.runs)
+        return Share(self.runs - self.ends["collided"], self.runs)
 
     @property
     def side_share(self) -> Estimate:
         """Mean share of the pings that did not go straight ahead."""
         return Estimate(float(self.side.mean()), mean_interval(self.side, np.random.default_rng(0)))
-
-
-def wilson(passed: int, samples: int, level: float = 0.95) -> Estimate:
-    """A proportion with Wilson's interval."""
-    found = stats.binomtest(passed, samples).proportion_ci(level, "wilson")
-    return Estimate(passed / samples, Interval(float(found.low), float(found.high)))
 
 
 def drive_all(forest: str, runs: int, first: int = FIRST_SEED, **options: Any) -> Found:
@@ -122,8 +116,7 @@ def note(forest: str, name: str, found: Found) -> str:
     free, side = found.free, found.side_share
     ends = ", ".join(f"{n} {end}" for end, n in found.ends.items() if n)
     return (
-        f"{forest}, {name}: {free.value:.2f} [{free.interval.low:.2f}, {free.interval.high:.2f}] free of"
-        f" collisions ({ends}); side pings {side.value:.2f}"
+        f"{forest}, {name}: {free} free of collisions ({ends}); side pings {side.value:.2f}"
         f" [{_shown(side.interval.low)}, {_shown(side.interval.high)}]"
     )
 

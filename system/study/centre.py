@@ -42,7 +42,7 @@ from scipy.special import ndtr
 from circuits.die import Die
 from circuits.errors import CircuitError, ParameterError
 from circuits.sampling import Sampling
-from system.study.specification import Classes, Limits, Specification, judge
+from system.study.specification import Limits, Specification, judge
 from system.study.table import FAILED, Condition
 from system.study.target import Measurement, Target, measure_safely
 
@@ -184,8 +184,8 @@ def objective(
     score = np.array([outcome != FAILED for outcome in outcomes], dtype=np.float64)
     least = np.full(len(outcomes), np.inf)
     for each in specifications:
-        if isinstance(each, Classes):
-            score *= [outcome in each.words for outcome in outcomes]
+        if not isinstance(each, Limits):
+            score *= judge([each], outcomes, values).passed
             continue
         x = values[each.metric]
         m = np.minimum(x - each.low, each.high - x) / spread[each.metric]

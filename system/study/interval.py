@@ -125,7 +125,8 @@ def quantile_interval(values: F64, p: float, level: float = LEVEL) -> Interval:
     if not 0.0 < p < 1.0:
         raise ParameterError(f"quantile: {p:g}, must be above 0 and below 1; give 0.5 for the median")
     tail, ordered = 0.5 * (1.0 - _checked(level)), np.sort(values)
-    return Interval(_lower_end(ordered, p, tail), -_lower_end(-ordered[::-1], 1.0 - p, tail))
+    # 0.0 minus, for a minus sign alone would make -0.0 of 0.0
+    return Interval(_lower_end(ordered, p, tail), 0.0 - _lower_end(-ordered[::-1], 1.0 - p, tail))
 
 
 def skewness(values: F64, axis: int = -1) -> Any:

@@ -1,12 +1,14 @@
 """Metrics of a study by name: registered ones, what a testbench measures, and the user's own functions.
 
 A registered metric belongs to circuits of its name. What a testbench measures is read from one run of it. The
-user's own is `MODULE:FUNCTION`: a number, NaN where it is not defined, of the testbench's machine on a die.
+user's own is `MODULE:FUNCTION`: a number, NaN where it is not defined, of the testbench's machine on a die;
+one that is annotated to return a `bool` is told as a share.
 """
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -113,7 +115,8 @@ def _custom(choice: Choice, name: str) -> Metric:
         return to_kernel(replace(choice, circuit=circuit, silicon=silicon).testbench(), silicon)
 
     summary, circuits = "a function of the user's", (choice.circuit.name,)
-    return Metric(attribute, "", summary, circuits, prepare, function, _word, _no_reason, float)
+    yes_no = inspect.signature(function).return_annotation in {bool, "bool"}
+    return Metric(attribute, "", summary, circuits, prepare, function, _word, _no_reason, float, yes_no)
 
 
 def _word(_: Any) -> str:

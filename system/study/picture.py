@@ -43,9 +43,15 @@ def outcomes(table: Table, ax: Axes) -> None:
 
 
 def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specification], ax: Axes) -> None:
-    """Defined values with their mean, and the limits that they are held against."""
+    """Defined values with their mean, and the limits that they are held against; of a yes or no two bars."""
     x = table.column(quantity.name)
     x = x[np.isfinite(x)]
+    ax.set_ylabel("samples")
+    ax.yaxis.set_major_locator(MaxNLocator(TICKS, integer=True))
+    if quantity.yes_no:
+        ax.bar(["no", "yes"], [int((x == value).sum()) for value in (0.0, 1.0)], color=COLOURS[0])
+        ax.set_xlabel(quantity.name)
+        return
     if x.size:
         edges = np.histogram_bin_edges(x, "auto") if x.size > 1 else np.array([])
         bins = min(max(edges.size - 1, 1), MOST_BINS)
@@ -57,8 +63,6 @@ def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specifi
                 if math.isfinite(end):
                     ax.axvline(end, color=COLOURS[1], lw=1.5)
     _name(ax.xaxis, quantity)
-    ax.set_ylabel("samples")
-    ax.yaxis.set_major_locator(MaxNLocator(TICKS, integer=True))
 
 
 def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:

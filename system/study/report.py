@@ -125,6 +125,9 @@ def _metric(body: Element, result: Result, part: Table, quantity: Quantity) -> N
     add(body, "h3", f"{quantity.name} ({quantity.unit})" if quantity.unit else quantity.name)
     infinite = f", {s.infinite} infinite" if s.infinite else ""
     add(body, "p", f"{s.defined} samples defined, {s.undefined} not defined{infinite}.")
+    if s.share is not None:
+        add(body, "p", f"Yes: {s.share}, {_INTERVAL} ({result.interval_kind}).")
+        return
     if not s.defined:
         return
     add_table(body, ("", "value:", f"{_INTERVAL}:"), _statistics(s, quantity.unit))
@@ -155,7 +158,7 @@ def _estimate(estimate: Estimate, unit: str) -> tuple[str, str]:
 def _number(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return ""
-    return format_quantity(value, unit) if unit else f"{value:.4g}"
+    return format_quantity(value, unit) if unit else f"{value + 0.0:.4g}"  # no -0
 
 
 def _draw_metric(
@@ -193,7 +196,8 @@ def _draw_pareto(each: Breakdown, figure: Figure) -> None:
 def _worst(body: Element, folder: Path, result: Result, part: Table) -> None:
     units = {q.name: q.unit for q in result.quantities}
     rows = []
-    for each in worst(part, result.specifications, WORST):
+    words = [q.name for q in result.quantities if q.yes_no]
+    for each in worst(part, result.specifications, WORST, words):
         k = each.row
         values = [_number(float(x), units[m]) for m, x in zip(part.metrics, part.values[k], strict=True)]
         command = code(replay_command(folder, result.study, part, k))

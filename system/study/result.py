@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from system.study.confidence_sequence import StopRule, sequence_interval
 from system.study.engine import Outcome
-from system.study.interval import Estimate
+from system.study.interval import Estimate, Interval, clopper_pearson
 from system.study.manifest import Study
 from system.study.specification import Specification, Verdict, judge
-from system.study.summary import Summary, Yield, summarise, summarise_yield
+from system.study.summary import Summary, Yield, summarise, summarise_share, summarise_yield
 from system.study.table import Table, select
 from system.study.target import Quantity, Target
 
@@ -59,6 +60,8 @@ def judge_table(table: Table, specifications: Sequence[Specification]) -> Verdic
 
 def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
     """Statistics of a metric; the bootstrap's generator is keyed by the study's seed."""
+    if quantity.yes_no:
+        return summarise_share(table.column(quantity.name), partial(_share_interval, result))
     rng = np.random.Generator(np.random.Philox(key=result.study.plan.seed))
     return summarise(table.column(quantity.name), rng)
 
@@ -68,10 +71,15 @@ def study_yield(result: Result, table: Table) -> Yield | None:
     if not result.specifications:
         return None
     found = summarise_yield(judge_table(table, result.specifications))
-    if result.rule is None or not found.samples:
-        return found
-    interval = sequence_interval(found.passed, found.samples, result.rule.level)
+    interval = _share_interval(result, found.passed, found.samples)
     return Yield(found.samples, found.passed, Estimate(found.estimate.value, interval), found.causes)
+
+
+def _share_interval(result: Result, passed: int, samples: int) -> Interval:
+    """Interval of a proportion that holds although the study may have stopped itself."""
+    if result.rule is None or not samples:
+        return clopper_pearson(passed, samples)
+    return sequence_interval(passed, samples, result.rule.level)
 
 
 def varied(study: Study) -> str:

@@ -5,7 +5,7 @@
 Limits are numbers as `circuits.units` reads them, in the metric's unit; both belong to the interval. A sample
 passes if it did not fail, its metric is defined and inside, and its class is one of the words. Whatever does
 not pass counts against the yield and has one cause, the first that applies: failed, then the specifications
-in the order in which they were given.
+in the order in which they were given. A system without any is held against its own definition of success.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.units import format_quantity, parse_quantity
 from system.registry import unknown
 from system.study.table import FAILED
+from system.system import SUCCEEDED
 
 F64 = NDArray[np.float64]
 
@@ -55,7 +56,17 @@ class Classes:
         return f"{CLASS} {'is' if len(self.words) == 1 else 'in'} {'|'.join(self.words)}"
 
 
-Specification = Limits | Classes
+@dataclass(frozen=True, slots=True)
+class Success:
+    """A run must have succeeded, by the system's own `sentence`."""
+
+    sentence: str
+
+    def __str__(self) -> str:
+        return f"{SUCCEEDED} ({self.sentence})"
+
+
+Specification = Limits | Classes | Success
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +145,8 @@ def judge(
 def _causes(each: Specification, outcomes: Sequence[str], values: Mapping[str, F64]) -> list[str]:
     if isinstance(each, Classes):
         return ["" if outcome in each.words else f"{CLASS} {outcome}" for outcome in outcomes]
+    if isinstance(each, Success):
+        return ["" if value == 1.0 else "did not succeed" for value in values[SUCCEEDED]]
     x = values[each.metric]
     causes = np.full(len(x), "", dtype=object)
     causes[x < each.low] = f"{each.metric} below {format_quantity(each.low, each.unit)}"

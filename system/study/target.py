@@ -35,7 +35,9 @@ from system.options import choose
 from system.registry import SYSTEMS, load_system, system_names, unknown
 from system.silicon_choice import SiliconChoice
 from system.study.metric import MEASURED, measurements, metrics_of, runs_testbench
+from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
+from system.system import SUCCEEDED
 
 F64 = NDArray[np.float64]
 
@@ -62,10 +64,11 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Name and SI unit of a number that a study measures."""
+    """Name and SI unit of a number that a study measures; yes_no: it is 1 or 0, for yes or no."""
 
     name: str
     unit: str
+    yes_no: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +87,11 @@ class Target(ABC):
     @abstractmethod
     def quantities(self) -> tuple[Quantity, ...]:
         """What is measured, in the order of the values."""
+
+    @property
+    def specifications(self) -> tuple[Specification, ...]:
+        """What a sample must fulfil where nothing is asked for: nothing, unless the target has its own."""
+        return ()
 
     @abstractmethod
     def labels(self) -> tuple[str, ...]:
@@ -159,7 +167,7 @@ class BlockTarget(Target):
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """What is measured."""
-        return tuple(Quantity(m.name, m.unit) for m in self.metrics if m.value is not None)
+        return tuple(Quantity(m.name, m.unit, m.yes_no) for m in self.metrics if m.value is not None)
 
     @property
     def runs_testbench(self) -> bool:
@@ -236,7 +244,12 @@ class SystemTarget(Target):
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """Numbers of the summary, whose names carry their units."""
-        return tuple(Quantity(name, "") for name in self._names)
+        return tuple(Quantity(name, "", name in self._system.yes_no) for name in self._names)
+
+    @property
+    def specifications(self) -> tuple[Specification, ...]:
+        """The system's own definition of success, where that is measured."""
+        return (Success(self._system.success),) if SUCCEEDED in self._names else ()
 
     def labels(self) -> tuple[str, ...]:
         """A system's draws are not listed: it takes its dies as they are."""

@@ -1,15 +1,15 @@
 """The samples of a study that one looks at first, and the command that measures each again.
 
 Failed ones come first, then those with a metric that is not defined, then those of a class that the
-specifications exclude, then those farthest out: beyond the limits of a metric, or where it has none from its
-median, in standard deviations of the samples at the same condition.
+specifications exclude or without success, then those farthest out: beyond the limits of a metric, or where it
+has none from its median, in standard deviations of the samples at the same condition.
 """
 
 from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from system.study.manifest import Study
 from system.study.result import judge_table
-from system.study.specification import Classes, Limits, Specification
+from system.study.specification import Limits, Specification
 from system.study.table import FAILED, Table
 
 F64 = NDArray[np.float64]
@@ -34,11 +34,16 @@ class Worst:
     why: str
 
 
-def worst(table: Table, specifications: Sequence[Specification], most: int) -> tuple[Worst, ...]:
-    """The worst samples of one condition, the worst first, at most `most` of each of the four kinds."""
-    rank = _rank(table, specifications)
-    distance, metric = _distance(table, specifications)
+def worst(
+    table: Table, specifications: Sequence[Specification], most: int, words: Collection[str] = ()
+) -> tuple[Worst, ...]:
+    """The worst samples of one condition, the worst first, at most `most` of each of the four kinds.
+
+    words: metrics that say yes or no, which are nowhere far out.
+    """
     causes = judge_table(table, specifications).causes
+    rank = _rank(table, specifications)
+    distance, metric = _distance(table, specifications, words)
     order = sorted(range(len(table)), key=lambda k: (rank[k], -distance[k], k))
     chosen = [k for kind in range(_FAR + 1) for k in [k for k in order if rank[k] == kind][:most]]
     return tuple(Worst(k, _why(table, k, rank[k], causes[k], distance[k], metric[k])) for k in chosen)
@@ -58,17 +63,18 @@ def replay_command(folder: Path, study: Study, table: Table, row: int) -> str:
 
 
 def _rank(table: Table, specifications: Sequence[Specification]) -> list[int]:
-    words = [each.words for each in specifications if isinstance(each, Classes)]
+    excluded = ~judge_table(table, [e for e in specifications if not isinstance(e, Limits)]).passed
     undefined = np.isnan(table.values).sum(axis=1)
     ranks = []
     for k, outcome in enumerate(table.outcome):
-        excluded = any(outcome not in allowed for allowed in words)
-        found = (outcome == FAILED, undefined[k] > 0, excluded, True)
+        found = (outcome == FAILED, undefined[k] > 0, excluded[k], True)
         ranks.append(found.index(True))
     return ranks
 
 
-def _distance(table: Table, specifications: Sequence[Specification]) -> tuple[F64, list[str]]:
+def _distance(
+    table: Table, specifications: Sequence[Specification], words: Collection[str]
+) -> tuple[F64, list[str]]:
     """How far out each sample is, in sigma, and by which metric; minus infinity where none tells."""
     distances = np.full((len(table.metrics), len(table)), -math.inf)
     limited = {each.metric for each in specifications if isinstance(each, Limits)}
@@ -76,7 +82,7 @@ def _distance(table: Table, specifications: Sequence[Specification]) -> tuple[F6
         x = table.column(metric)
         finite = x[np.isfinite(x)]
         sigma = float(finite.std()) if finite.size else 0.0
-        if sigma == 0.0 or (limited and metric not in limited):
+        if sigma == 0.0 or metric in words or (limited and metric not in limited):
             continue
         limits = [e for e in specifications if isinstance(e, Limits) and e.metric == metric]
         sides = [np.maximum(e.low - x, x - e.high) for e in limits] or [np.abs(x - np.median(finite))]

@@ -17,7 +17,7 @@ from system.pushbot_brain import GYRO_ANGLE, GyroInputs
 from system.pushbot_campaign import drive_each, trials
 from system.pushbot_drive import Glance
 from system.pushbot_loop import all_spikes, rates
-from system.share import Share
+from system.study.share import Share
 
 BASE = Scenario(seed=3, die=Die(number=3))
 

@@ -57,6 +57,9 @@ def test_what_a_study_can_ask_for_is_a_number_of_the_summary(name: str) -> None:
     found = system.summarise(traced(name))
     for metric in system.metrics:
         assert found[metric] is None or float(found[metric]) == found[metric]
+    assert "succeeded" in system.yes_no
+    assert set(system.yes_no) <= set(system.metrics)
+    assert {found[metric] for metric in system.yes_no} <= {0.0, 1.0}
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

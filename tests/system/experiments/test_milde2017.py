@@ -30,7 +30,7 @@ from system.pushbot_campaign import Summary
 from system.pushbot_drive import begin_run
 from system.pushbot_wiring import HALF_ROWS
 from system.registry import EXPERIMENTS, load_experiment
-from system.share import Share
+from system.study.share import Share
 
 NAMES = (
     "table1", "fig5", "fig6", "fig7", "pairs", "moving", "clutter", "variability", "office", "target",

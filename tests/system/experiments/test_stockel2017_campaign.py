@@ -21,7 +21,7 @@ from system.experiments.stockel2017_campaign import (
 )
 from system.plot import save_picture
 from system.registry import load_experiment
-from system.share import Share
+from system.study.share import Share
 
 ALL = Outcome(Share(10, 10), (55.0,) * 10, (1.2,) * 10, 0)
 NONE = Outcome(Share(0, 10), (), (), 7)

@@ -1,4 +1,4 @@
-"""Figure 15 of Wen & Horiuchi 2022, in small: its rows, their rules, and Wilson's interval."""
+"""Figure 15 of Wen & Horiuchi 2022, in small: its rows, and their rules."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from system.experiments import wen2022_fig15
-from system.experiments.wen2022_fig15 import Found, drive_all, rows, wilson
+from system.experiments.wen2022_fig15 import Found, drive_all, note, rows
 from system.plot import save_picture
 from system.registry import load_experiment
 from system.robot import ENDS
@@ -27,10 +27,11 @@ def made(first: Found, collided: int, side: float) -> Found:
     return replace(first, ends=ends, side=side + spread)
 
 
-def test_wilsons_interval() -> None:
-    found = wilson(90, 100)
-    # z = 1.96: (p + z^2 / 2n +- z sqrt(p q / n + z^2 / 4 n^2)) / (1 + z^2 / n)
-    assert (found.interval.low, found.interval.high) == pytest.approx((0.82563, 0.94477), abs=1e-5)
+def test_a_share_is_told_with_its_exact_interval(first: Found) -> None:
+    # Clopper and Pearson's of 100 of 100 begins at 0.025^(1/100) = 0.96378
+    assert note("open", "flight", made(first, 0, 0.1)).startswith(
+        "open, flight: 100 of 100 (96 to 100 %) free"
+    )
 
 
 def test_it_agrees_where_the_runs_do(first: Found) -> None:

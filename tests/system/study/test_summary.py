@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from system.study.interval import EVERYTHING, Interval
+from system.study.interval import EVERYTHING, Interval, quantile_interval
 from system.study.specification import Verdict
-from system.study.summary import PROBABILITIES, summarise, summarise_yield
+from system.study.summary import PROBABILITIES, summarise, summarise_share, summarise_yield
 
 
 def test_values_of_a_sample() -> None:
@@ -73,3 +74,34 @@ def test_yield_of_no_sample() -> None:
     found = summarise_yield(Verdict(()))
     assert math.isnan(found.estimate.value)
     assert found.estimate.interval == Interval(0.0, 1.0)
+
+
+def test_no_yes_in_twenty_is_a_share_with_its_exact_interval() -> None:
+    found = summarise_share(np.array([0.0] * 20 + [math.nan]))
+    assert str(found.share) == "0 of 20 (0 to 17 %)"
+    assert (found.samples, found.defined, found.undefined) == (21, 20, 1)
+    assert found.mean.interval.high == pytest.approx(1.0 - 0.025 ** (1 / 20))  # Clopper and Pearson's
+    assert found.quantiles == ()
+    assert (found.sigma.interval, found.skew.interval) == (EVERYTHING, EVERYTHING)
+
+
+def test_a_share_of_no_sample() -> None:
+    found = summarise_share(np.array([math.nan]))
+    assert math.isnan(found.mean.value)
+    assert str(found.share) == "0 of 0 (0 to 100 %)"
+
+
+@pytest.mark.parametrize("values", [np.zeros(20), -np.zeros(20), np.full(5, 3.0)])
+def test_of_equal_values_no_interval_of_mean_or_spread_is_known(values: NDArray[np.float64]) -> None:
+    found = summarise(values, np.random.default_rng(0))
+    assert found.mean.interval == EVERYTHING
+    assert found.sigma.interval == Interval(0.0, math.inf)
+
+
+def test_there_is_no_minus_zero() -> None:
+    found = summarise(-np.zeros(200), np.random.default_rng(0))
+    ends = [end for q in found.quantiles for end in (q.estimate.interval.low, q.estimate.interval.high)]
+    numbers = [found.mean.value, *(q.estimate.value for q in found.quantiles), *ends]
+    assert not any(math.copysign(1.0, x) < 0.0 for x in numbers if x == 0.0)
+    assert quantile_interval(np.zeros(200), 0.5) == Interval(0.0, 0.0)
+    assert str(quantile_interval(np.zeros(200), 0.5)) == "Interval(low=0.0, high=0.0)"

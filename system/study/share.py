@@ -1,4 +1,4 @@
-"""A share of runs with its exact interval."""
+"""A share of runs or samples with its exact interval, in words."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from system.study.interval import Interval, clopper_pearson
+
+_DIGITS = 6  # after the point, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +29,16 @@ class Share:
 
     def __str__(self) -> str:
         """As `19 of 20 (75 to 100 %)`."""
-        ends = self.interval
-        return f"{self.passed} of {self.of} ({100.0 * ends.low:.0f} to {100.0 * ends.high:.0f} %)"
+        return f"{self.passed} of {self.of} ({percent(self.interval)})"
+
+
+def percent(ends: Interval) -> str:
+    """An interval of a share, as `75 to 100 %`, with so many digits that its ends differ: `0.0 to 0.4 %`."""
+    for digits in range(_DIGITS):
+        low, high = (f"{100.0 * end:.{digits}f}" for end in (ends.low, ends.high))
+        if low != high:
+            return f"{low} to {high} %"
+    return f"{100.0 * ends.low:g} to {100.0 * ends.high:g} %"
 
 
 def share_where(said: Iterable[bool]) -> Share:

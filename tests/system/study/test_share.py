@@ -6,7 +6,8 @@ import pytest
 from scipy import stats
 
 from circuits.errors import ParameterError
-from system.share import Share, share_where
+from system.study.interval import Interval
+from system.study.share import Share, percent, share_where
 
 
 @pytest.mark.parametrize("counts", [(19, 20), (0, 7), (7, 7), (1, 4)])
@@ -34,3 +35,17 @@ def test_what_is_true_counts() -> None:
 def test_more_than_all_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"^passed: 5, must be from 0 to samples 4"):
         _ = Share(5, 4).interval
+
+
+@pytest.mark.parametrize(
+    ("ends", "words"),
+    [
+        ((0.0, 0.1684), "0 to 17 %"),
+        ((0.0, 0.0037), "0.0 to 0.4 %"),
+        ((0.9963, 1.0), "99.6 to 100.0 %"),
+        ((0.0, 1.0), "0 to 100 %"),
+        ((0.5, 0.5), "50 to 50 %"),
+    ],
+)
+def test_an_interval_never_looks_like_a_point_unless_it_is_one(ends: tuple[float, float], words: str) -> None:
+    assert percent(Interval(*ends)) == words
