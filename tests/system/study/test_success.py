@@ -31,9 +31,9 @@ def test_a_study_tells_success_without_being_asked(
     page = (folder / "report.html").read_text()
     assert f"<h3>collided</h3><p>3 samples defined, 0 not defined.</p><p>Yes: {NONE}" in page
     assert "<h3>Yield: 0.00 %</h3>" in page
-    for text in (text, page):
-        assert "-0 " not in text
-        assert "-0<" not in text
+    for shown in (text, page):
+        assert "-0 " not in shown
+        assert "-0<" not in shown
     assert main([*STUDY, "-o", str(folder), "--resume", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     share = found["metrics"]["collided"]["share"]
