@@ -9,7 +9,6 @@ A map is a CSV file with the header `x_m,y_m` and an obstacle a line, from 0 up 
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
+from system.place_file import read_places
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -28,11 +28,9 @@ SIDE = 50.0  # m, the paper's
 OBSTACLES = 1400  # the paper's, where it is not varied
 SPACING = 0.6  # m between any two obstacles; ours
 CELL = 1.0  # m, side of a cell of the list; ours: a few obstacles a cell at most
-HEADER = ("x_m", "y_m")
 
 _TRIES = 400  # draws an obstacle, on average, before a forest counts as too dense
 _FULL = 0.547  # share of a plane that discs placed one after the other cover at most; Feder (1980)
-_SHOWN = 30  # characters of an offending value that an error repeats
 
 _compiled = compiled()
 
@@ -97,28 +95,8 @@ def densest(spacing: float = SPACING) -> int:
 
 
 def read_forest(path: str) -> Forest:
-    """Obstacles of a file.
-
-    Raises
-    ------
-    DataError
-        The file cannot be read, or is no map: the text names file and line.
-    """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise _not_a_map(path, 1, "bytes that are not UTF-8") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise DataError(f"{path}: {reason}, must be a readable file; check path and permissions") from None
-    rows = [(k, row) for k, row in enumerate(_rows(path, text), start=1) if any(cell.strip() for cell in row)]
-    if not rows or tuple(cell.strip() for cell in rows[0][1]) != HEADER:
-        shown = ",".join(rows[0][1])[:_SHOWN] if rows else "an empty file"
-        raise _not_a_map(path, rows[0][0] if rows else 1, shown)
-    if len(rows) == 1:
-        raise DataError(f"{path}: no obstacle, must have at least one line of x_m,y_m after the header")
-    place = np.array([_point(path, line, row) for line, row in rows[1:]])
-    return Forest(Path(path).stem, place)
+    """Obstacles of a file; raises `DataError` naming file and line where it is no map."""
+    return Forest(Path(path).stem, read_places(path, (0.0, SIDE), (0.0, SIDE)))
 
 
 def cells_of(forest: Forest, margin: float) -> Cells:
@@ -199,32 +177,4 @@ def _too_dense(obstacles: int, spacing: float) -> ParameterError:
     return ParameterError(
         f"--obstacles: {obstacles}, must fit {SIDE:g} x {SIDE:g} m at least {spacing:g} m apart; up to about"
         f" {int(0.9 * densest(spacing))} do"
-    )
-
-
-def _rows(path: str, text: str) -> list[list[str]]:
-    try:
-        return list(csv.reader(text.splitlines(), strict=True))
-    except csv.Error as error:
-        raise _not_a_map(path, 1, str(error)) from None
-
-
-def _point(path: str, line: int, row: list[str]) -> tuple[float, float]:
-    if len(row) != len(HEADER):
-        raise _not_a_map(path, line, ",".join(row)[:_SHOWN])
-    values = []
-    for name, text in zip(HEADER, row, strict=True):
-        try:
-            value = float(text)
-        except ValueError:
-            raise _not_a_map(path, line, text.strip()[:_SHOWN]) from None
-        if not 0.0 <= value < SIDE:
-            raise DataError(f"{path}:{line}: {name}: {value:g} m, must be from 0 to below {SIDE:g} m")
-        values.append(value)
-    return values[0], values[1]
-
-
-def _not_a_map(path: str, line: int, shown: str) -> DataError:
-    return DataError(
-        f"{path}:{line}: {shown!r}, must be a map of a forest: the header x_m,y_m, then two numbers a line"
     )

@@ -46,7 +46,8 @@ def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str,
     axes = figure.subplot_mosaic(rows, height_ratios=[*heights, 1.0])
     draw_scene(scene, axes["above"], end)
     draw_path(path, axes["above"], moments)
-    axes["above"].set_title(f"{scene.name}: {scene.summary}; {end:.3g} s\n{ended}", fontsize=9)
+    said = f"{scene.name}: {scene.summary}" if scene.summary else scene.name
+    axes["above"].set_title(f"{said}; {end:.3g} s\n{ended}", fontsize=9)
     _frames(record, moments, axes)
     known = {p.name for p in brain.network.populations}
     names = [n for n in ("OL", "OR", "DL", "DR", "sp", "GL", "GR") if n in known]

@@ -27,7 +27,16 @@ from system.forest_reader_noise import no_reader, reader_of
 from system.options import AS_BUILT, describe_run
 from system.robot_arcs import Arcs, arcs_of
 from system.robot_drive import COUNTS, Drive, drive
-from system.robot_forest import FORESTS, Pipes, forest_of, start_of
+from system.robot_forest import (
+    FORESTS,
+    Pipes,
+    check_forest,
+    forest_of,
+    is_file,
+    number_of,
+    read_pipes,
+    start_of,
+)
 from system.robot_localiser import trained
 from system.robot_numbers import DIRECTIONS, Mind, Robot
 from system.robot_picture import draw_robot
@@ -57,7 +66,7 @@ STUDIED: Readers = {
 class Scenario:
     """What a robot is asked to do.
 
-    forest: one of `FORESTS`; start: x, y in m, drawn unless given; pings: after which a run ends undecided;
+    forest: one of `FORESTS`, or a file; start: x, y in m, drawn unless given; pings: after which a run ends;
     occlusion, multipath, soft_pings: None where there is no sonar to have them; silicon_noise: of the chip's
     devices, by `noise_seed`, `seed` unless given.
     """
@@ -81,10 +90,7 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the option that breaks its rule."""
-        if self.forest not in FORESTS:
-            raise ParameterError(
-                f"--forest: {self.forest}, must be {', '.join(FORESTS[:-1])} or {FORESTS[-1]}"
-            )
+        check_forest(self.forest)
         if self.ranges not in RANGES:
             raise ParameterError(f"--ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
         if self.reader is not None and self.reader not in CALIBRATIONS:
@@ -148,7 +154,7 @@ class Trace:
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive once; raises `ParameterError` for a start at a pipe. Forest, start and noise are the seed's."""
     s = scenario
-    random = np.random.default_rng((s.seed, FORESTS.index(s.forest)))
+    random = np.random.default_rng((s.seed, number_of(s.forest)))
     forest = forest_of(s.forest, random)
     start = start_of(forest, random, s.robot.radius, s.start)
     arcs = arcs_of(s.robot, s.mind)
@@ -254,6 +260,8 @@ class RobotSystem:
         if level != "behavioural":
             raise ParameterError("--level: the robot's chip is a behavioural model; leave it out")
         given = {"ranges": "chip", **read_route(self.name, route, STUDIED)}
+        if is_file(given.get("forest", FORESTS[0])):
+            read_pipes(given["forest"])  # what is wrong with it is said before the study
         return given if bias_kind is None else {**given, "bias_kind": bias_kind}
 
     def circuits(self) -> tuple[Circuit, ...]:
@@ -277,7 +285,7 @@ class RobotSystem:
         s, d, said = trace.scenario, trace.drive, account(trace)
         die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
         title = (
-            f"{s.forest}, ranges {s.ranges}{die}, {d.time:.1f} s:"
+            f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
             f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
         )
         figure.set_size_inches(8.0, 5.6)

@@ -2,7 +2,8 @@
 
 x is the way through, from 0; y is across, 0 in the middle. The pipes of the two forests are drawn, one after
 the other, no two nearer than `SPACING` between their middles (ours: Figure 15 shows one arrangement of each).
-The corridor is two lines of evenly spaced pipes; its sizes are ours.
+The corridor is two lines of evenly spaced pipes; its sizes are ours. A file has pipes of one's own, a line
+`x_m,y_m` each after that header: the forest is as long as the farthest, and as wide as twice the outermost.
 
 A robot starts `BEFORE` m before the forest, somewhere across and in some direction, both drawn.
 """
@@ -11,11 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circuits.errors import ParameterError
+from system.place_file import read_places
 from system.robot_numbers import PIPE_RADIUS
 
 F64 = NDArray[np.float64]
@@ -30,6 +33,9 @@ BEFORE = 0.6  # m before the forest where a robot starts: its sonar then has the
 START_ACROSS = 0.25  # of the width, to either side of the middle; ours
 START_TURN = math.radians(10.0)  # to either side of straight ahead; ours
 
+LARGEST = 100.0  # m, of a file's forest, along and to either side; ours
+LEAST_WIDE = WIDE["corridor"]  # m, that a file's forest counts as wide at least; ours
+
 _TRIES = 20_000
 
 
@@ -43,10 +49,39 @@ class Pipes:
     wide: float
 
 
+def check_forest(name: str) -> None:
+    """Raise `ParameterError` unless it is a forest's name, or that of a file as `own.csv`."""
+    if name not in FORESTS and not is_file(name):
+        known = f"{', '.join(FORESTS[:-1])} or {FORESTS[-1]}"
+        raise ParameterError(f"--forest: {name}, must be {known}; or a file as own.csv")
+
+
+def is_file(name: str) -> bool:
+    """Whether a name is a file's: it has an ending, or a folder."""
+    path = Path(name)
+    return name not in FORESTS and (path.suffix != "" or path.parent != Path())
+
+
+def number_of(name: str) -> int:
+    """Number of a forest, by which the draws of a seed differ from one to another; files have the same."""
+    return FORESTS.index(name) if name in FORESTS else len(FORESTS)
+
+
+def read_pipes(path: str) -> Pipes:
+    """Pipes of a file; raises `DataError` naming file and line where it is no map."""
+    place = read_places(path, (0.0, LARGEST), (-LARGEST, LARGEST))
+    wide = max(2.0 * float(np.abs(place[:, 1]).max()), LEAST_WIDE)
+    return Pipes(Path(path).stem, place, float(place[:, 0].max()), wide)
+
+
 def forest_of(name: str, random: np.random.Generator) -> Pipes:
-    """A forest by its name, its pipes drawn from `random`; raises `ParameterError` for another name."""
-    if name not in FORESTS:
-        raise ParameterError(f"--forest: {name}, must be {', '.join(FORESTS[:-1])} or {FORESTS[-1]}")
+    """A forest by its name, its pipes drawn from `random`, or of a file.
+
+    Raises `ParameterError` for another name, `DataError` for a file that is no map.
+    """
+    check_forest(name)
+    if is_file(name):
+        return read_pipes(name)
     long, wide = LONG[name], WIDE[name]
     place = _corridor(long, wide) if name == "corridor" else _plant(long, wide, random)
     return Pipes(name, place, long, wide)

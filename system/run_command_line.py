@@ -193,7 +193,8 @@ def forest(
 def robot(
     *,
     pipes: Annotated[
-        str | None, typer.Option("--forest", metavar="FOREST", help="As corridor, open or dense; corridor.")
+        str | None,
+        typer.Option("--forest", metavar="FOREST", help="As corridor, open, dense, or a FILE; corridor."),
     ] = None,
     ranges: Annotated[
         str | None, typer.Option(help="As flight, of the echoes, exact places, or chip to time echoes.")

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from circuits.errors import ParameterError
-from system.robot_forest import BEFORE, FORESTS, LONG, PIPES, SPACING, WIDE, clearance, forest_of, start_of
+from circuits.errors import DataError, ParameterError
+from system.robot_forest import (
+    BEFORE,
+    FORESTS,
+    LEAST_WIDE,
+    LONG,
+    PIPES,
+    SPACING,
+    WIDE,
+    clearance,
+    forest_of,
+    read_pipes,
+    start_of,
+)
 
 
 @pytest.mark.parametrize("name", FORESTS[1:])
@@ -51,3 +65,32 @@ def test_a_start_in_a_pipe_is_refused() -> None:
 def test_another_forest_is_refused() -> None:
     with pytest.raises(ParameterError, match="--forest: wood, must be corridor, open or dense"):
         forest_of("wood", np.random.default_rng(0))
+
+
+def test_pipes_of_ones_own(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("x_m,y_m\n0,0.4\n1.2,-0.7\n\n")
+    forest = forest_of(str(path), np.random.default_rng(0))
+    assert (forest.name, forest.long, forest.wide) == ("own", 1.2, 1.4)
+    assert forest.place.tolist() == [[0.0, 0.4], [1.2, -0.7]]
+    path.write_text("x_m,y_m\n0.5,0\n")
+    assert read_pipes(str(path)).wide == LEAST_WIDE
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "own.csv:1: 'an empty file', must be a map of a forest"),
+        ("x_m,y_m\n", "own.csv: no obstacle, must have at least one line"),
+        ("x_m,y_m\n0,a\n", "own.csv:2: 'a', must be a map"),
+        ("x_m,y_m\n-1,0\n", "own.csv:2: x_m: -1 m, must be from 0 to below 100 m"),
+        ("x_m,y_m\n1,nan\n", "own.csv:2: y_m: nan m, must be from -100 to below 100 m"),
+    ],
+)
+def test_what_is_no_forest_is_one_line(text: str, says: str, tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text(text)
+    with pytest.raises(DataError) as caught:
+        read_pipes(str(path))
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)

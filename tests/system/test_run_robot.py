@@ -56,11 +56,21 @@ def test_the_table(run: Run) -> None:
     assert "failed: all 5 pings made" in out
 
 
+def test_a_forest_of_ones_own(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("x_m,y_m\n0.3,0.3\n0.3,-0.3\n0.9,0.3\n")
+    options = ("--forest", str(path), "--ranges", "exact", "--plot", str(tmp_path / "way.png"))
+    found = json.loads(run(*options, "--json")[1])
+    assert found["pipes_m"] == [[0.3, 0.3], [0.3, -0.3], [0.9, 0.3]]
+    assert found["summary"]["reason"] == "came through the forest"
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (("--forest", "wood"), "--forest: wood, must be corridor, open or dense"),
         (("--start", "0m,0.45m"), "--start: 0,0.45, a pipe's surface is -0.025 m away"),
+        (("--forest", "none.csv"), "none.csv: No such file or directory, must be a readable file"),
         (("--start", "here"), '--start: "here", must be X,Y; write as in --start=40m,25m'),
         (("--vmax", "0"), "--vmax: 0 m/s, must be above 0"),
         (("--ping-rate", "-12Hz"), "--ping-rate: -12 Hz, must be above 0"),
