@@ -1,6 +1,7 @@
 """A study of a system tells its yield by the system's own success, and a yes or no as a share."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -31,9 +32,7 @@ def test_a_study_tells_success_without_being_asked(
     page = (folder / "report.html").read_text()
     assert f"<h3>collided</h3><p>3 samples defined, 0 not defined.</p><p>Yes: {NONE}" in page
     assert "<h3>Yield: 0.00 %</h3>" in page
-    for shown in (text, page):
-        assert "-0 " not in shown
-        assert "-0<" not in shown
+    assert not re.search("-0[^.0-9]", text + re.sub('src="data:[^"]*"', "", page))
     assert main([*STUDY, "-o", str(folder), "--resume", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     share = found["metrics"]["collided"]["share"]
