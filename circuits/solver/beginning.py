@@ -141,6 +141,9 @@ def held_voltages(
     flat: its circuit. What a source holds there anyway is left out. Raises `ParameterError` for a
     contradiction.
     """
+    charged = [(g, d.ic) for g in flat.groups if isinstance(d := g.device, Capacitor) and d.ic is not None]
+    if not (testbench.initial or charged):
+        return {}
     driven = _driven(testbench, flat, silicon, time)
     held: dict[int, float] = {}
     for node, voltage in testbench.initial.items():
@@ -150,10 +153,9 @@ def held_voltages(
             raise ParameterError(f"{found}; leave one of them out")
         if number not in driven:
             held[number] = voltage
-    for group in flat.groups:
-        if isinstance(group.device, Capacitor) and group.device.ic is not None:
-            for k, (a, b) in enumerate(group.nodes.T.tolist()):
-                _hold_across(held, driven | held, f"{group.label(k)}.ic", a, b, group.device.ic)
+    for group, voltage in charged:
+        for k, (a, b) in enumerate(group.nodes.T.tolist()):
+            _hold_across(held, driven | held, f"{group.label(k)}.ic", a, b, voltage)
     return {flat.node_name(number): voltage for number, voltage in held.items()}
 
 

@@ -254,6 +254,16 @@ def _record(h: History, r: Recorder) -> None:
 
 
 @compiled()
+def widen(r: Recorder, first: int, extent: F64) -> None:
+    """Widen the extent, float64[2, watched], by what the recorded columns from `first` on have been."""
+    for j in range(extent.shape[1]):
+        for p in range(r.filled[0]):
+            value = r.voltage[p, first + j]
+            extent[0, j] = min(extent[0, j], value)
+            extent[1, j] = max(extent[1, j], value)
+
+
+@compiled()
 def _rearm(h: History, watch: I64, levels: F64) -> None:
     for j in range(watch.size):
         if h.voltage[0, watch[j]] < levels[1, j]:

@@ -187,7 +187,8 @@ class Runner:
         cursor = sources.start[:-1].copy()
         r, kept = self._recorder, self._recorded
         times, volts, spikes = [], [], []
-        low = high = state.voltage[0][self._watch]
+        seen = state.voltage[0][self._watch]
+        extent = np.array([seen, seen])
         code = core.BUFFER_FULL
         while code == core.BUFFER_FULL:
             r.filled[:] = 0
@@ -198,9 +199,7 @@ class Runner:
             )  # fmt: skip
             times.append(r.time[: r.filled[0]].copy())
             volts.append(r.voltage[: r.filled[0], :kept].copy())
-            watched = r.voltage[: r.filled[0], kept:]
-            low = np.minimum(low, watched.min(axis=0, initial=np.inf))
-            high = np.maximum(high, watched.max(axis=0, initial=-np.inf))
+            core.widen(r, kept, extent)
             found = range(int(r.filled[1]))
             spikes += [(self.labels[r.spike_index[p]], float(r.spike_time[p])) for p in found]
         outcome = _OUTCOMES[code]
@@ -209,7 +208,7 @@ class Runner:
             raise SolverError(f"{title}: {name} at {history.time[0]:.9g} s; {outcome.value}")
         ordered = tuple(sorted(spikes, key=lambda s: (s[1], s[0])))
         return State(*history, lines), Segment(
-            np.concatenate(times), np.concatenate(volts), ordered, outcome, np.stack([low, high])
+            np.concatenate(times), np.concatenate(volts), ordered, outcome, extent
         )
 
     def _pack(self, lines: tuple[Polyline, ...]) -> Sources:

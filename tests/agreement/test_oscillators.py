@@ -1,0 +1,27 @@
+"""Oscillators run as in ngspice: the full form, over 20 dies, is `benchmarks/oscillators.py`."""
+
+from __future__ import annotations
+
+import pytest
+
+from circuits.die import Die
+from tests.circuits.solver.oscillators import OSCILLATORS
+
+pytestmark = pytest.mark.usefixtures("ngspice_library")
+
+ALL = OSCILLATORS["oscillators"]()
+ALLOWED = OSCILLATORS["ALLOWED"]  # percent of the period by rtol, what the benchmark claims
+
+
+@pytest.mark.parametrize("k", range(len(ALL)))
+def test_period_and_spikes_are_ngspice_s(k: int) -> None:
+    die = Die(number=None if k % 2 else 1003)
+    peer = OSCILLATORS["in_ngspice"](ALL[k], die)
+    for rtol, allowed in ALLOWED.items():
+        own = OSCILLATORS["in_solver"](ALL[k], die, rtol)
+        periods = [OSCILLATORS["period"](result) for result in (own, peer)]
+        assert 100.0 * abs(periods[0] / periods[1] - 1.0) < allowed
+        sizes = [result.spikes["spike"].size for result in (own, peer)]
+        assert min(sizes) >= 6
+        assert abs(sizes[0] - sizes[1]) <= 1
+        assert own.disturbance == peer.disturbance
