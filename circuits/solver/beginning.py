@@ -42,6 +42,10 @@ _TRIES = 50
 _SAME = 1e-9  # V, within which two statements about one node are the same
 
 
+class Disturbed(UserWarning):
+    """A run was taken away from a rest state that is not stable."""
+
+
 @dataclass(frozen=True, slots=True)
 class Disturbance:
     """What took a run away from a rest state that is not stable: `voltage` (V) added at each of `nodes`.

@@ -7,6 +7,7 @@ with the state at that moment, and goes on from there with whatever the inputs a
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -19,7 +20,7 @@ from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
 from circuits.lowering.supply import spike_levels
 from circuits.silicon import Silicon
 from circuits.solver import integrate as core
-from circuits.solver.beginning import Beginning, Disturbance, beginning
+from circuits.solver.beginning import Beginning, Disturbance, Disturbed, beginning
 from circuits.solver.newton import Work, allocate
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
@@ -146,8 +147,14 @@ class Runner:
         return np.asarray(self._levels[0].copy())
 
     def begin(self, point: OperatingPoint, time: float = 0.0) -> State:
-        """State at `time` s from the rest state `point`, as the testbench says that its runs begin."""
-        return self.enter(beginning(self.machine, point=point, time=time), time)
+        """State at `time` s from the rest state `point`, as the testbench says that its runs begin.
+
+        Warns (`Disturbed`) where a state that is not stable is left.
+        """
+        begun = beginning(self.machine, point=point, time=time)
+        if begun.disturbance is not None:
+            warnings.warn(f"{self.machine.testbench.title}: {begun.disturbance}", Disturbed, stacklevel=2)
+        return self.enter(begun, time)
 
     def enter(self, start: Beginning, time: float = 0.0) -> State:
         """State at `time` s at a beginning."""
