@@ -13,11 +13,19 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from circuits.brief import OPTIONAL, brief
+from circuits.checks import (
+    keep_allowance,
+    require_choice,
+    require_plausible,
+    require_real,
+    require_reals,
+    require_type,
+)
 from circuits.devices.device import Device
 from circuits.errors import ParameterError, TopologyError, unknown_name
 
@@ -28,6 +36,7 @@ Direction = Literal["in", "out"]
 BiasKind = Literal["gate", "generator", "voltage"]
 Shape = tuple[int, ...]
 
+_CALLED_GROUND = frozenset({"gnd", "gnd!", "ground"})  # by SPICE and its users; "vss" is a supply of its own
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _REFERENCE = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:,[0-9]+)*)\])?")
 
@@ -39,6 +48,10 @@ class Node:
     name: str
     shape: Shape
 
+    def __post_init__(self) -> None:
+        _require_name("node", self.name)
+        _require_shape(f"node {self.name}", self.shape)
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Port:
@@ -47,6 +60,8 @@ class Port:
     `kind` says what crosses it: events (full-supply pulses), analog voltages, a bias or a supply.
     `direction` is seen from the circuit: the outside drives `in`, the circuit drives `out`. `threshold` (V):
     what an event rises through, half of the supply that the circuit is wired to unless given.
+
+    Raises `ParameterError` for another kind or direction.
     """
 
     name: str
@@ -57,6 +72,14 @@ class Port:
 
     def __repr__(self) -> str:
         return brief(self)
+
+    def __post_init__(self) -> None:
+        _require_name("port", self.name)
+        require_choice(f"port {self.name}.kind", self.kind, get_args(PortKind))
+        require_choice(f"port {self.name}.direction", self.direction, get_args(Direction))
+        _require_shape(f"port {self.name}", self.shape)
+        if self.threshold is not None:
+            require_real(f"port {self.name}.threshold", self.threshold, "V")
 
     def elements(self) -> list[str]:
         """References of the port's nodes, as in `spike[0]`; a scalar port has its name alone."""
@@ -75,6 +98,9 @@ class Bias:
     `device`. `voltage`: `value` in volt. `value` is a number, or one number an element of the port.
     `place`: where the generator's copy stands on the die, for a block that shares its chip's biases
     (see `circuits.place`); in the circuit itself unless given.
+
+    Raises `ParameterError` for another kind, and for a value that is no number, or none that is meant (see
+    `circuits.checks`) unless `allow_implausible`; 0 A is a bias that is off.
     """
 
     name: str
@@ -84,6 +110,20 @@ class Bias:
     device: str | None = None
     reference_temperature_c: float = 27.0
     place: tuple[tuple[str, Shape], ...] | None = None
+    allow_implausible: bool = field(default=False, repr=False, compare=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        keep_allowance(self)
+        _require_name("bias", self.name)
+        label = f"bias {self.name}"
+        require_choice(f"{label}.kind", self.kind, get_args(BiasKind))
+        unit = "V" if self.kind == "voltage" else "A"
+        require_reals(f"{label}.value", self.value, unit)
+        sizes = np.abs(np.ravel(self.value))
+        for size in (sizes.max(initial=0.0), sizes.min(initial=1.0, where=sizes > 0.0)):
+            if size != 0.0:
+                require_plausible(f"{label}.value", float(size), unit, allowed=self.allow_implausible)
+        require_real(f"{label}.reference_temperature_c", self.reference_temperature_c, "degC")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +134,9 @@ class Instance:
     circuit: Circuit
     connections: Mapping[str, str]
     parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        _check_instance(self)
 
     @property
     def shape(self) -> Shape:
@@ -116,13 +159,17 @@ class InstanceArray:
     connections: Mapping[str, str]
     parameters: Mapping[str, object] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        _check_instance(self)
+        _require_shape(f"instance {self.name}", self.shape)
+
 
 @dataclass(frozen=True, slots=True)
 class Circuit:
     """Ports, devices, instances and biases under one name.
 
-    Raises `TopologyError` for duplicate or malformed names, unknown or missing connections;
-    `ParameterError` for a device value that breaks its rule.
+    Raises `TopologyError` for duplicate or malformed names, a node that is called `gnd`, unknown or missing
+    connections; `ParameterError` for parts that are none of a circuit.
     """
 
     name: str
@@ -133,6 +180,7 @@ class Circuit:
     biases: tuple[Bias, ...] = ()
 
     def __post_init__(self) -> None:
+        _check_parts(self)
         _check_names(self)
         _check_references(self)
         _check_biases(self)
@@ -189,6 +237,38 @@ def references(circuit: Circuit) -> Iterator[tuple[str, str]]:
             yield instance.name, reference
 
 
+def _require_name(kind: str, name: object) -> None:
+    require_type(f"{kind}.name", name, str, "a name")
+
+
+def _require_shape(label: str, shape: object) -> None:
+    whole = isinstance(shape, tuple) and all(isinstance(n, int | np.integer) for n in shape)
+    if not whole:
+        raise ParameterError(f"{label}.shape: {shape!r:.60}, must be a tuple of whole numbers, as in (13,)")
+
+
+def _check_instance(instance: Instance | InstanceArray) -> None:
+    _require_name("instance", instance.name)
+    require_type(f"{instance.name}.circuit", instance.circuit, Circuit, "a circuit")
+    for port, node in instance.connections.items():
+        require_type(f"{instance.name}.{port}", node, str, "the name of a node")
+    for key, value in instance.parameters.items():
+        require_reals(f"{instance.name}.{key}", value, "SI")
+
+
+def _check_parts(circuit: Circuit) -> None:
+    _require_name("circuit", circuit.name)
+    for noun, parts, kind in (
+        ("a port", circuit.ports, Port),
+        ("a device", circuit.devices, Device),
+        ("an instance", circuit.instances, (Instance, InstanceArray)),
+        ("an array of nodes", circuit.nodes, Node),
+        ("a bias", circuit.biases, Bias),
+    ):
+        for part in parts:
+            require_type(f"{circuit.name}", part, kind, noun)
+
+
 def _check_names(circuit: Circuit) -> None:
     for kind, names in (
         ("device or instance", [*(d.name for d in circuit.devices), *(i.name for i in circuit.instances)]),
@@ -197,6 +277,8 @@ def _check_names(circuit: Circuit) -> None:
     ):
         seen: set[str] = set()
         for name in names:
+            if kind == "node" and name.lower() in _CALLED_GROUND:
+                raise TopologyError(f'{circuit.name}.{name}: ground is called "0", this floats; write "0"')
             if not _NAME.fullmatch(name):
                 raise TopologyError(f"{circuit.name}.{name}: not a name; use letters, digits and _")
             if name.lower() in seen:
@@ -220,10 +302,6 @@ def _check_references(circuit: Circuit) -> None:
         if reference != GROUND:
             _check_index(f"{circuit.name}.{owner}", reference, shapes)
     for device in circuit.devices:
-        try:
-            device.check()
-        except ParameterError as error:
-            raise ParameterError(f"{circuit.name}.{error}") from None
         for reference in device.terminals():
             if shapes.get(reference, ()):
                 raise TopologyError(
@@ -233,6 +311,8 @@ def _check_references(circuit: Circuit) -> None:
 
 
 def _check_index(owner: str, reference: str, shapes: Mapping[str, Shape]) -> None:
+    if reference.lower() in _CALLED_GROUND:
+        raise TopologyError(f'{owner}: {reference}, ground is called "0", this floats; write "0"')
     try:
         name, index = split_reference(reference)
     except TopologyError as error:

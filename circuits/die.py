@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.process import Polarity, Process
@@ -69,8 +70,9 @@ class Die:
         object.__setattr__(self, "lot", str(self.lot))
         if self.number is not None:
             object.__setattr__(self, "number", _whole(self.number))
-        if self.corner not in CORNERS:
-            raise ParameterError(f"corner: {self.corner}, must be one of {', '.join(CORNERS)}")
+        require_choice("corner", self.corner, CORNERS)
+        for name in ("mismatch", "process"):
+            require_type(f"die.{name}", getattr(self, name), bool, "True or False")
 
     def __str__(self) -> str:
         """As in a netlist's title: `die A/1003`, with the corner where one is set."""

@@ -8,9 +8,10 @@ Temperature laws, T0 the process's nominal temperature:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, fields
+from typing import Literal, get_args
 
+from circuits.checks import require_choice, require_real, require_type
 from circuits.errors import ParameterError
 
 BOLTZMANN = 1.380649e-23  # J/K
@@ -46,6 +47,12 @@ class TransistorModel:
     v_t0_drift: float = -1e-3  # V/K
     mobility_exponent: float = -1.5  # 1; the MOSIS default card value, not extracted
 
+    def __post_init__(self) -> None:
+        require_choice("transistor_model.law", self.law, get_args(Law))
+        for each in fields(self):
+            if each.name != "law":
+                require_real(f"transistor_model.{each.name}", getattr(self, each.name), "SI")
+
     @property
     def gamma(self) -> float:
         """Body-effect coefficient, V^0.5: `kappa(v_p=0) = 1 / (1 + gamma / (2 sqrt(phi)))`."""
@@ -75,6 +82,15 @@ class Process:
     pair_a_beta: float  # m: sigma of a pair's relative beta difference times sqrt(W L)
     nominal_temperature_c: float = 27.0
     variation: Variation = Variation()
+
+    def __post_init__(self) -> None:
+        require_type("process.name", self.name, str, "a name")
+        for polarity in POLARITIES:
+            model = getattr(self, polarity)
+            require_type(f"{self.name}.{polarity}", model, TransistorModel, "a transistor model")
+        for name in ("v_dd", "pair_a_vt", "pair_a_beta", "nominal_temperature_c"):
+            require_real(f"{self.name}.{name}", getattr(self, name), "SI")
+        require_type(f"{self.name}.variation", self.variation, Variation, "a variation")
 
     def model(self, polarity: Polarity) -> TransistorModel:
         """Return the model of one polarity."""
@@ -117,6 +133,7 @@ PROCESSES = {p.name: p for p in (AMI_1500, ROLLS_180)}
 
 def check_temperature(temperature_c: float) -> None:
     """Raise `ParameterError` outside the range over which the temperature laws hold."""
+    require_real("temperature", temperature_c, "degC")
     if not LOWEST_C <= temperature_c <= HIGHEST_C:
         raise ParameterError(
             f"temperature: {temperature_c:g} degC, must be within {LOWEST_C:g} to {HIGHEST_C:g} degC,"

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.checks import require_type
 from circuits.die import NOMINAL, Die, Path, Place, mismatch, shared
 from circuits.process import (
     AMI_1500,
@@ -44,6 +45,8 @@ class Silicon:
     place: Place | None = None
 
     def __post_init__(self) -> None:
+        require_type("silicon.process", self.process, Process, "a process, as AMI_1500")
+        require_type("silicon.die", self.die, Die, "a die, as Die('A', 1003)")
         check_temperature(self.temperature_c)
 
     @property

@@ -11,6 +11,7 @@ from math import isfinite
 from typing import ClassVar, Literal, get_args
 
 from circuits.brief import OPTIONAL, brief
+from circuits.checks import require_real, require_type
 from circuits.circuit import Circuit
 from circuits.devices.source import Source
 from circuits.errors import ParameterError
@@ -36,7 +37,8 @@ class Testbench:
         oscillator starts. `at_rest`: from the operating point, stable or not. `uic`: without one; every
         capacitance begins with what `initial` or its own `ic` says, else with 0 V across it.
 
-    Raises `ParameterError` unless stop > 0, `begin` is known and the voltages are finite.
+    Raises `ParameterError` unless stop > 0, `begin` is known and the voltages are finite, and for what is no
+    circuit, source or voltage.
     """
 
     __test__: ClassVar[bool] = False  # the name alone would make pytest collect it
@@ -54,6 +56,12 @@ class Testbench:
         return brief(self)
 
     def __post_init__(self) -> None:
+        require_type(f"{self.title}.circuit", self.circuit, Circuit, "a circuit")
+        for source in self.sources:
+            require_type(f"{self.title}.sources", source, Source, "a source")
+        require_real(f"{self.title}.stop", self.stop, "s")
+        for node, voltage in (*self.start.items(), *self.initial.items()):
+            require_real(f"{self.title}: {node}", voltage, "V")
         if not self.stop > 0.0:
             raise ParameterError(f"{self.title}.stop: {self.stop:g} s, must be > 0; give the end of the run")
         if self.begin not in BEGINNINGS:

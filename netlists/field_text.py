@@ -5,7 +5,7 @@
 
 The form of a value follows from the type of its field. Numbers are Python's `repr`, so that they come back
 exactly; a shape is `2,3`; lists stand in parentheses; a pair is `key:value`, a place `name:index`. A field at
-its default is left out.
+its default is left out, and so is one that is no part of the value's `repr`.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _read(name: str, codec: _Codec, words: Words) -> Any:
 def _codecs(kind: Any) -> dict[str, tuple[_Codec, Any]]:
     """Codec and default (or MISSING) of each field of a dataclass, in its order."""
     hints = get_type_hints(kind)
-    return {f.name: (_codec(hints[f.name]), _default(f)) for f in fields(kind)}
+    return {f.name: (_codec(hints[f.name]), _default(f)) for f in fields(kind) if f.repr}
 
 
 def _default(field: Field[Any]) -> Any:

@@ -15,10 +15,11 @@ import csv
 from collections.abc import Iterator
 from pathlib import Path
 
+from circuits.checks import LIMITS
 from circuits.circuit import GROUND, Circuit
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.lowering.flatten import FlatCircuit, flatten
-from circuits.units import parse_quantity
+from circuits.units import format_quantity, parse_quantity
 
 _HEADER = ("node", "capacitance")
 _LARGEST = 1 << 24  # bytes; 16 MB are some 500,000 nodes
@@ -91,6 +92,7 @@ def _capacitance(text: str, where: str, node: str) -> float:
         value = parse_quantity(text, "F", node)
     except ParameterError as error:
         raise DataError(f"{where}: {error}") from None
-    if value < 0.0:
-        raise DataError(f"{where}: {node}: {value:g} F, must be >= 0; no layout has less than none")
+    if not 0.0 <= value <= LIMITS["F"][1]:
+        most = format_quantity(LIMITS["F"][1], "F")
+        raise DataError(f"{where}: {node}: {value:g} F, must be 0 to {most}, as a layout has")
     return value

@@ -343,7 +343,10 @@ def _capacitors(circuit: Circuit, loads: tuple[Load, ...]) -> tuple[Capacitor, .
     prefix = "parasitic"
     while any(d.name.lower().startswith(prefix) for d in circuit.devices):
         prefix += "_"
-    return tuple(Capacitor(f"{prefix}{k}", n, GROUND, c) for k, (n, c) in enumerate(loads))
+    # a layout has wires of less than an attofarad
+    return tuple(
+        Capacitor(f"{prefix}{k}", n, GROUND, c, allow_implausible=True) for k, (n, c) in enumerate(loads)
+    )
 
 
 def _deviations(flat: FlatCircuit, silicon: Silicon) -> dict[Names, Deviation]:

@@ -21,6 +21,7 @@ from circuits.errors import CircuitError
 from system import run_command_line, simulate_command_line, study_command_line
 from system.begin_choice import begin_choice
 from system.command_options import (
+    AllowImplausible,
     Biases,
     BiasFile,
     BiasSet,
@@ -206,10 +207,19 @@ def import_netlist(
     root: NetlistRoot = None,
     dialect: NetlistDialect = None,
     drop: NetlistDrop = [],  # noqa: B006
+    allow_implausible: AllowImplausible = False,
     as_json: Json = False,
 ) -> None:
     """Read a netlist: its circuit, sources and analyses, and what was not taken over."""
-    call("import_netlist:import_command", file, root=root, dialect=dialect, drop=drop, as_json=as_json)
+    call(
+        "import_netlist:import_command",
+        file,
+        root=root,
+        dialect=dialect,
+        drop=drop,
+        allow_implausible=allow_implausible,
+        as_json=as_json,
+    )
 
 
 @app.command()

@@ -100,6 +100,10 @@ At = Annotated[
     str | None,
     typer.Option("--at", metavar="CHIP/INSTANCE", help="Place on a chip, as ranging-chip/neuron[2]."),
 ]
+AllowImplausible = Annotated[
+    bool,
+    typer.Option("--allow-implausible", help="Take sizes and currents that are far from any silicon's."),
+]
 Stimuli = Annotated[
     list[str],
     typer.Option("--stimulus", metavar="NAME=VALUE", help="As delay=6.4ms or call=off, repeatable."),

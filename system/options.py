@@ -18,6 +18,7 @@ import numpy as np
 
 from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
+from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
 from circuits.die import Die, Place
 from circuits.errors import ParameterError, TopologyError, unknown_name
@@ -57,10 +58,12 @@ class Choice:
     silicon: Silicon
     stimuli: Mapping[str, float | None]
     begin: BeginChoice = FREE
+    allow_implausible: bool = False
 
     def testbench(self) -> Testbench:
         """The block's testbench under the stimuli; raises `ParameterError` unless it takes time."""
-        bench = self.block.testbench(self.circuit, self.stimuli, self.silicon.process.v_dd)
+        with implausible_allowed(self.allow_implausible):
+            bench = self.block.testbench(self.circuit, self.stimuli, self.silicon.process.v_dd)
         if not bench.stop > 0.0:
             raise ParameterError(f"duration: {bench.stop:g} s, must be > 0; give a longer run")
         return begun(bench, self.begin)
@@ -86,20 +89,22 @@ def choose(
     params = list(params)
     block = load_block_or_chip(name)
     values = read_params(block.params(), params)
-    circuit, place = block.build(values), None
-    if silicon.at is not None:
-        there, place = _circuit_at(silicon.at, circuit)
-        circuit = replace(circuit, biases=there.biases) if params else there
-    if bias_set is not None:
-        circuit = rebias(circuit, read_bias_set(block, bias_set))
-    circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
+    with implausible_allowed(silicon.allow_implausible):
+        circuit, place = block.build(values), None
+        if silicon.at is not None:
+            there, place = _circuit_at(silicon.at, circuit)
+            circuit = replace(circuit, biases=there.biases) if params else there
+        if bias_set is not None:
+            circuit = rebias(circuit, read_bias_set(block, bias_set))
+        circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
     made = Silicon(
         process=block.process,
         temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
         die=read_die(silicon),
         place=place,
     )
-    return Choice(block, values, circuit, made, read_stimuli(block.stimuli, stimuli), begin)
+    read = read_stimuli(block.stimuli, stimuli)
+    return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)
 
 
 def read_die(silicon: SiliconChoice) -> Die:

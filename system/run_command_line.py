@@ -50,7 +50,7 @@ def run(context: typer.Context) -> None:
 
 
 @app.command()
-@with_silicon("at")
+@with_silicon("at", "allow_implausible")
 def approach(
     context: typer.Context,
     *,

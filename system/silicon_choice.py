@@ -11,7 +11,7 @@ class SiliconChoice:
     """Temperature (text, degC), the die's key, and the place of a block on a chip (`ranging-chip/neuron[2]`).
 
     `die` None is the nominal die; `mismatch` and `process` leave local and shared variation out. `study` is
-    the folder of a study whose plan the die is of.
+    the folder of a study whose plan the die is of. `allow_implausible` lets sizes pass that no silicon has.
     """
 
     temperature: str = "27"
@@ -22,3 +22,4 @@ class SiliconChoice:
     process: bool = True
     at: str | None = None
     study: str | None = None
+    allow_implausible: bool = False

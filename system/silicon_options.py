@@ -11,6 +11,7 @@ from functools import wraps
 from typing import Any
 
 from system.command_options import (
+    AllowImplausible,
     At,
     BiasKind,
     Corner,
@@ -37,6 +38,7 @@ OPTIONS: dict[str, tuple[Any, Any]] = {
     "mismatch": (Mismatch, True),
     "process": (Process, True),
     "at": (At, None),
+    "allow_implausible": (AllowImplausible, False),
 }
 
 
@@ -85,7 +87,7 @@ def runs(system: str, **called: str) -> Callable[[Command], Command]:
             known = {name: value for name, value in options.items() if value is not None}
             call(f"run_{system}:run_{system}", system, silicon, seed, plot, as_json=as_json, **known)
 
-        return with_silicon("at")(command)
+        return with_silicon("at", "allow_implausible")(command)
 
     return decorate
 

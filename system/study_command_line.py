@@ -9,6 +9,7 @@ import typer
 
 from system.begin_choice import begin_choice
 from system.command_options import (
+    AllowImplausible,
     At,
     AtRest,
     Biases,
@@ -89,6 +90,7 @@ def montecarlo(
     mismatch: Mismatch = True,
     process: Process = True,
     at: At = None,
+    allow_implausible: AllowImplausible = False,
     temperature: Annotated[
         list[str], typer.Option("--temperature", metavar="DEGC", help="Degrees Celsius, repeatable.")
     ] = ["27"],  # noqa: B006
@@ -149,7 +151,7 @@ def montecarlo(
         bias_kind=kind_name(bias_kind),
         stimuli=stimulus,
         begin=begin_choice(ic, uic=uic, at_rest=at_rest),
-        silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at),
+        silicon=SiliconChoice("27", lot, None, "random", mismatch, process, at, None, allow_implausible),
         level=level.value,
         duration=duration,
         temperatures=temperature,
@@ -249,6 +251,7 @@ def centre(
     mismatch: Mismatch = True,
     process: Process = True,
     at: At = None,
+    allow_implausible: AllowImplausible = False,
     temperature: Temperature = "27",
     param: Params = [],  # noqa: B006
     bias: Biases = [],  # noqa: B006
@@ -278,7 +281,9 @@ def centre(
         level=level.value,
         generations=generations,
         seed=seed,
-        silicon=SiliconChoice(temperature, lot, None, "random", mismatch, process, at),
+        silicon=SiliconChoice(
+            temperature, lot, None, "random", mismatch, process, at, None, allow_implausible
+        ),
         params=param,
         biases=bias,
         bias_set=bias_set,

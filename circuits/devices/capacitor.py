@@ -35,9 +35,9 @@ class Capacitor(Device):
 
     def check(self) -> None:
         """Require a capacitance above zero, and an initial voltage that is finite."""
-        require_positive(self.name, "capacitance", self.capacitance, "F")
+        require_positive(self, "capacitance", "F")
         if self.ic is not None:
-            require_finite(self.name, "ic", self.ic, "V")
+            require_finite(self, "ic", "V")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """No direct current flows."""

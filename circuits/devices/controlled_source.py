@@ -32,7 +32,7 @@ class ControlledSource(Device):
 
     def check(self) -> None:
         """Require a finite transconductance; either sign is allowed."""
-        require_finite(self.name, "transconductance", self.transconductance, "S")
+        require_finite(self, "transconductance", "S")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """An ideal current source fixes no voltage, so that it is no path to ground by itself."""

@@ -51,9 +51,9 @@ class OperationalAmplifier(Device):
 
     def check(self) -> None:
         """Require a positive gain and output resistance and a finite offset."""
-        require_positive(self.name, "gain", self.gain, "V/V")
-        require_positive(self.name, "output_resistance", self.output_resistance, "ohm")
-        require_finite(self.name, "offset", self.offset, "V")
+        require_positive(self, "gain", "V/V")
+        require_positive(self, "output_resistance", "Ohm")
+        require_finite(self, "offset", "V")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """Current flows between the output and both supplies."""

@@ -27,7 +27,7 @@ class Resistor(Device):
 
     def check(self) -> None:
         """Require a resistance above zero."""
-        require_positive(self.name, "resistance", self.resistance, "ohm")
+        require_positive(self, "resistance", "Ohm")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """Current flows from a to b."""

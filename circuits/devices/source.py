@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.checks import keep_allowance, require_choice, require_plausible, require_reals, require_type
 from circuits.devices.device import Device
 from circuits.errors import ParameterError
 
@@ -65,6 +66,7 @@ class Driven:
 
 Waveform = Constant | Pulse | PiecewiseLinear | Sampled | Driven
 Polyline = tuple[F64, F64]
+Quantity = Literal["voltage", "current"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +76,18 @@ class Source(Device):
     name: str
     node: str
     waveform: Waveform
-    quantity: Literal["voltage", "current"] = "voltage"
+    quantity: Quantity = "voltage"
+
+    def __post_init__(self) -> None:
+        keep_allowance(self)
+        require_type("source.name", self.name, str, "a name")
+        require_type(f"{self.name}.node", self.node, str, "the name of a port")
+        require_choice(f"{self.name}.quantity", self.quantity, get_args(Quantity))
+        require_type(
+            f"{self.name}.waveform", self.waveform, get_args(Waveform), "a waveform, as Constant(5.0)"
+        )
+        if not isinstance(self.waveform, Sampled):  # long ones are looked at when they are used
+            self.check()
 
     def terminals(self) -> tuple[str, ...]:
         """Return (node,)."""
@@ -85,8 +98,14 @@ class Source(Device):
         return {}
 
     def check(self) -> None:
-        """Require vertices that rise in time and finite values."""
-        polyline(self.name, self.waveform)
+        """Require vertices that rise in time and finite values, of which the largest is one that is meant.
+
+        A current may be 0, and pass through any value on its way to its largest.
+        """
+        largest = float(np.abs(polyline(self.name, self.waveform)[1]).max())
+        if largest:
+            unit = "V" if self.quantity == "voltage" else "A"
+            require_plausible(f"{self.name}.waveform", largest, unit, allowed=self.allow_implausible)
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """A voltage source ties its node to ground."""
@@ -110,6 +129,8 @@ def polyline(name: str, waveform: Waveform) -> Polyline:
 
 def vertices(name: str, time: Sequence[float] | F64, value: Sequence[float] | F64) -> Polyline:
     """Check and return vertices as arrays."""
+    require_reals(f"{name}: times", time, "s")
+    require_reals(f"{name}: values", value, "V or A")
     t, v = np.asarray(time, dtype=np.float64), np.asarray(value, dtype=np.float64)
     if t.size == 0 or t.shape != v.shape:
         raise ParameterError(
@@ -126,6 +147,8 @@ def vertices(name: str, time: Sequence[float] | F64, value: Sequence[float] | F6
 
 
 def _trapezoids(name: str, pulse: Pulse) -> tuple[list[float], list[float]]:
+    require_reals(f"{name}: width, rise, fall", (pulse.width, pulse.rise, pulse.fall), "s")
+    require_reals(f"{name}: starts", pulse.starts, "s")
     if min(pulse.width, pulse.rise, pulse.fall) <= 0.0:
         raise ParameterError(
             f"{name}: width {pulse.width:g} s, rise {pulse.rise:g} s, fall {pulse.fall:g} s, must be > 0"

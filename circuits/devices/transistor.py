@@ -22,10 +22,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.checks import require_choice
 from circuits.compiled import compiled
 from circuits.devices.device import Device, require_positive
 from circuits.devices.softplus import LIMIT, exp_negative, softplus
-from circuits.process import Polarity, TransistorAtTemperature, TransistorModel
+from circuits.process import POLARITIES, Polarity, TransistorAtTemperature, TransistorModel
 
 F64 = NDArray[np.float64]
 
@@ -53,10 +54,11 @@ class Transistor(Device):
         return {"width": self.width, "length": self.length, "multiplicity": self.multiplicity}
 
     def check(self) -> None:
-        """Require positive sizes."""
-        require_positive(self.name, "width", self.width, "m")
-        require_positive(self.name, "length", self.length, "m")
-        require_positive(self.name, "multiplicity", self.multiplicity, "devices")
+        """Require a polarity and positive sizes."""
+        require_choice(f"{self.name}.polarity", self.polarity, POLARITIES)
+        require_positive(self, "width", "m")
+        require_positive(self, "length", "m")
+        require_positive(self, "multiplicity", "devices")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
         """Current flows from drain to source; the junctions tie neither to the bulk."""

@@ -223,7 +223,7 @@ def _check_overrides(group: DeviceGroup, attributes: list[str]) -> None:
         for k in (int(np.argmin(finite)), int(np.argmax(values))):
             changed: Any = {attribute: float(values[k])}
             try:
-                replace(group.device, **changed).check()  # type: ignore[type-var]  # every device is a dataclass
+                replace(group.device, **changed).check()
             except ParameterError as error:
                 raise ParameterError(".".join((*_path_text(group.path, k), str(error)))) from None
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from circuits.circuit import Bias, Circuit, Node, Port
 from circuits.devices import Capacitor, Device, Source
-from circuits.errors import CircuitError, DataError
+from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.annotation import (
@@ -122,10 +122,17 @@ def _note(contents: _Contents, card: Card) -> None:
         raise card.error("a source note without its waveform before this; write the netlist again")
     if note.kind in _SILICON:
         contents.silicon.append(note)
-    elif not _top_note(contents, card, note):
+    elif not _taken_at_top(contents, card, note):
         if contents.here is None:
             raise card.error(f"note {note.kind} outside a definition; write the netlist again")
         _definition_note(contents, contents.here, card, note.value)
+
+
+def _taken_at_top(contents: _Contents, card: Card, note: Annotation) -> bool:
+    try:
+        return _top_note(contents, card, note)
+    except ParameterError as error:
+        raise card.error(str(error)) from None
 
 
 def _top_note(contents: _Contents, card: Card, note: Annotation) -> bool:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from circuits.circuit import GROUND, Circuit, Instance, Port
 from circuits.devices import Device, Source
 from circuits.devices.source import Constant
-from circuits.errors import CircuitError, DataError
+from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon import Deviation
 from netlists.reader.card import Arguments, Card, element_arguments, element_words, shown
 from netlists.reader.element import Context, read_element
@@ -200,7 +200,10 @@ class Elaboration:
                 raise duplicate(card, name, contents.names[name])
             contents.names[name] = card
             card.check_name(name, self.limits.word)
-            self._element(card, context, contents)
+            try:
+                self._element(card, context, contents)
+            except ParameterError as error:
+                raise card.error(str(error)) from None
         return contents
 
     def _element(self, card: Card, context: Context, contents: _Contents) -> None:
@@ -214,10 +217,6 @@ class Elaboration:
             contents.sources += self._sources(card, context)
         else:
             element = read_element(card, context)
-            try:
-                element.device.check()
-            except CircuitError as error:
-                raise card.error(str(error)) from None
             contents.devices.append(element.device)
             if element.deviation is not None:
                 contents.deviations[element.device.name] = element.deviation

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor
+from circuits.errors import ParameterError
 from circuits.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.dialect import DIALECTS, MODULE_LANGUAGES, Dialect, Settings, load_dialect
@@ -104,7 +105,10 @@ class Syntax(ABC):
             raise card.error(
                 f"{shown(card.text)}: must be {count} nodes and a number; write the netlist again"
             )
-        made = make(own, [self.dialect.naming.reference(node) for node in nodes], number)
+        try:
+            made = make(own, [self.dialect.naming.reference(node) for node in nodes], number)
+        except ParameterError as error:
+            raise card.error(str(error)) from None
         return made if begin is None else _charged(card, made, begin)
 
 

@@ -7,6 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from circuits.brief import stated
+from circuits.checks import implausible_allowed
+from circuits.circuit import Bias, Port
 from circuits.devices import Source
 from netlists.reader import Imported, read_netlist
 from netlists.reader.summary import summarise
@@ -14,11 +17,18 @@ from system.commands.output import print_json, print_line, print_table, quantity
 
 
 def import_command(
-    file: str, *, root: str | None, dialect: str | None, drop: Sequence[str], as_json: bool
+    file: str,
+    *,
+    root: str | None,
+    dialect: str | None,
+    drop: Sequence[str],
+    allow_implausible: bool,
+    as_json: bool,
 ) -> None:
     """Print what the netlist `file` says; files that it includes must lie in the folder `root`."""
     folder = None if root is None else Path(root)
-    imported = read_netlist(Path(file), root=folder, dialect=dialect, drop=drop)
+    with implausible_allowed(allow_implausible):
+        imported = read_netlist(Path(file), root=folder, dialect=dialect, drop=drop)
     document = _describe(file, imported)
     if as_json:
         print_json(document)
@@ -42,8 +52,8 @@ def _describe(file: str, imported: Imported) -> dict[str, Any]:
         "node_count": summary.nodes,
         "deviation_count": len(imported.deviations),
         "parasitic_count": len(imported.parasitics),
-        "ports": [asdict(port) for port in circuit.ports],
-        "biases": [asdict(bias) for bias in circuit.biases],
+        "ports": [_stated(port) for port in circuit.ports],
+        "biases": [_stated(bias) for bias in circuit.biases],
         "sources": [_source(source) for source in bench.sources],
         "stop_s": bench.stop,
         "analyses": [{"analysis": _word(each), **asdict(each)} for each in imported.analyses],
@@ -51,6 +61,10 @@ def _describe(file: str, imported: Imported) -> dict[str, Any]:
         "dropped": [asdict(note) for note in imported.dropped],
         "names": dict(imported.names),
     }
+
+
+def _stated(part: Port | Bias) -> dict[str, Any]:
+    return {name: getattr(part, name) for name in stated(part)}
 
 
 def _source(source: Source) -> dict[str, Any]:

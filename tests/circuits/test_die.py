@@ -222,7 +222,7 @@ def test_a_die_s_number_is_whole(number: object) -> None:
 
 
 def test_unknown_corners_and_deep_arrays_are_refused() -> None:
-    with pytest.raises(ParameterError, match="corner: xy, must be one of random, typical"):
+    with pytest.raises(ParameterError, match=r"corner: .xy., must be random, typical, ss, ff, sf or fs"):
         Die(corner="xy")  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match=r"chip\.a\.b\.m: 5 index dimensions, must be at most 4"):
         draw(Die(number=1), (("a", (2, 2)), ("b", (2, 2, 2)), ("m", ())))

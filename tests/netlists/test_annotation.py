@@ -57,7 +57,9 @@ REFERENCES = st.builds(lambda n, i: f"{n}[{','.join(map(str, i))}]" if i else n,
 PAIRS = st.lists(st.tuples(NAMES, REFERENCES), max_size=5).map(tuple)
 PLACES = st.none() | st.lists(st.tuples(TEXTS, INDICES), max_size=3).map(tuple)
 MANY = st.lists(NUMBERS, max_size=20).map(tuple)
-SIZES = st.floats(1e-7, 1e-3)
+SIZES = st.floats(1e-5, 1e-3)  # m, F or Ohm that anybody means
+CURRENTS = st.just(0.0) | st.floats(1e-15, 1.0) | st.floats(-1.0, -1e-15)
+POSITIVE = st.floats(0.0, exclude_min=True, allow_infinity=False)
 FLAGS = st.booleans()
 KINDS_OF_PORT = st.sampled_from(["event", "analog", "bias", "supply"])
 KINDS_OF_BIAS = st.sampled_from(["gate", "generator", "voltage"])
@@ -84,13 +86,14 @@ VALUES: dict[str, st.SearchStrategy[object]] = {
     ),
     "node": st.builds(Node, NAMES, SHAPES),
     "bias": st.builds(
-        Bias, NAMES, NAMES, KINDS_OF_BIAS, NUMBERS | MANY, st.none() | NAMES, NUMBERS, PLACES
+        Bias, NAMES, NAMES, KINDS_OF_BIAS, CURRENTS | st.lists(CURRENTS, max_size=20).map(tuple),
+        st.none() | NAMES, NUMBERS, PLACES,
     ),
     "transistor": st.builds(
-        Transistor, NAMES, POLARITIES, REFERENCES, REFERENCES, REFERENCES, REFERENCES, SIZES, SIZES, NUMBERS
+        Transistor, NAMES, POLARITIES, REFERENCES, REFERENCES, REFERENCES, REFERENCES, SIZES, SIZES, POSITIVE
     ),
     "amplifier": st.builds(
-        OperationalAmplifier, NAMES, *(REFERENCES for _ in range(5)), NUMBERS, NUMBERS, NUMBERS
+        OperationalAmplifier, NAMES, *(REFERENCES for _ in range(5)), POSITIVE, SIZES, SIZES
     ),
     "deviation": st.builds(LocalDeviation, NUMBERS, NUMBERS),
     "instance": st.builds(InstanceNote, NAMES, PAIRS),
@@ -108,9 +111,11 @@ VALUES: dict[str, st.SearchStrategy[object]] = {
     "driven": st.builds(Driven, NUMBERS),
     "biased": st.builds(Biased, REFERENCES),
     "parasitic": st.builds(Parasitic, NAMES),
-    "capacitor": st.builds(Capacitor, NAMES, REFERENCES, REFERENCES, NUMBERS),
-    "resistor": st.builds(Resistor, NAMES, REFERENCES, REFERENCES, NUMBERS),
-    "transconductor": st.builds(ControlledSource, NAMES, *(REFERENCES for _ in range(4)), NUMBERS),
+    "capacitor": st.builds(Capacitor, NAMES, REFERENCES, REFERENCES, SIZES),
+    "resistor": st.builds(Resistor, NAMES, REFERENCES, REFERENCES, SIZES),
+    "transconductor": st.builds(
+        ControlledSource, NAMES, *(REFERENCES for _ in range(4)), st.floats(-1e300, 1e300)
+    ),
 }  # fmt: skip
 
 
@@ -223,7 +228,7 @@ def test_only_devices_whose_lines_say_less_have_notes() -> None:
 
 
 def test_sources_come_back() -> None:
-    source = Source("odd name!", "a[2]", Pulse(0.0, 5.0, (1e-3, 2e-3), 1e-5, 1e-7, 1e-7), "current")
+    source = Source("odd name!", "a[2]", Pulse(0.0, 5e-9, (1e-3, 2e-3), 1e-5, 1e-7, 1e-7), "current")
     head, waveform = (read(format_annotation(note)) for note in source_notes(source))
     assert to_source(head.value, waveform.value) == source
 

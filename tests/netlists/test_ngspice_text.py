@@ -234,7 +234,7 @@ def test_a_die_has_its_own_transistors_and_says_so() -> None:
 
 
 def test_wrong_parameters_of_an_array_are_named() -> None:
-    with pytest.raises(ParameterError, match=r"r.resistance: -1 ohm, must be > 0"):
+    with pytest.raises(ParameterError, match=r"r.resistance: -1 Ohm, must be > 0"):
         to_design(Testbench("t", array(**{"r.resistance": -1.0}), (), 1.0), SILICON)
     with pytest.raises(UnknownNameError, match=r"low_pass parameter r.length: unknown"):
         to_design(Testbench("t", array(**{"r.length": 1.0}), (), 1.0), SILICON)

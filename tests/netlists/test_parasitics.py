@@ -58,7 +58,7 @@ def test_an_element_of_an_array_stands_in_quotes_or_not(tmp_path: Path) -> None:
         ("v_mem,1e-15", ":1: v_mem: .*write the unit too, as in 1fF"),
         ("v_mem,much", ':1: v_mem: "much", must be a capacitance'),
         ("v_mem,1pV", ":1: v_mem"),
-        ("v_mem,-1f", ":1: v_mem: -1e-15 F, must be >= 0"),
+        ("v_mem,-1f", ":1: v_mem: -1e-15 F, must be 0 to 1mF"),
         ("v_mem,1e999", ":1: v_mem"),
         ("v_mem,1f\n\nv_mem,2f", ":3: v_mem has a capacitance in line 1"),
     ],

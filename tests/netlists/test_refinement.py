@@ -18,7 +18,7 @@ from netlists.refinement import Structure, class_count, first_colours, label, la
 
 ONE_OF_EACH: tuple[Device, ...] = (
     Transistor("m", "n", "a", "b", "c", "d", 1e-6, 1e-6),
-    Capacitor("c", "a", "b", 1.0),
+    Capacitor("c", "a", "b", 1e-12),
     Resistor("r", "a", "b", 1.0),
     ControlledSource("g", "a", "b", "c", "d", 1.0),
     OperationalAmplifier("o", "a", "b", "c", "d"),

@@ -189,3 +189,15 @@ def test_models_that_are_not_honoured_are_refused_unless_dropped(
         out = capsys.readouterr().out
         assert "dropped by --drop" in out
         assert ".model p: parameters level, vto, kp" in out
+
+
+def test_import_refuses_a_size_that_nobody_means(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "deck.cir"
+    path.write_text("slip\nv1 in 0 5\nr1 in out 1k\nc1 out 0 600\n.tran 1u 1m\n")
+    assert main(["import", str(path)]) == 2
+    err = capsys.readouterr().err
+    assert "deck.cir:4: c1.capacitance: 600 F, must be 1aF to 1mF" in err
+    assert err.count("\n") == 1
+    assert main(["import", str(path), "--allow-implausible", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["devices"] == {"resistor": 1, "capacitor": 1}
+    assert main(["compare", str(path), str(path)]) == 0

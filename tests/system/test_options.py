@@ -204,3 +204,25 @@ def test_a_huge_stimulus_makes_no_huge_testbench(block: str, stimulus: str, unit
     except ParameterError:
         return
     assert max(sizes) <= PULSES
+
+
+SLIPS = {
+    "params": (["membrane_capacitance=600mF"], r"c_m\.capacitance: 0\.6 F, must be 1aF to 1mF"),
+    "biases": (["i_lim=40A"], r"bias i_lim\.value: 40 A, must be 1fA to 1A"),
+}
+
+
+@pytest.mark.parametrize("what", SLIPS)
+def test_a_size_that_nobody_means_is_refused_unless_it_is_meant(what: str) -> None:
+    texts, says = SLIPS[what]
+    with pytest.raises(ParameterError, match=rf"{says}.*--allow-implausible"):
+        choose("rebound-neuron", **{what: texts})  # type: ignore[arg-type]
+    meant = choose("rebound-neuron", silicon=SiliconChoice(allow_implausible=True), **{what: texts})  # type: ignore[arg-type]
+    assert meant.testbench().circuit == meant.circuit
+
+
+def test_a_current_of_a_stimulus_is_one_that_is_meant() -> None:
+    with pytest.raises(ParameterError, match=r"i_in\.waveform: 3 A, must be 1fA to 1A"):
+        choose("nef-neuron", stimuli=["current=3A"]).testbench()
+    choose("nef-neuron", stimuli=["current=3A"], silicon=SiliconChoice(allow_implausible=True)).testbench()
+    choose("nef-neuron", stimuli=["current=0"]).testbench()

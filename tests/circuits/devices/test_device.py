@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from circuits.checks import implausible_allowed
 from circuits.devices import (
     DEVICE_TYPES,
     Capacitor,
@@ -17,7 +18,7 @@ from circuits.devices import (
     Source,
     Transistor,
 )
-from circuits.devices.source import Constant
+from circuits.devices.source import Constant, PiecewiseLinear, Pulse
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering import analysis, graph, kernel
 from netlists.dialect import dialect_names, load_dialect
@@ -37,10 +38,43 @@ LOWERINGS: dict[str, Any] = {
     "analysis": analysis.to_equation,
     **{f"{d} {m}": f for d in dialect_names() for m, f in load_dialect(d).devices.items()},
 }
-NAMED: list[tuple[Device, str]] = [
-    (Capacitor("c", "a", "b", 0.0), "c.capacitance: 0 F, must be > 0"),
-    (Resistor("r", "a", "b", -1.0), "r.resistance: -1 ohm, must be > 0"),
-    (ControlledSource("g", "a", "b", "c", "d", math.nan), "g.transconductance: nan S, must be finite"),
+REFUSED: list[tuple[Callable[[], object], str]] = [
+    (lambda: Capacitor("c", "a", "b", 0.0), "c.capacitance: 0 F, must be > 0"),
+    (lambda: Resistor("r", "a", "b", -1.0), "r.resistance: -1 Ohm, must be > 0"),
+    (
+        lambda: ControlledSource("g", "a", "b", "c", "d", math.nan),
+        "g.transconductance: nan S, must be finite",
+    ),
+    *(
+        (
+            lambda word=word: Transistor("m", word, "d", "g", "s", "0", 1e-6, 1e-6),
+            f"m.polarity: '{word}', must be n or p",
+        )
+        for word in ("nmos", "N", "nfet", "")
+    ),
+    (
+        lambda: Transistor("m", "n", "d", "g", "s", "0", 3, 1e-6),
+        "m.width: 3 m, must be 10nm to 10mm; .*meant",
+    ),
+    (lambda: Transistor("m", "n", "d", "g", "s", "0", 1e-6, 1e-9), "m.length: 1e-09 m, must be 10nm"),
+    (lambda: Transistor("m", "n", "d", "g", "s", "0", "3u", 1e-6), "m.width: '3u', must be a number in m"),
+    (lambda: Transistor("m", "n", "d", "g", "s", "0", True, 1e-6), "m.width: True, must be a number in m"),
+    (lambda: Transistor("m", "n", "d", "g", 0, "0", 1e-6, 1e-6), "m: 0, must be the name of a node"),
+    (lambda: Transistor(7, "n", "d", "g", "s", "0", 1e-6, 1e-6), "device.name: 7, must be a name"),
+    (lambda: Capacitor("c", "a", "b", 600.0), "c.capacitance: 600 F, must be 1aF to 1mF"),
+    (lambda: Capacitor("c", "a", "b", 1e-19), "c.capacitance: 1e-19 F, must be 1aF to 1mF"),
+    (lambda: Resistor("r", "a", "b", 1e-9), "r.resistance: 1e-09 Ohm, must be 1uOhm"),
+    (
+        lambda: OperationalAmplifier("x", "p", "n", "o", "vdd", offset=1e4),
+        "x.offset: 10000 V, must be at most 1kV",
+    ),
+    (lambda: Source("i", "a", Constant(3.0), "current"), "i.waveform: 3 A, must be 1fA to 1A"),
+    (lambda: Source("i", "a", Constant(1e-18), "current"), "i.waveform: 1e-18 A, must be 1fA to 1A"),
+    (lambda: Source("v", "a", Constant(5e3)), "v.waveform: 5000 V, must be at most 1kV"),
+    (lambda: Source("v", "a", Constant(1.0), "amps"), "v.quantity: 'amps', must be voltage or current"),
+    (lambda: Source("v", "a", 5.0), "v.waveform: 5.0, must be a waveform"),
+    (lambda: Source("v", "a", Constant("5")), "v: values: .*'5'.*, must be a number in V or A"),
+    (lambda: Source("v", "a", Pulse(0.0, 5.0, (0.0,), "1us", 1e-9, 1e-9)), "v: width, rise, fall: .*1us"),
 ]
 
 
@@ -66,19 +100,45 @@ def test_examples_are_sound_frozen_and_consistent(kind: type[Device]) -> None:
     count = len(device.terminals())
     assert all(-1 <= i < count and -1 <= j < count for i, j in device.conducting())
     for attribute in device.parameters():
-        changed: Any = {attribute: 2.5}
-        assert replace(device, **changed).parameters()[attribute] == 2.5  # type: ignore[type-var]
+        changed: Any = {attribute: 1.5 * device.parameters()[attribute]}
+        assert replace(device, **changed).parameters()[attribute] == changed[attribute]
 
 
-@pytest.mark.parametrize(("device", "text"), NAMED)
-def test_bad_values_are_named(device: Device, text: str) -> None:
-    with pytest.raises(ParameterError, match=f"^{text}"):
-        device.check()
+@pytest.mark.parametrize(("construct", "text"), REFUSED)
+def test_constructors_refuse_what_they_do_not_know(construct: Callable[[], object], text: str) -> None:
+    with pytest.raises(ParameterError, match=f"^{text}") as caught:
+        construct()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_size_that_is_meant_is_taken_and_stays_so() -> None:
+    large = Capacitor("c", "a", "b", 0.1, allow_implausible=True)
+    assert replace(large, capacitance=0.2).capacitance == 0.2
+    with implausible_allowed():
+        inside = Capacitor("c", "a", "b", 0.1)
+    assert replace(inside, a="d").capacitance == 0.1
+    with pytest.raises(ParameterError):
+        Capacitor("c", "a", "b", 0.1)
+    with implausible_allowed(False), pytest.raises(ParameterError):
+        Capacitor("c", "a", "b", 0.1)
+
+
+def test_being_meant_is_no_part_of_what_a_device_is() -> None:
+    """Records are found by the text of their circuits."""
+    small = Capacitor("c", "a", "b", 1e-12)
+    meant = Capacitor("c", "a", "b", 1e-12, allow_implausible=True)
+    assert (small, hash(small), repr(small)) == (meant, hash(meant), repr(meant))
+    assert repr(small) == "Capacitor(name='c', a='a', b='b', capacitance=1e-12)"
+
+
+def test_a_source_may_be_at_zero_and_pass_through_any_current() -> None:
+    Source("i", "a", Constant(0.0), "current")
+    Source("i", "a", PiecewiseLinear((0.0, 1.0), (1e-20, 1e-9)), "current")
 
 
 def test_errors_are_also_builtins() -> None:
     with pytest.raises(ValueError, match="must be > 0") as caught:
-        Resistor("r", "a", "b", 0.0).check()
+        Resistor("r", "a", "b", 0.0)
     assert isinstance(caught.value, CircuitError)
 
 

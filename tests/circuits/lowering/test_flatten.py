@@ -96,7 +96,7 @@ def test_parameters_that_do_not_broadcast_are_named() -> None:
 
 @pytest.mark.parametrize("bad", [-1.0, 0.0, math.nan, math.inf])
 def test_a_bad_size_in_an_array_is_named_by_its_instance_path(bad: float) -> None:
-    with pytest.raises(ParameterError, match=r"^x\[1\]\.low\[0\]\.r\.resistance: .* ohm, must be > 0"):
+    with pytest.raises(ParameterError, match=r"^x\[1\]\.low\[0\]\.r\.resistance: .* Ohm, must be > 0"):
         flatten(array((3,), {"low.r.resistance": (1.0, bad, 3.0)}))
 
 

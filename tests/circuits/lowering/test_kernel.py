@@ -168,8 +168,6 @@ def test_sampled_sources_are_followed_not_broken_at() -> None:
 
 def test_an_unknown_device_type_is_named() -> None:
     class Memristor(Base):
-        name = "m"
-
         def terminals(self) -> tuple[str, ...]:
             return ("a", "0")
 
@@ -182,7 +180,7 @@ def test_an_unknown_device_type_is_named() -> None:
         def conducting(self) -> tuple[tuple[int, int], ...]:
             return ((0, 1),)
 
-    circuit = Circuit("r", (Port("a", "analog"),), (Memristor(),))
+    circuit = Circuit("r", (Port("a", "analog"),), (Memristor("m"),))
     group = flatten(circuit).groups[0]
     with pytest.raises(TypeError, match="Memristor: no lowering to the kernel"):
         add_device(group.device, group, None)  # type: ignore[arg-type]

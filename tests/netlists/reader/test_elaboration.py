@@ -111,7 +111,7 @@ def test_start_voltages_reach_into_instances() -> None:
         ("v1 0 0 1\nr1 a 0 1", "v1: no end at ground, or both"),
         ("i1 a a 1\nr1 a 0 1", "both ends at one node"),
         ("v1 a\nr1 a 0 1", "v1: 1 nodes, must be 2"),
-        ("r1 a 0 -1", "netlist:2: r1.resistance: -1 ohm, must be > 0"),
+        ("r1 a 0 -1", "netlist:2: r1.resistance: -1 Ohm, must be > 0"),
         ("r1 a 0 1\n.ic v(b)=1", "netlist:3: v.b.: unknown node"),
         (".tran 1u 1m", "no elements"),
         ("r" + "x" * 500 + " a 0 1", "netlist:2: a name of more than 400 characters, the limit"),

@@ -1,0 +1,97 @@
+"""What constructors refuse: a word that they do not know, what is no number, a size that nobody means.
+
+A length, capacitance, current, resistance or voltage outside of `LIMITS` is a slip of a unit or a prefix (3 m
+of channel where 3 um was meant), and is refused, unless it is said to be meant:
+
+    Capacitor("c", "a", "0", 0.1, allow_implausible=True)
+    with implausible_allowed():
+        circuit = build(params)
+
+The second is for circuits whose devices somebody else constructs, such as a block's. It holds within the
+`with` in its own thread, as `decimal.localcontext` does; a device keeps for itself that it was allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from math import isfinite
+
+import numpy as np
+
+from circuits.errors import ParameterError
+from circuits.units import format_quantity
+
+# Lengths, capacitances and currents of silicon, of the boards beside it and of their measurement; those of
+# resistances and voltages are ours.
+LIMITS = {
+    "m": (10e-9, 10e-3),
+    "F": (1e-18, 1e-3),
+    "A": (1e-15, 1.0),
+    "Ohm": (1e-6, 1e15),
+    "V": (0.0, 1e3),
+}
+
+_ALLOWED: ContextVar[bool] = ContextVar("implausible sizes are allowed", default=False)
+
+
+@contextmanager
+def implausible_allowed(allowed: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - as an option gives it
+    """Let sizes outside of `LIMITS` pass within the `with`; nothing changes where `allowed` is false."""
+    token = _ALLOWED.set(_ALLOWED.get() or allowed)
+    try:
+        yield
+    finally:
+        _ALLOWED.reset(token)
+
+
+def keep_allowance(thing: object) -> None:
+    """Let a frozen value know that it was constructed where implausible sizes pass."""
+    if _ALLOWED.get():
+        object.__setattr__(thing, "allow_implausible", True)
+
+
+def require_plausible(label: str, value: float, unit: str, *, allowed: bool) -> None:
+    """Raise `ParameterError` for a magnitude outside of `LIMITS`, unless it is allowed."""
+    low, high = LIMITS[unit]
+    if low <= abs(value) <= high or (allowed and isfinite(value)):
+        return
+    ends = f"at most {format_quantity(high, unit)}"
+    ends = f"{format_quantity(low, unit)} to {format_quantity(high, unit)}" if low else ends
+    raise ParameterError(
+        f"{label}: {value:g} {unit}, must be {ends}; give it in {unit}, or allow_implausible"
+        " (--allow-implausible) where it is meant"
+    )
+
+
+def require_real(label: str, value: object, unit: str) -> None:
+    """Raise `ParameterError` unless `value` is a number, if not finite; text and truth values are none."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        of = f" in {unit}" if unit else ""
+        raise ParameterError(f"{label}: {value!r:.60}, must be a number{of}; write as in 1e-6")
+
+
+def require_reals(label: str, values: object, unit: str) -> None:
+    """Raise `ParameterError` unless `values` is a number, or an array or sequence of such."""
+    try:
+        kind = np.asarray(values).dtype.kind
+    except ValueError:  # rows of different lengths
+        kind = "O"
+    if kind not in "iuf":
+        of = f" in {unit}" if unit else ""
+        raise ParameterError(f"{label}: {values!r:.60}, must be a number{of}, or several; write as in 1e-6")
+
+
+def require_choice(label: str, value: object, known: Iterable[object]) -> None:
+    """Raise `ParameterError` naming what is known unless `value` is one of it."""
+    names = list(known)
+    if not any(value is name or (isinstance(value, str) and value == name) for name in names):
+        words = [str(name) for name in names]
+        raise ParameterError(f"{label}: {value!r}, must be {', '.join(words[:-1])} or {words[-1]}")
+
+
+def require_type(label: str, value: object, kind: type | tuple[type, ...], noun: str) -> None:
+    """Raise `ParameterError` unless `value` is a `kind`, which users call `noun`."""
+    if not isinstance(value, kind):
+        raise ParameterError(f"{label}: {value!r:.60}, must be {noun}")
