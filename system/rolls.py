@@ -32,7 +32,7 @@ from system.plot import COLOURS, INK
 from system.rolls_options import bias_table
 from system.scenario import scenario_of
 from system.silicon_noise import Noisy, silicon_noise
-from system.study_route import In, Readers, read_route, seconds, words
+from system.study_route import In, Readers, read_route, read_texts, seconds, words
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 
 F64 = NDArray[np.float64]
@@ -105,6 +105,11 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
     return Trace(s, spikes, rates, on_die.restless(), on_die.cautions())
+
+
+def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario, whose quantities may be texts. Raises `ParameterError`."""
+    return read_texts(options, STUDIED)
 
 
 def events(s: Scenario) -> Inputs:
@@ -181,15 +186,15 @@ class RollsSystem:
     """The system as the command line sees it."""
 
     name: str = "rolls"
-    summary: str = "ROLLS: rates of all neurons of a die under equal input (montecarlo, show, export)"
+    summary: str = "ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)"
     success: str = SUCCESS
     metrics: tuple[str, ...] = metrics_with(SUMMARY)
     yes_no: tuple[str, ...] = (SUCCEEDED,)
     study_metrics: tuple[str, ...] = ("population_rate", "rate_cv", "silent", "hot")
 
     def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields."""
-        return scenario_of(self.name, Scenario, options)
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options)
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]

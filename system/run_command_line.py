@@ -15,6 +15,7 @@ from system.command_options import Json, Kind, Plot, Seed, Targets, call
 from system.commands.bug_command_line import bug
 from system.commands.head_command_line import head
 from system.commands.pushbot_command_line import pushbot
+from system.commands.rolls_command_line import rolls
 from system.given_once import App
 from system.silicon_choice import SiliconChoice
 from system.silicon_options import runs, with_silicon
@@ -223,5 +224,5 @@ def robot(
     """A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022)."""
 
 
-for _command in (bug, pushbot, head):
+for _command in (bug, pushbot, head, rolls):
     app.command()(_command)

@@ -70,6 +70,12 @@ def test_the_picture_has_the_reason(name: str) -> None:
     assert any(system.account(traced(name)).headline in title for title in titles)
 
 
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_system_has_a_command_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", name, "--help"]) == 0
+    assert f"run {name} " in capsys.readouterr().out
+
+
 def test_an_account_in_a_line() -> None:
     account = Account(succeeded=False, reason="collided with a pipe", ran_on={"ranges": "exact"})
     assert account.headline == "failed: collided with a pipe"
@@ -106,6 +112,7 @@ def test_a_robot_that_stands_touches_nothing_and_fails() -> None:
         ("head", ("--duration", "1s")),
         ("pushbot", ("--duration", "200ms")),
         ("approach", ("--level", "behavioural", "--duration", "300ms")),
+        ("rolls", ("--duration", "150ms", "--die", "1003")),
     ],
 )
 def test_text_and_document_give_the_same_reason(
