@@ -5,9 +5,9 @@ share on a die, and put together as `q(T, s_n, s_p) = q_n(T, s_n) + q_p(T, s_p) 
 through all temperatures, monotone cubics through the shifts. Mismatch inside a board is left to the errors,
 but where a block's own measurement says otherwise.
 
-A record is a netCDF file `chips/records/<block>.nc`. Its key is a hash of the circuits with their biases, the
-process, the version of the measurement and its grid: when one of them changes the record is stale, and
-`noctule characterise` measures it again.
+A record is a netCDF file `<block>.nc` (`chips.record_file`). Its key is a hash of the circuits with their
+biases, the process, the version of the measurement and its grid: when one of them changes the record is
+stale, and `noctule characterise` measures it again.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from hashlib import sha256
-from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +25,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from chips.board_kernel import monotone_cubic
+from chips.record_file import load_record, record_file, stale
 from circuits.circuit import Circuit
 from circuits.die import shared
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from circuits.process import AMI_1500, Polarity, Process
 from circuits.silicon import Silicon
 
@@ -57,7 +57,7 @@ _IN_FORCE: ContextVar[Mapping[str, xr.Dataset] | None] = ContextVar("records", d
 
 @contextmanager
 def recorded(block: str, data: xr.Dataset) -> Iterator[None]:
-    """Inside, the record of `block` is `data`, whatever the package ships."""
+    """Inside, the record of `block` is `data`, whatever is kept of it."""
     token = _IN_FORCE.set({**(_IN_FORCE.get() or {}), block: data})
     try:
         yield
@@ -98,12 +98,8 @@ def write_board_record(data: xr.Dataset, errors: Mapping[str, float], path: Path
 
 @cache
 def board_record(block: str) -> xr.Dataset:
-    """The record of a block that comes with the package; raises `DataError` where there is none."""
-    with as_file(files("chips") / "records" / f"{block}.nc") as path:
-        if not path.is_file():
-            raise DataError(f"{block}: no record; write it with noctule characterise")
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            return data.load()
+    """The record of a block, the user's own or the package's; raises `DataError` where there is none."""
+    return load_record(record_file(block))
 
 
 def matching_record(block: str, circuits: Sequence[Circuit], process: Process) -> xr.Dataset:
@@ -111,12 +107,12 @@ def matching_record(block: str, circuits: Sequence[Circuit], process: Process) -
     data = (_IN_FORCE.get() or {}).get(block)
     data = board_record(block) if data is None else data
     if data.attrs.get("key") != board_key(circuits, process, [float(s) for s in data["shift"].values]):
-        raise DataError(f"{block}: its record is of another circuit or process; run noctule characterise")
+        raise stale(block)
     return data
 
 
 def matching_tables(block: str, circuits: Callable[[], Sequence[Circuit]], process: Process) -> Tables:
-    """Tables of the record of a block, as `matching_record`; those of the shipped record are kept.
+    """Tables of the record of a block, as `matching_record`; those of the record that is kept are made once.
 
     circuits: a function of a module that builds what the model stands for, the same at every call.
     """

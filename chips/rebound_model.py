@@ -24,13 +24,13 @@ from scipy.interpolate import CubicSpline
 
 from chips.model_law import check_law
 from chips.rebound_law import F64, Neurons, Pull, pull_low
-from chips.record import Record, record_key, shipped_record
+from chips.record import Record, record_key, record_of
+from chips.record_file import stale
 from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant
-from circuits.errors import DataError
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
@@ -90,16 +90,14 @@ class Devices(NamedTuple):
 def model_of(circuit: Circuit, process: Process, record: Record | None = None) -> ReboundModel:
     """Prepare the model of `circuit`, a rebound neuron or an array of them.
 
-    Raises `DataError` where the record (the shipped one unless given) is of another circuit or process,
+    Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
     `ParameterError` where the process's law is not the model's.
     """
-    record = record or shipped_record()
+    record = record or record_of()
     check_law(process)
     neuron = neuron_of(circuit)
     if record_key(neuron, process, record.grid) != record.key:
-        raise DataError(
-            f"{circuit.name}: its record is of another circuit or process; run noctule characterise"
-        )
+        raise stale("rebound_neuron")
     array = "" if neuron is circuit else circuit.instances[0].name
     groups = [g for g in flatten(circuit).groups if not array or g.path[0][0] == array]
     lone = rebound_neuron.build()

@@ -1,6 +1,6 @@
 """Records of characterised blocks: smooth quantities over bias and temperature, with gradients and errors.
 
-A record is a netCDF file in `chips/records/`. Its key is a hash of the circuit (bias values aside, over
+A record is a netCDF file (`chips.record_file`). Its key is a hash of the circuit (bias values aside, over
 which it is measured), the process, the characteriser's version and the grid: when one of them changes, the
 record is stale and must be measured again, by `noctule characterise`.
 """
@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
-from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from chips.record_file import load_record, record_file
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 from circuits.process import Process
@@ -118,8 +118,7 @@ def write_record(record: Record, path: Path) -> None:
 
 def read_record(path: Path) -> Record:
     """Read a record; raises `DataError` for a file that is none."""
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        data.load()
+    data = load_record(path)
     a = data.attrs
     if "key" not in a or int(a.get("version", 0)) != VERSION:
         raise DataError(f"{path.name}: no record of version {VERSION}; write it with noctule characterise")
@@ -144,9 +143,6 @@ def _quantity(data: xr.Dataset, name: str) -> Quantity:
 
 
 @cache
-def shipped_record(block: str = "rebound_neuron") -> Record:
-    """The record of a block that comes with the package; raises `DataError` where there is none."""
-    with as_file(files("chips") / "records" / f"{block}.nc") as path:
-        if not path.is_file():
-            raise DataError(f"{block}: no record; write it with noctule characterise")
-        return read_record(path)
+def record_of(block: str = "rebound_neuron") -> Record:
+    """The record of a block, the user's own or the package's; raises `DataError` where there is none."""
+    return read_record(record_file(block))

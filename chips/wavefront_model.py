@@ -43,7 +43,8 @@ from chips.axon_conditions import (
 from chips.axon_graph import AxonGraph
 from chips.board_record import matching_record, temperature_weights
 from chips.model_law import check_law
-from chips.wavefront_record import AxonRecord, axon_key, lagrange_weights, shipped_axon_record
+from chips.record_file import stale
+from chips.wavefront_record import AxonRecord, axon_key, axon_record, lagrange_weights
 from circuits.bias import rebias
 from circuits.blocks import axon_delay, wavefront_cell, wavefront_grid
 from circuits.blocks.axon_delay import HIGHEST, UNIT
@@ -51,7 +52,7 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.die import Die, Path
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from circuits.process import AMI_1500, POLARITIES, Process
 from circuits.silicon import Silicon
 
@@ -71,7 +72,7 @@ class AxonDraws(NamedTuple):
 def axon_model(circuit: Circuit, process: Process = AMI_1500, record: AxonRecord | None = None) -> AxonModel:
     """Model of a lone axonal delay element, its biases those of `circuit`.
 
-    Raises `DataError` where the record (the shipped one unless given) is of another circuit or process,
+    Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
     `ParameterError` where the process's law is not the model's.
     """
     return _model(circuit, circuit, process, record, (), (), 1.0)
@@ -95,7 +96,7 @@ def chip_model(
     for name, value, symbol in (("unit", unit, "s"), ("area", area, "times the circuit's")):
         if not (np.isfinite(value) and value > 0.0):
             raise ParameterError(f"wavefront_chip.{name}: {value:g} {symbol}, must be > 0")
-    record = record or shipped_axon_record()
+    record = record or axon_record()
     chip = wavefront_grid.build(wavefront_grid.Params(1, 1))
     usual = float(np.asarray(chip.bias("i_delay").value))
     current = usual * _unit_current(record, unit) / _unit_current(record, UNIT)
@@ -107,10 +108,10 @@ def _model(
     circuit: Circuit, axon: Circuit, process: Process, record: AxonRecord | None, prefix: tuple[str, ...],
     shape: tuple[int, ...], area: float,
 ) -> AxonModel:  # fmt: skip
-    record = record or shipped_axon_record()
+    record = record or axon_record()
     check_law(process)
     if axon_key(axon, process, record.grid) != record.key:
-        raise DataError("axon_delay: its record is of another circuit or process; run noctule characterise")
+        raise stale("axon_delay")
     sizes = tuple(_size(axon, name) for name in (SINK, *LOCAL, TAIL))
     return AxonModel(circuit, process, record, prefix, shape, area, sizes)
 

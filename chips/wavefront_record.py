@@ -9,8 +9,8 @@ law's own, so that its spread and drift, over decades, are exact; what is record
 Q_u is the charge a unit, (Q(31) - Q(1)) / 30; I_cmp the comparator's current. Between grid points: a
 polynomial through all temperatures, cubic splines over the logarithms of the currents.
 
-The record is `chips/records/axon_delay.nc`. Its key is a hash of the circuit (biases aside), of the process
-(matching and spread of dies aside, which only scale what is drawn), of the version and of the grid.
+The record is `axon_delay.nc` (`chips.record_file`). Its key is a hash of the circuit (biases aside), of the
+process (matching and spread of dies aside, which only scale what is drawn), of the version and of the grid.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
-from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from chips.record_file import load_record, record_file
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 from circuits.process import Process, Variation
@@ -108,8 +108,7 @@ def write_axon_record(record: AxonRecord, path: Path) -> None:
 
 def read_axon_record(path: Path) -> AxonRecord:
     """Read a record; raises `DataError` for a file that is none."""
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        data.load()
+    data = load_record(path)
     a = data.attrs
     if "key" not in a or int(a.get("version", 0)) != VERSION or "log_charge" not in data:
         raise DataError(
@@ -134,9 +133,6 @@ def lagrange_weights(nodes: Sequence[float], x: float) -> F64:
 
 
 @cache
-def shipped_axon_record() -> AxonRecord:
-    """The record that comes with the package; raises `DataError` where there is none."""
-    with as_file(files("chips") / "records" / "axon_delay.nc") as path:
-        if not path.is_file():
-            raise DataError("axon_delay: no record; write it with noctule characterise")
-        return read_axon_record(path)
+def axon_record() -> AxonRecord:
+    """The record, the user's own or the package's; raises `DataError` where there is none."""
+    return read_axon_record(record_file("axon_delay"))

@@ -246,13 +246,23 @@ def characterise(
     *,
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Record to write; the package's unless given."),
+        typer.Option("--output", "-o", metavar="FILE", help="Record to write; in the caches unless given."),
     ] = None,
     bias_set: BiasSet = None,
+    update_package: Annotated[
+        bool, typer.Option("--update-package", help="Write the package's own record, in a checkout.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Measure a block's behavioural model from its circuit; takes minutes."""
-    call("characterise:characterise_command", block, output=output, bias_set=bias_set, as_json=as_json)
+    call(
+        "characterise:characterise_command",
+        block,
+        output=output,
+        bias_set=bias_set,
+        update_package=update_package,
+        as_json=as_json,
+    )
 
 
 @app.command()

@@ -21,7 +21,6 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from importlib.metadata import version
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,7 @@ from chips.latency_calibration import PARTS, calibrated
 from chips.latency_chip import LatencyChip
 from chips.latency_design import Biases, Design
 from chips.latency_model import BLOCKS, lumped, only, usual_biases
+from chips.record_file import record_file
 from circuits.circuit import BiasKind
 from circuits.die import NOMINAL, Die
 from circuits.errors import ParameterError
@@ -165,7 +165,7 @@ def fly_all(
 
 def decided_by() -> tuple[object, ...]:
     """What a flight depends on besides its condition and seed: numbers, and the chip's record."""
-    record = (files("chips") / "records" / "latency_chip.nc").read_bytes()
+    record = record_file("latency_chip").read_bytes()
     arcs, numbers = _arcs(), Numbers()
     return (
         version("noctule"), numbers, design_of(arcs, numbers), PINGS, CROSSINGS, WINDOW,

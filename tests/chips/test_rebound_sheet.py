@@ -7,7 +7,7 @@ from chips import ranging_chip
 from chips.behavioural_ranging_chip import OutsideBox
 from chips.rebound_model import model_of, neurons_on
 from chips.rebound_sheet import rebound_sheet
-from chips.record import shipped_record
+from chips.record import record_of
 from circuits.blocks import rebound_neuron
 from circuits.die import Die
 from circuits.errors import ParameterError
@@ -43,7 +43,7 @@ def test_branches_give_the_model_s_matrix_back() -> None:
 
 def test_remarks_have_the_box_and_every_measured_error() -> None:
     text = "\n".join(rebound_sheet(rebound_neuron.build(), SILICON).remarks)
-    record = shipped_record()
+    record = record_of()
     assert "numbers of one die at 35.0 degC" in text
     assert "valid at -10 to 65 degC" in text
     assert f"threshold shifts within {record.box.threshold:g} V" in text

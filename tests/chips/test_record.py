@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chips.record import GRID, Grid, read_record, record_key, shipped_record, write_record
+from chips.record import GRID, Grid, read_record, record_key, record_of, write_record
 from circuits.blocks import rebound_neuron
 from circuits.errors import DataError
 from circuits.process import AMI_1500
 
 
-def test_the_shipped_record_is_not_stale() -> None:
+def test_the_record_of_is_not_stale() -> None:
     key = record_key(rebound_neuron.build(), AMI_1500, GRID)
-    assert shipped_record().key == key, "run: noctule characterise rebound-neuron"
-    assert shipped_record().grid == GRID
+    assert record_of().key == key, "run: noctule characterise rebound-neuron --update-package"
+    assert record_of().grid == GRID
 
 
-def test_the_shipped_record_is_small_and_names_its_errors() -> None:
-    record = shipped_record()
+def test_the_record_of_is_small_and_names_its_errors() -> None:
+    record = record_of()
     assert Path(str(files("chips") / "records" / "rebound_neuron.nc")).stat().st_size < 1e6
     assert record.errors["dies"] >= 30
     assert record.errors["first_die"] < 1000  # dies from 1000 on are for reports
@@ -44,7 +44,7 @@ def test_what_is_measured_anew_changes_the_key() -> None:
 
 
 def test_a_record_survives_its_file(tmp_path: Path) -> None:
-    record = shipped_record()
+    record = record_of()
     write_record(record, tmp_path / "again.nc")
     again = read_record(tmp_path / "again.nc")
     assert (again.key, again.grid, again.box, again.margin) == (
@@ -66,4 +66,4 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
 
 def test_a_block_without_a_record_is_named() -> None:
     with pytest.raises(DataError, match="no_such_block: no record"):
-        shipped_record("no_such_block")
+        record_of("no_such_block")

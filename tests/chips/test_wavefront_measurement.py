@@ -10,7 +10,7 @@ import pytest
 from chips import wavefront_measurement as w
 from chips.wavefront_measurement import axon_errors, measure_axon, perturbed
 from chips.wavefront_model import cell_record
-from chips.wavefront_record import AxonGrid, shipped_axon_record
+from chips.wavefront_record import AxonGrid, axon_record
 from circuits.blocks import axon_delay
 from circuits.blocks.axon_linearity import delay_at, delay_machine
 from circuits.errors import ParameterError
@@ -21,8 +21,8 @@ from system.command_line import main
 MACHINE = delay_machine(axon_delay.build(), Silicon())
 
 
-def test_a_small_grid_agrees_with_the_shipped_record() -> None:
-    shipped = shipped_axon_record()
+def test_a_small_grid_agrees_with_the_record_of() -> None:
+    shipped = axon_record()
     i, j = 7, 5
     grid = AxonGrid((27.0,), (shipped.grid.current[i],), (shipped.grid.comparator_current[j],))
     found = measure_axon(grid=grid)
@@ -33,7 +33,7 @@ def test_a_small_grid_agrees_with_the_shipped_record() -> None:
 
 
 def test_the_charge_is_the_current_times_the_delay() -> None:
-    shipped = shipped_axon_record()
+    shipped = axon_record()
     nominal = delay_at(MACHINE, 16) * 3.0046e-9
     at = np.exp(shipped.log_charge[2, :, :, 15])
     assert at.min() < nominal < at.max()
@@ -52,7 +52,7 @@ def test_a_device_moves_alone_and_a_polarity_without_what_sets_the_currents() ->
 
 
 def test_errors_are_those_of_the_dies_that_are_asked_for() -> None:
-    errors = axon_errors(shipped_axon_record(), dies=(500, 501))
+    errors = axon_errors(axon_record(), dies=(500, 501))
     assert (errors["dies"], errors["first_die"]) == (2.0, 500.0)
     assert 0.0 < errors["delay_rms_relative"] <= errors["delay_max_relative"] < 2.5e-3
 
@@ -73,7 +73,7 @@ def test_another_law_is_refused() -> None:
 def test_the_command_writes_the_record(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(w, "measure_axon", shipped_axon_record)
+    monkeypatch.setattr(w, "measure_axon", axon_record)
     monkeypatch.setattr(w, "HELD_OUT", (500,))
     monkeypatch.setattr(w, "axon_errors", lambda record: axon_errors(record, dies=(500,)))
     target = tmp_path / "axon.nc"

@@ -18,7 +18,7 @@ from chips.wavefront_model import (
     edge_delays,
     input_delay,
 )
-from chips.wavefront_record import AxonRecord, shipped_axon_record
+from chips.wavefront_record import AxonRecord, axon_record
 from circuits.bias import rebias
 from circuits.blocks import axon_delay
 from circuits.blocks.axon_linearity import delay_at, delay_machine
@@ -163,6 +163,6 @@ def test_codes_that_are_none_are_refused(codes: list[int]) -> None:
 
 
 def test_a_record_of_another_circuit_is_refused() -> None:
-    other: AxonRecord = replace(shipped_axon_record(), key="0")
+    other: AxonRecord = replace(axon_record(), key="0")
     with pytest.raises(DataError, match="noctule characterise"):
         chip_model((1,), record=other)

@@ -10,16 +10,16 @@ from chips.wavefront_model import cell_record
 from chips.wavefront_record import (
     AxonGrid,
     axon_key,
+    axon_record,
     lagrange_weights,
     read_axon_record,
-    shipped_axon_record,
     write_axon_record,
 )
 from circuits.blocks import axon_delay
 from circuits.errors import DataError
 from circuits.process import AMI_1500
 
-RECORD = shipped_axon_record()
+RECORD = axon_record()
 
 
 def test_the_axon_s_record_is_not_stale() -> None:

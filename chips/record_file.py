@@ -1,0 +1,73 @@
+"""Files of records: those in the user's cache folder, which are read first, and those of the package.
+
+`noctule characterise` writes into the cache folder, so that an installed package is never changed. The folder
+is `NOCTULE_CACHE_DIR` where that is set, else `noctule` in the user's caches, as the XDG Base Directory
+Specification (0.8) has them.
+"""
+
+from __future__ import annotations
+
+import os
+from importlib.resources import files
+from pathlib import Path
+
+import xarray as xr
+
+from circuits.errors import DataError
+
+ENVIRONMENT = "NOCTULE_CACHE_DIR"
+_MEASURE = "run noctule characterise"
+
+
+def cache_folder() -> Path:
+    """Where noctule keeps what it measured for this user; it need not be there."""
+    chosen = os.environ.get(ENVIRONMENT)
+    if chosen:
+        return Path(chosen)
+    caches = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if caches.is_absolute():  # any other is to be ignored, says the specification
+        return caches / "noctule"
+    try:
+        return Path("~/.cache/noctule").expanduser()
+    except RuntimeError:  # a user without a home has no caches: nothing can be in there
+        return Path(os.devnull) / "noctule"
+
+
+def cached_file(block: str) -> Path:
+    """Where the record of a block is in the cache folder; it need not be there."""
+    return cache_folder() / "records" / _name(block)
+
+
+def shipped_file(block: str) -> Path:
+    """Where the package has the record of a block; it need not be there."""
+    return Path(str(files("chips"))) / "records" / _name(block)
+
+
+def record_file(block: str) -> Path:
+    """The record of a block that is read: the user's own, else the package's; `DataError` without one."""
+    for path in (cached_file(block), shipped_file(block)):
+        if os.access(path, os.R_OK):
+            return path
+    raise DataError(f"{block}: no record; {_MEASURE}")
+
+
+def load_record(path: Path) -> xr.Dataset:
+    """Contents of a record's file; raises `DataError` for one that is none."""
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            return data.load()
+    except (OSError, KeyError, ValueError, RuntimeError, TypeError) as error:
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise DataError(f"{path}: no record, {reason}; delete it, or {_MEASURE}") from None
+
+
+def stale(block: str) -> DataError:
+    """The error for a record that is not of what it stands for."""
+    own = cached_file(block)
+    where = f" ({own}, which goes before the package's)" if os.access(own, os.R_OK) else ""
+    remedy = f"{_MEASURE}, or delete it" if where else _MEASURE
+    return DataError(f"{block}: its record{where} is of another circuit or process; {remedy}")
+
+
+def _name(block: str) -> str:
+    return f"{block.replace('-', '_')}.nc"
