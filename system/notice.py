@@ -18,8 +18,13 @@ def say(text: str) -> None:
 def warnings_in_a_line() -> Iterator[None]:
     """Inside, a warning is one line without the source that raised it."""
     with warnings.catch_warnings():
-        warnings.showwarning = _show
+        warn_in_a_line()
         yield
+
+
+def warn_in_a_line() -> None:
+    """From now on a warning of this process is one line without the source that raised it."""
+    warnings.showwarning = _show
 
 
 def _show(

@@ -11,6 +11,7 @@ from distributed import Client, LocalCluster
 from circuits.errors import ParameterError
 from system.campaign import Hands, One
 from system.campaign_file import Found, Key
+from system.notice import warn_in_a_line
 from system.study.engine import AHEAD, Handed, Submit, measure_dies
 from system.study.manifest import Study
 from system.waiting import Work, interrupts
@@ -54,6 +55,8 @@ def _clients(address: str | None, workers: int | None) -> Iterator[tuple[Any, in
         count = len(client.scheduler_info()["workers"])
         if count == 0:
             raise ParameterError(f"--scheduler: {address} has no workers; start some (dask worker {address})")
+        if address is None:  # they write on this command's stderr
+            client.run(warn_in_a_line)
         yield client, count
 
 

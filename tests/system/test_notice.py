@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from circuits.lowering.kernel import Machine
 from system.command_line import main
 from system.commands import listing
 
@@ -36,3 +37,17 @@ def test_deaf_neurons_are_told_in_a_line() -> None:
     assert child.stderr.startswith("noctule: warning: ")
     assert "rest margin -0.026 V" in child.stderr
     assert child.stderr.count("\n") == 1
+
+
+def deaf(machine: Machine) -> float:
+    warnings.warn(f"deaf die {machine.silicon.die.number}", UserWarning, stacklevel=1)
+    return 0.0
+
+
+def test_processes_of_a_study_warn_in_a_line_too() -> None:
+    options = ["--metric", "tests.system.test_notice:deaf", "-n", "2", "--workers", "1", "--chunk", "1"]
+    command = [sys.executable, "-m", "system.command_line", "montecarlo", "rebound-neuron", *options]
+    child = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    told = sorted(line for line in child.stderr.splitlines() if "deaf" in line)
+    assert told == ["noctule: warning: deaf die 1000", "noctule: warning: deaf die 1001"]
+    assert "warnings.warn" not in child.stderr
