@@ -1,0 +1,233 @@
+"""Every command and code block of the documents and of `--help` does what it is there for.
+
+They are found in the texts by `tests.documents`, so that a new one is taken up without being listed. Each
+command is parsed as it stands and then run in its short form; one that has none is begun in a process of its
+own and interrupted as by Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pkgutil
+import re
+import signal
+import subprocess
+import sys
+import warnings
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from netlists.ngspice_library import find_library
+from system import command_options
+from system.command_line import INTERRUPTED, app, main
+from tests.documents import (
+    COMMAND,
+    DOCUMENTS,
+    EXAMPLES,
+    LETTERS,
+    LONG,
+    ROOT,
+    Command,
+    chains,
+    codes,
+    commands,
+    fenced,
+    indented,
+    shortened,
+)
+
+ENOUGH = 0.5  # s of processor time after which a long command is interrupted; ours
+TEXTS = {path: path.read_text(encoding="utf-8") for path in (*DOCUMENTS, *EXAMPLES)}
+BLOCKS = [(path, k) for path in DOCUMENTS for k in range(len(fenced(TEXTS[path])))]
+PATH = re.compile(r"(?:[\w.*-]+/)+[\w.*-]*")
+NAME = re.compile(r"(?:circuits|chips|netlists|system)(?:\.\w+)+")
+OPTION = re.compile(r"--[a-z][a-z-]+")
+# Programs of others, and how they say what they would do.
+DRY = {"make": ["make", "-n"], ".venv/bin/pytest": [sys.executable, "-m", "pytest", "-q", "--collect-only"]}
+
+
+def verbs() -> list[tuple[str, ...]]:
+    """Words by which commands are called, those of systems among them."""
+    group = typer.main.get_command(app)
+    inner = {name: getattr(command, "commands", ()) for name, command in group.commands.items()}  # type: ignore[attr-defined]
+    return [(name, *rest) for name, names in inner.items() for rest in [(), *((n,) for n in names)]]
+
+
+@lru_cache
+def help_of(verb: tuple[str, ...]) -> str:
+    """Help of a command, without line breaks."""
+    found = CliRunner().invoke(app, [*verb, "--help"], terminal_width=200)
+    assert found.exit_code == 0
+    return " ".join(found.output.split())
+
+
+@lru_cache
+def options_of(verb: tuple[str, ...]) -> frozenset[str]:
+    """Options of a command."""
+    return frozenset(OPTION.findall(help_of(verb).partition("Options:")[2]))
+
+
+HELPED = [text for verb in ((), *verbs()) for text in re.findall(r"see (noctule \w+)", help_of(verb))]
+FOUND = [command for path in TEXTS for command in commands(TEXTS[path])]
+FOUND += [Command(tuple(text.split())) for text in HELPED]
+EACH = list({command.words: command for command in FOUND}.values())
+OURS = [command for command in EACH if command.program == "noctule"]
+FRAGMENTS = [command for command in OURS if command.placeholders]
+WHOLE = [command for command in OURS if not command.placeholders]
+BEGUN = list({command.words[:3]: command for command in WHOLE if command.verb[0] in LONG}.values())
+CHAINS = chains(command for command in WHOLE if command.verb[0] not in LONG)
+
+
+def test_what_the_documents_have_is_found() -> None:
+    assert len(OURS) > 50
+    assert len(CHAINS) > len(FRAGMENTS) + len(BEGUN), f"{len(FRAGMENTS)} parsed, {len(BEGUN)} begun only"
+    assert any(len(chain) > 1 for chain in CHAINS)
+    lines = [line for path in DOCUMENTS for line in indented(TEXTS[path])]
+    assert [line for line in lines if not COMMAND.match(line)] == []
+    spans = [code for path in DOCUMENTS for code in codes(TEXTS[path])]
+    first = {verb[0] for verb in verbs()}
+    assert [code for code in spans if " " in code and code.split()[0] in first] == []  # begins with noctule
+
+
+@pytest.mark.parametrize("command", OURS, ids=str)
+def test_the_command_is_parsed_as_it_stands(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    called: list[str] = []
+
+    monkeypatch.setattr(command_options, "import_module", lambda _: _Anything(called))
+    assert main(command.words[1:]) == 0
+    assert len(called) == 1
+    said = help_of(command.verb)
+    for word in command.placeholders:  # as the help names it: `--bias-set NAME`, `{BLOCK}`
+        before = command.words[command.words.index(word) - 1]
+        assert f"{LETTERS.get(before, before)} {word}" in said or f"{{{word}}}" in said
+    assert set(OPTION.findall(command.comment)) <= options_of(command.verb)
+
+
+class _Anything:
+    """A module with any function, which notes that it is called and returns status 0."""
+
+    def __init__(self, called: list[str]) -> None:
+        self.called = called
+
+    def __getattr__(self, name: str) -> object:
+        def function(*_: object, **__: object) -> int:
+            self.called.append(name)
+            return 0
+
+        return function
+
+
+@pytest.mark.parametrize("chain", CHAINS, ids=lambda chain: " + ".join(map(str, chain)))
+def test_the_command_runs(
+    chain: Sequence[Command],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for command in chain:
+        if "ngspice" in command.words:
+            _need_ngspice()
+        arguments = shortened(command, options_of(command.verb))
+        assert main(arguments) == 0, capfd.readouterr().err
+        said = capfd.readouterr()
+        assert "Traceback" not in said.err
+        _check_output(command, said.out)
+
+
+@pytest.mark.parametrize("command", BEGUN, ids=str)
+def test_the_long_command_begins(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = shortened(command, options_of(command.verb))
+    status, out, err = _begun(arguments)
+    if status == INTERRUPTED:
+        assert err == "noctule: interrupted\n"
+        return
+    # few runs of a campaign may well disagree with the paper
+    assert status == 0 or (status == 1 and "--param" in arguments), err
+    _check_output(command, out)
+
+
+def _begun(arguments: Sequence[str]) -> tuple[int, str, str]:
+    """Status, stdout and stderr of a command that is interrupted when it has had enough time."""
+    with warnings.catch_warnings(action="ignore"):  # from Python 3.12 on of threads, which are idle here
+        child = os.fork()
+    if child == 0:
+        signal.signal(signal.SIGPROF, signal.default_int_handler)
+        signal.setitimer(signal.ITIMER_PROF, ENOUGH)
+        with Path("out").open("w") as sys.stdout, Path("err").open("w") as sys.stderr:
+            status = main(arguments)
+        os._exit(status)
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return status, Path("out").read_text(encoding="utf-8"), Path("err").read_text(encoding="utf-8")
+
+
+def _check_output(command: Command, out: str) -> None:
+    if "--json" in command.words:
+        assert json.loads(out, parse_constant=pytest.fail)
+    assert out.strip() or command.written
+    for name in command.written:
+        path = Path(name)
+        assert any(path.iterdir()) if path.is_dir() else path.stat().st_size > 100, name
+
+
+def _need_ngspice() -> None:
+    if find_library() is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("no ngspice library in CI")
+        pytest.skip("no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH")
+
+
+@pytest.mark.parametrize("command", [command for command in EACH if command.program != "noctule"], ids=str)
+def test_the_command_of_another_program_is_known_to_it(command: Command) -> None:
+    dry = [*DRY[command.program], *command.words[1:]]
+    done = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+
+
+@pytest.mark.parametrize("path", [p for p, k in BLOCKS if k == 0], ids=lambda path: path.name)
+def test_the_code_blocks_run(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = ""
+    for language, block in fenced(TEXTS[path]):
+        match language:
+            case "python":
+                exec(compile(block, str(path), "exec"), {"__name__": "__main__"})  # noqa: S102 - our own
+                printed = capsys.readouterr().out
+                assert printed
+            case "text":  # what the block before it prints
+                assert block == printed
+            case _:
+                assert language == "sh", f"{path.name}: {language} blocks are not checked"
+
+
+def test_the_circuit_of_the_readme_has_the_lines_it_says() -> None:
+    text = TEXTS[ROOT / "README.md"]
+    said = re.search(r"circuit in (\d+) lines", text)
+    assert said is not None
+    code = next(block for language, block in fenced(text) if language == "python")
+    assert len([line for line in code.splitlines() if line.strip()]) <= int(said[1])
+
+
+@pytest.mark.parametrize("verb", verbs(), ids=" ".join)
+def test_every_command_has_help_and_json(verb: tuple[str, ...]) -> None:
+    assert help_of(verb).startswith(f"Usage: noctule {' '.join(verb)} ")
+    assert verb == ("run",) or "--json" in options_of(verb)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_options_files_and_names_in_sentences_exist(path: Path) -> None:
+    spans = codes(TEXTS[path])
+    known = frozenset().union(*(options_of(verb) for verb in verbs()))
+    used = {option for code in spans if code.startswith("--") for option in OPTION.findall(code)}
+    assert used <= known
+    files = [code for code in spans if PATH.fullmatch(code) and not code.startswith(".")]
+    assert [name for name in files if not list(ROOT.glob(name))] == []
+    for name in filter(NAME.fullmatch, spans):
+        pkgutil.resolve_name(name)
