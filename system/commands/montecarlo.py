@@ -194,21 +194,6 @@ def _print_rest(nominal: Run | None, found: Sequence[Breakdown]) -> None:
         print_breakdown(each)
 
 
-def _nominal_run(study: Study, target: Target) -> Run | None:
-    """A run of a block's testbench, whose beginning and whose silence are those of the study's."""
-    if not isinstance(target, BlockTarget) or not study.plan.count:
-        return None
-    return target.nominal_run(study.conditions[0].temperature_c)
-
-
-def _print_rest(nominal: Run | None, found: Sequence[Breakdown]) -> None:
-    """What a run told, and what the variance comes from."""
-    for line in told_lines(nominal):
-        print_line(f"nominal die: {line}")
-    for each in found:
-        print_breakdown(each)
-
-
 def _contributions(r: Request, result: Result) -> tuple[tuple[Breakdown, ...], tuple[str, ...]]:
     """Breakdowns that are asked for with their picture, and why others are not possible."""
     if r.contributions is None:
