@@ -5,14 +5,15 @@ The run comes back as the solver's own `Result`, so that measures, pictures and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circuits.circuit import GROUND
-from circuits.errors import SolverError
+from circuits.errors import SimulatorError, SolverError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.supply import REARM, spike_levels
 from circuits.silicon import Silicon
@@ -25,10 +26,17 @@ from circuits.solver.swing import uncrossed
 from circuits.solver.transient import Result, Steps
 from circuits.testbench import Testbench
 from netlists import ngspice
+from netlists.ngspice_library import NoOperatingPointError
 from netlists.ngspice_text import DEFAULT_RELTOL, Method, format_testbench, run_name
 from netlists.traversal import Definition, to_design
 
 F64 = NDArray[np.float64]
+
+_HOLD = 1e-17  # S, ours: with 5 V a twentieth of the current that ngspice takes for nothing (abstol)
+
+
+class Held(UserWarning):
+    """ngspice has found no operating point by itself, and began at the solver's."""
 
 
 def simulate(
@@ -57,7 +65,8 @@ def simulate(
     the solver's thresholds by linear interpolation, armed again where the solver's are; `steps.accepted`
     counts the points after the first (ngspice does not tell rejections and iterations: 0). `operating_point`
     has ngspice's voltages at time 0; whether it is stable is our own test at the rest state next to it. Where
-    the solver's rest state is not stable, ngspice begins with the same nodes held beside it.
+    the solver's rest state is not stable, ngspice begins with the same nodes held beside it. Where ngspice
+    finds no operating point by itself, it warns (`Held`) and searches beside the solver's (see `_run`).
 
     Raises
     ------
@@ -68,8 +77,11 @@ def simulate(
     """
     machine = to_kernel(testbench, silicon)
     begun, disturbed = _disturbed(machine)
-    deck = format_testbench(begun, silicon, reltol=reltol, tmax=tmax, method=method)
-    waveforms = ngspice.run(deck, deadline_s=deadline_s)
+
+    def write(bench: Testbench) -> str:
+        return format_testbench(bench, silicon, reltol=reltol, tmax=tmax, method=method)
+
+    waveforms = _run(write, begun, machine, deadline_s)
     names = node_names(testbench, silicon)
     columns = [waveforms.values[names[node]] for node in machine.names[1:]]
     voltage = np.stack([np.zeros(waveforms.steps), *columns], axis=1)
@@ -87,12 +99,19 @@ def simulate(
     )  # fmt: skip
 
 
-def operating_point(testbench: Testbench, silicon: Silicon) -> dict[str, float]:
+def operating_point(
+    testbench: Testbench, silicon: Silicon, deadline_s: float | None = None
+) -> dict[str, float]:
     """Voltage (V) of every node by path, the sources as they are at time 0, by ngspice's `.op`.
 
-    Raises `SimulatorError` where ngspice is missing or finds none.
+    Warns (`Held`) as `simulate` does. Raises `SimulatorError` where ngspice is missing, finds none, or is not
+    done within `deadline_s` (wall clock).
     """
-    waveforms = ngspice.run(format_testbench(testbench, silicon, analysis="op"))
+
+    def write(bench: Testbench) -> str:
+        return format_testbench(bench, silicon, analysis="op")
+
+    waveforms = _run(write, testbench, to_kernel(testbench, silicon), deadline_s)
     names = node_names(testbench, silicon)
     return {GROUND: 0.0} | {path: float(waveforms.values[name][0]) for path, name in names.items()}
 
@@ -120,6 +139,53 @@ def upward_crossings(time: F64, voltage: F64, threshold: float, rearm: float | N
     return np.array(found)
 
 
+def _run(
+    write: Callable[[Testbench], str], bench: Testbench, machine: Machine, deadline_s: float | None
+) -> ngspice.Waveforms:
+    """Run the deck of `bench`; where ngspice finds no operating point, once more beside the solver's.
+
+    Nodes that all devices leave, as diode-connected ones without a load, have conductances down to nothing,
+    which ngspice's elimination calls singular. The second deck has the solver's rest state as its guess and
+    each node tied to it by 1e-17 S, whose current is below ngspice's abstol wherever the nodes go.
+    """
+    try:
+        return ngspice.run(write(bench), deadline_s=deadline_s)
+    except NoOperatingPointError as error:
+        failed = error
+    try:
+        rest = native.operating_point(machine).voltages()
+    except SolverError as error:
+        raise SimulatorError(f"{failed} (the solver: {error})") from error
+    del rest[GROUND]
+    try:
+        deck = _held(write(replace(bench, start=rest)), rest, machine)
+        waveforms = ngspice.run(deck, deadline_s=deadline_s)
+    except NoOperatingPointError:
+        raise SimulatorError(f"{failed} (neither beside the solver's, tied to it by {_HOLD:g} S)") from None
+    names = node_names(machine.testbench, machine.silicon)
+    apart = {node: float(waveforms.values[names[node]][0]) - v for node, v in rest.items()}
+    worst = max(apart, key=lambda node: abs(apart[node]))
+    warnings.warn(
+        f"ngspice.{bench.title}: no operating point by itself; found beside the solver's with each node tied"
+        f" to it by {_HOLD:g} S: {worst} at {rest[worst] + apart[worst]:.6g} V, there {rest[worst]:.6g} V",
+        Held,
+        stacklevel=3,
+    )
+    return waveforms
+
+
+def _held(deck: str, rest: Mapping[str, float], machine: Machine) -> str:
+    """The deck with a conductance from each node that no source drives to its voltage in `rest`."""
+    names = node_names(machine.testbench, machine.silicon)
+    free = [n for n in rest if machine.column_of(n) < machine.kernel.unknowns]
+    lines = []
+    for k, node in enumerate(free):
+        lines.append(f"g#hold{k} {names[node]} 0 {names[node]} 0 {_HOLD!r}")
+        lines.append(f"i#hold{k} 0 {names[node]} dc {_HOLD * rest[node]!r}")
+    head, end, tail = deck.rpartition("\n.end")
+    return head + "\n" + "\n".join(lines) + end + tail
+
+
 def _disturbed(machine: Machine) -> tuple[Testbench, Disturbance | None]:
     """The testbench as the solver would begin its run, and what takes it away from an unstable rest state.
 
@@ -139,9 +205,16 @@ def _disturbed(machine: Machine) -> tuple[Testbench, Disturbance | None]:
 
 
 def _point(machine: Machine, voltage: F64) -> OperatingPoint:
-    """Put the nodes' voltages at time 0 into the solver's form."""
+    """Put the nodes' voltages at time 0 into the solver's form.
+
+    Whether the state is stable is told at the rest state next to it, at the solver's own where a search from
+    there is lost: nodes that nothing holds are at rest anywhere.
+    """
     start = dict(zip(machine.names[1:], voltage[1:].tolist(), strict=True))
-    nearest = native.operating_point(machine, start=start)
+    try:
+        nearest = native.operating_point(machine, start=start)
+    except SolverError:
+        nearest = native.operating_point(machine)
     sources = machine.sources()
     vector = np.zeros(machine.kernel.columns)
     source_values(sources, sources.start[:-1].copy(), 0.0, vector, machine.kernel.unknowns)

@@ -34,9 +34,17 @@ _FAILURE = re.compile(r"error\b|doanalyses|netlist line|run simulation|fatal", r
 _ENDED_EARLY = re.compile(r"doanalyses|run simulation|fatal", re.IGNORECASE)
 _AFTERMATH = re.compile(r"run simulation|.*cannot recover|please check your input", re.IGNORECASE)
 _PROGRESS = re.compile(r"trying gmin|supplies reduced|note:|warning:", re.IGNORECASE)
+_NO_POINT = re.compile(r"doanalyses.*(iteration|singular)", re.IGNORECASE)
+# A search for the operating point that fails would end in a transient of 10 us, whose last point ngspice
+# calls the operating point whether anything has come to rest by then or not.
+_NO_PSEUDO_TRANSIENT = "optran 1 1 1 0 0 0"
 MESSAGE_LIMIT = 400  # characters of ngspice's text in an error's one line
 
 _lock = threading.Lock()
+
+
+class NoOperatingPointError(SimulatorError):
+    """ngspice's search for an operating point has ended without one."""
 
 
 def find_library() -> Path | None:
@@ -254,10 +262,15 @@ def _simulate(library: Any, deck: str, deadline_s: float | None) -> None:
         raise SimulatorError(f"ngspice: {_failure(library) or 'deck refused'}; correct the deck")
     with _interrupts_held():
         library.finished.clear()
+        library.command(_NO_PSEUDO_TRANSIENT)
         library.command("bg_run")
     if not library.finished.wait(deadline_s):
         raise SimulatorError(f"ngspice: not done after {deadline_s} s; allow more or loosen the options")
     # "Error:" alone is no end: ngspice goes on after an expression out of range in one Newton iteration.
+    if not library.broken and any(_NO_POINT.match(line) for line in library.errors):
+        raise NoOperatingPointError(
+            f"ngspice: {_failure(library)}; give start voltages near the state that is meant"
+        )
     if library.broken or any(_ENDED_EARLY.match(line) for line in library.errors):
         raise SimulatorError(f"ngspice: {_failure(library)}; check the circuit, then reltol and tmax")
 
