@@ -65,7 +65,10 @@ def bench_at(
     v_dd: float,
     watch: tuple[str, ...] = ("spike",),
 ) -> Testbench:  # fmt: skip
-    """Testbench of a part: its bias ports held, and events (s) at its event ports, none at the others."""
+    """Testbench of a part: its bias ports held, and events (s) at its event ports, none at the others.
+
+    A tonic neuron begins balanced at its reference and stays there until the reset that runs begin with.
+    """
     sources = [Source("vdd", "vdd", Constant(v_dd))]
     sources += [Source(port, port, Constant(v)) for port, v in volts.items()]
     for port in circuit.ports:
@@ -75,4 +78,4 @@ def bench_at(
             times = tuple(sorted(events.get(name, ())))
             wave: Waveform = Pulse(0.0, v_dd, times, WIDTH, EDGE, EDGE) if times else Constant(0.0)
             sources.append(Source(name, name, wave))
-    return Testbench(title, circuit, tuple(sources), stop, watch=watch)
+    return Testbench(title, circuit, tuple(sources), stop, watch=watch, begin="at_rest")
