@@ -31,6 +31,7 @@ from circuits.solver.transient import Result
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench
 from netlists import engine
+from netlists.deadline import DEADLINE
 from netlists.dialect import DEFAULT_RELTOL, POINTS, Method
 
 F64 = NDArray[np.float64]
@@ -122,7 +123,7 @@ def compare(
     reltol: float = DEFAULT_RELTOL,
     points: int = POINTS,
     method: Method = "gear",
-    deadline_s: float | None = None,
+    deadline_s: float | None = DEADLINE,
 ) -> Agreement:
     """Run a testbench, or a block's with its stimuli scaled to the temperature, in both engines.
 
@@ -141,7 +142,7 @@ def compare(
     method
         ngspice's integration.
     deadline_s
-        Wall-clock seconds for each run of ngspice.
+        Wall-clock seconds for each run of ngspice; None for as long as it takes.
 
     Raises
     ------

@@ -26,6 +26,7 @@ from circuits.solver.swing import uncrossed
 from circuits.solver.transient import Result, Steps
 from circuits.testbench import Testbench
 from netlists import ngspice
+from netlists.deadline import DEADLINE
 from netlists.ngspice_library import NoOperatingPointError
 from netlists.ngspice_text import DEFAULT_RELTOL, Method, format_testbench, run_name
 from netlists.traversal import Definition, to_design
@@ -46,7 +47,7 @@ def simulate(
     reltol: float = DEFAULT_RELTOL,
     tmax: float | None = None,
     method: Method = "gear",
-    deadline_s: float | None = None,
+    deadline_s: float | None = DEADLINE,
 ) -> Result:
     """Run a testbench in ngspice from its operating point to its stop time.
 
@@ -57,7 +58,7 @@ def simulate(
     reltol, tmax, method
         As for `netlists.ngspice_text.format_testbench`.
     deadline_s
-        Wall-clock seconds after which the run is halted.
+        Wall-clock seconds after which a run is halted; None for as long as it takes.
 
     Returns
     -------
@@ -100,7 +101,7 @@ def simulate(
 
 
 def operating_point(
-    testbench: Testbench, silicon: Silicon, deadline_s: float | None = None
+    testbench: Testbench, silicon: Silicon, deadline_s: float | None = DEADLINE
 ) -> dict[str, float]:
     """Voltage (V) of every node by path, the sources as they are at time 0, by ngspice's `.op`.
 

@@ -54,6 +54,15 @@ class Sizes:
         """Length on the foundry's process, m."""
         return max(self.length_factor * length, self.least_length)
 
+    def __str__(self) -> str:
+        """The rule in a line, in um."""
+        um = 1e6
+        return (
+            f"W' = {self.width_factor:g} W, at least {um * self.least_width:g} um;"
+            f" L' = {self.length_factor:g} L, at least {um * self.least_length:g} um;"
+            f" wider than {um * self.most_width:g} um in equal parts; capacitors as they are"
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class DeviceMapping:

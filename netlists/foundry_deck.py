@@ -85,6 +85,7 @@ def format_foundry(testbench: Testbench, mapping: DeviceMapping, temperature_c: 
     devices = (device for definition in design.definitions for device, _ in definition.devices)
     lines = [
         f"* {' '.join(testbench.title.split())}: circuit {name}, on {mapping.name} at {temperature_c!r} degC",
+        f"* sizes of transistors are not those of the circuit: {mapping.sizes}",
         *_cards(mapping, (d for d in devices if isinstance(d, Transistor))),
         *(line for definition in design.definitions for line in _definition(definition, mapping, silicon)),
         f"x{name} {ports} {name}",

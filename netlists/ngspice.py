@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.errors import SimulatorError, unknown_name
+from netlists.deadline import DEADLINE
 from netlists.ngspice_library import MESSAGE_LIMIT, simulated
 
 _READABLE = (".op", ".dc", ".tran")
@@ -52,7 +53,9 @@ class Waveforms:
     messages: tuple[str, ...]
 
 
-def run(deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float | None = None) -> Waveforms:
+def run(
+    deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float | None = DEADLINE
+) -> Waveforms:
     """Run a deck of one analysis (`.op`, `.dc` or `.tran`) to its end and copy its vectors out.
 
     Parameters
@@ -62,7 +65,8 @@ def run(deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float 
     vectors : tuple of str, optional
         Names to read, as in `Waveforms.values`; all that were saved by default.
     deadline_s : float, optional
-        Wall-clock seconds after which the run is halted.
+        Wall-clock seconds after which the run is halted, `netlists.deadline.DEADLINE` unless given; None for
+        as long as it takes.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def run(deck: str, *, vectors: tuple[str, ...] | None = None, deadline_s: float 
     return waveforms
 
 
-def run_for_pyspice(deck: str, simulation: Any, *, deadline_s: float | None = None) -> Any:
+def run_for_pyspice(deck: str, simulation: Any, *, deadline_s: float | None = DEADLINE) -> Any:
     """Run a deck of any one analysis and return its results as PySpice's `Plot` of `simulation`.
 
     Raises

@@ -265,7 +265,10 @@ def _simulate(library: Any, deck: str, deadline_s: float | None) -> None:
         library.command(_NO_PSEUDO_TRANSIENT)
         library.command("bg_run")
     if not library.finished.wait(deadline_s):
-        raise SimulatorError(f"ngspice: not done after {deadline_s} s; allow more or loosen the options")
+        raise SimulatorError(
+            f"ngspice: not done after {deadline_s:g} s of wall clock, the deadline; give more by --deadline"
+            " (deadline_s), or a shorter run"
+        )
     # "Error:" alone is no end: ngspice goes on after an expression out of range in one Newton iteration.
     if not library.broken and any(_NO_POINT.match(line) for line in library.errors):
         raise NoOperatingPointError(

@@ -23,6 +23,7 @@ from circuits.errors import SimulatorError, unknown_name
 from circuits.process import BOLTZMANN, kelvin
 from circuits.solver.noise_analysis import NoiseSources
 from circuits.solver.operating_point import OperatingPoint
+from netlists.deadline import DEADLINE
 from netlists.ngspice import node_name
 from netlists.ngspice_library import simulated
 from netlists.ngspice_text import DIALECT, format_testbench, run_name
@@ -49,7 +50,11 @@ class Decades:
 
 
 def ac(
-    point: OperatingPoint, source: str, grid: Decades, nodes: Sequence[str], deadline_s: float | None = None
+    point: OperatingPoint,
+    source: str,
+    grid: Decades,
+    nodes: Sequence[str],
+    deadline_s: float | None = DEADLINE,
 ) -> tuple[F64, C128]:
     """Frequencies (Hz) and transfer complex128[F, nodes] from a source to nodes, by ngspice.
 
@@ -69,7 +74,7 @@ def noise(
     source: str,
     grid: Decades,
     sources: NoiseSources,
-    deadline_s: float | None = None,
+    deadline_s: float | None = DEADLINE,
 ) -> tuple[F64, F64, F64]:
     """Frequencies (Hz), output density (V^2/Hz) and density referred to `source`, by ngspice, white noise.
 

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from system.deadline import HELP as DEADLINE_HELP
+
 
 def call(function_path: str, /, *arguments: Any, **options: Any) -> None:
     """Load `module:function` of `system.commands`, call it, and end with the status that it returns."""
@@ -126,6 +128,7 @@ NetlistRoot = Annotated[
 NetlistDialect = Annotated[
     str | None, typer.Option("--dialect", metavar="NAME", help="Of a netlist without our notes, as cdl.")
 ]
+Deadline = Annotated[str | None, typer.Option("--deadline", metavar="TIME", help=DEADLINE_HELP)]
 NetlistDrop = Annotated[
     list[str],
     typer.Option(

@@ -14,6 +14,7 @@ from system.command_options import (
     Biases,
     BiasSet,
     BlockName,
+    Deadline,
     Engine,
     Held,
     Json,
@@ -41,9 +42,11 @@ def simulate(
     bias_kind: Kind = None,
     silicon: SiliconChoice,
     rtol: Annotated[
-        float | None, typer.Option("--rtol", help="Relative error a step; 1e-4 unless given.")
+        float | None,
+        typer.Option("--rtol", help="Local error a step relative to 1 V or more; 5e-7 unless given."),
     ] = None,
     engine: Annotated[Engine, typer.Option("--engine", help="What solves it.")] = Engine.native,
+    deadline: Deadline = None,
     source: of.SourceName = None,
     node: of.Nodes = [],  # noqa: B006
     ic: Held = [],  # noqa: B006
@@ -81,6 +84,7 @@ def simulate(
         stimuli=stimulus,
         rtol=rtol,
         engine=engine.value,
+        deadline=deadline,
         plot=plot,
         csv=csv,
         raw=raw,

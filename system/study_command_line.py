@@ -16,6 +16,7 @@ from system.command_options import (
     BiasSet,
     BlockName,
     Corner,
+    Deadline,
     Engine,
     Held,
     Json,
@@ -192,6 +193,7 @@ def replay(
     ] = None,
     trial: Annotated[int | None, typer.Option(help="The first unless given.")] = None,
     engine: Annotated[Engine, typer.Option("--engine", help="What solves the testbench.")] = Engine.native,
+    deadline: Deadline = None,
     plot: Plot = None,
     csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write all waveforms.")] = None,
     raw: Annotated[
@@ -208,6 +210,7 @@ def replay(
         temperature=temperature,
         trial=trial,
         engine=engine.value,
+        deadline=deadline,
         plot=plot,
         csv=csv,
         raw=raw,

@@ -30,7 +30,9 @@ from circuits.testbench import Testbench
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-DEFAULT_RTOL = 2e-5  # ours: spike times of the rebound neuron within 1 us of the converged ones
+# ours: the rebound neuron's spikes on 2,600 dies are within 1 us of the converged ones (99 %: 0.8 us), at
+# 2.1 times the CPU of 2e-5, where they are within 9.4 us (benchmarks/spike_time_tolerance.py)
+DEFAULT_RTOL = 5e-7
 MAX_STEPS = 10_000_000
 _CHUNK = 4096
 

@@ -19,7 +19,7 @@ from netlists.verilog_a_cell import CellArray, format_cells
 from system.begin_choice import FREE, BeginChoice, refuse_beginning
 from system.begun import begun
 from system.commands.export_rolls import export_rolls
-from system.commands.output import print_json
+from system.commands.output import print_json, print_line
 from system.files import write_text_atomic
 from system.options import Choice, choose, describe_silicon
 from system.rolls_options import NAME as ROLLS
@@ -75,6 +75,7 @@ def export_command(
     else:
         _refuse_with_cdl(dialect, choice.silicon)
         text = load_dialect(dialect).write(bench, choice.silicon, settings)
+    sizes = None if mapping is None else str(read_mapping(mapping).sizes)
     to_stdout = output == "-"
     if not to_stdout:
         write_text_atomic(output, text)
@@ -88,6 +89,7 @@ def export_command(
                 "parasitics": len(loads),
                 **(_contents(bench, text) if level == "transistor" else {"cells": text.count("  x")}),
                 "mapping": mapping,
+                "mapped_sizes": sizes,
                 **describe_silicon(choice.silicon),
                 "stimuli": choice.stimuli,
                 "file": None if to_stdout else output,
@@ -97,6 +99,8 @@ def export_command(
         )
     elif to_stdout:
         sys.stdout.write(text)
+    elif sizes is not None:
+        print_line(f"{output}: on {mapping} sizes of transistors are not those of {block}: {sizes}")
 
 
 def _contents(bench: Testbench, text: str) -> dict[str, int]:

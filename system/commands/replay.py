@@ -12,6 +12,7 @@ from netlists.raw import write_raw
 from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.commands.simulate import engine_named, plotted, waveform_table
+from system.deadline import deadline_of
 from system.exit_status import DONE, NO
 from system.files import replace_atomic, write_text_atomic
 from system.notice import say
@@ -33,6 +34,7 @@ def replay_command(
     csv: str | None,
     raw: str | None,
     as_json: bool,
+    deadline: str | None = None,
 ) -> int:
     """Measure the sample again, say whether it is the one that was kept, and write what is asked for.
 
@@ -41,9 +43,10 @@ def replay_command(
     if plot is not None:
         check_picture(plot)
     celsius = None if temperature is None else parse_quantity(temperature, "degC", "--temperature")
+    deadline_s = deadline_of(deadline, engine)
     with working(f"measuring die {die} again"):
         found = replay(Path(folder), die, corner, celsius, trial)
-        extra = _waveforms(found, engine, plot, csv, raw)
+        extra = _waveforms(found, engine, deadline_s, plot, csv, raw)
     if as_json:
         print_json(_document(found) | extra)
     else:
@@ -58,7 +61,7 @@ def replay_command(
 
 
 def _waveforms(
-    found: Replay, engine: str, plot: str | None, csv: str | None, raw: str | None
+    found: Replay, engine: str, deadline_s: float, plot: str | None, csv: str | None, raw: str | None
 ) -> dict[str, Any]:
     if isinstance(found.target, SystemTarget):
         system, trace = found.target, found.target.run(found.die, found.condition)
@@ -66,7 +69,7 @@ def _waveforms(
             save_picture(plot, lambda figure: system.draw(trace, figure))
         return {}
     choice = found.choice()
-    result = engine_named(engine, None)(choice.testbench(), choice.silicon)
+    result = engine_named(engine, None, deadline_s)(choice.testbench(), choice.silicon)
     if csv is not None:
         write_text_atomic(csv, waveform_table(result))
     if raw is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -20,6 +21,7 @@ from system.begin_choice import FREE, BeginChoice
 from system.command_options import call
 from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.deadline import deadline_of
 from system.files import replace_atomic, write_text_atomic
 from system.options import Choice, choose, describe_silicon
 from system.plot import check_picture, draw_waveforms, save_picture
@@ -51,8 +53,10 @@ def simulate_command(
     as_json: bool,
     analysis: AnalysisChoice = TRANSIENT,
     begin: BeginChoice = FREE,
+    deadline: str | None = None,
 ) -> None:
     """Simulate `block`, print its outcome, and write waveforms (`csv`, `raw`) and a picture (`plot`)."""
+    deadline_s = deadline_of(deadline, engine)
     if analysis.analysis != "tran":
         others: dict[str, object] = {"rtol": rtol, "raw": raw, **_beginnings(begin, analysis.analysis)}
         if analysis.analysis != "ac":
@@ -60,7 +64,7 @@ def simulate_command(
         check_options(analysis, others)
         of_block = (block, params, biases, bias_set, bias_kind, silicon, stimuli)
         command = _COMMANDS[analysis.analysis]
-        call(command, *of_block, analysis, engine, begin, csv=csv, plot=plot, as_json=as_json)
+        call(command, *of_block, analysis, engine, begin, deadline_s, csv=csv, plot=plot, as_json=as_json)
         return
     check_options(analysis, {})
     if plot is not None:
@@ -70,7 +74,7 @@ def simulate_command(
             f"--at-rest: {engine} leaves such a state by its rounding; only native stays there"
         )
     choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set, begin=begin)
-    run = engine_named(engine, rtol)
+    run = engine_named(engine, rtol, deadline_s)
     with working(f"simulating {block} (the first run compiles its kernels)"):
         result = run(choice.testbench(), choice.silicon)
         document = _describe(choice, result, engine)
@@ -106,16 +110,16 @@ def waveform_table(result: Result) -> str:
     return text.getvalue()
 
 
-def engine_named(name: str, rtol: float | None) -> Callable[[Testbench, Silicon], Result]:
-    """What runs a testbench: `native`, to which rtol is told, or `ngspice`."""
+def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[Testbench, Silicon], Result]:
+    """What runs a testbench: `native`, to which rtol is told, or `ngspice` with a deadline."""
     if name == "native":
         tolerance = DEFAULT_RTOL if rtol is None else rtol
         return lambda testbench, silicon: simulate(testbench, silicon, rtol=tolerance)
     if rtol is not None:
         raise ParameterError(f"--rtol: {rtol:g}, only the native engine takes it; leave it out")
     # PySpice is slow to import, and the native engine must not wait for it
-    run: Callable[[Testbench, Silicon], Result] = import_module("netlists.engine").simulate
-    return run
+    run: Callable[..., Result] = import_module("netlists.engine").simulate
+    return partial(run, deadline_s=deadline_s)
 
 
 def plotted(choice: Choice, result: Result) -> tuple[str, ...]:

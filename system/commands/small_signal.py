@@ -74,7 +74,8 @@ def by_ngspice(point: OperatingPoint, source: str, request: Request, nodes: Sequ
     names = tuple(point.machine.names[1:] if nodes is None else nodes)
     for name in names:
         point.machine.column_of(name)  # refuses what is no node by name
-    frequency, transfer = ngspice.ac(point, source, ngspice.Decades(*request.grid()), names)
+    grid = ngspice.Decades(*request.grid())
+    frequency, transfer = ngspice.ac(point, source, grid, names, request.deadline_s)
     return Response(source, unit, names, frequency, transfer)
 
 

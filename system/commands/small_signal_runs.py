@@ -17,6 +17,7 @@ from circuits.solver.noise_analysis import Noise
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.small_signal import Response, frequency_grid
 from circuits.units import parse_quantity
+from netlists.deadline import DEADLINE
 from system.analysis_options import AnalysisChoice
 from system.begin_choice import FREE, BeginChoice
 from system.commands.output import print_line, working
@@ -60,6 +61,7 @@ class Request:
     analysis: AnalysisChoice
     engine: str = "native"
     begin: BeginChoice = FREE
+    deadline_s: float = DEADLINE
 
     def frequencies(self) -> F64:
         """Grid of the analysis, Hz."""

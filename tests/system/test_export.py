@@ -13,6 +13,7 @@ from tests.netlists.test_foundry import mapping
 
 __all__ = ["mapping", "ngspice_library"]  # fixtures
 
+HEAD = "* sizes of transistors are not those of the circuit: "
 EXPORT = ("export", "rebound-neuron", "--mapping", "gf180mcu")
 
 
@@ -22,9 +23,30 @@ def test_the_deck_runs_by_itself_and_spikes(
 ) -> None:
     path = tmp_path / "neuron.cir"
     assert main([*EXPORT, "--stimulus", "delay=4ms", "-o", str(path), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["mapping"] == "gf180mcu"
+    document = json.loads(capsys.readouterr().out)
+    assert document["mapping"] == "gf180mcu"
+    assert document["mapped_sizes"].startswith("W' = 0.5 W, at least 0.22 um; L' = 0.5 L, at least 0.28 um; ")
+    assert (
+        f"* sizes of transistors are not those of the circuit: {document['mapped_sizes']}\n"
+        in path.read_text()
+    )
     run = ngspice.run(path.read_text(), vectors=("spike",))
     assert run.values["spike"].max() > 0.9 * mapping.v_dd
+
+
+@pytest.mark.usefixtures("ngspice_library", "mapping")
+def test_sizes_that_a_mapping_changes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "neuron.cir"
+    assert main([*EXPORT, "-o", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith(
+        f"{path}: on gf180mcu sizes of transistors are not those of rebound-neuron: W' = 0.5 W,"
+    )
+    assert "; L' = 0.5 L, at least 0.28 um; " in told
+    assert (
+        path.read_text().splitlines()[1]
+        == f"* sizes of transistors are not those of the circuit: {told[told.index('W') :].strip()}"
+    )
 
 
 @pytest.mark.parametrize(
