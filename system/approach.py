@@ -367,7 +367,9 @@ class ApproachSystem:
     def study_options(
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Fields of a study's scenario; the boards' biases have their own kinds. Raises for a route."""
+        """Fields of a study's scenario; raises `ParameterError` for a kind: boards have their own."""
+        if bias_kind is not None:
+            raise ParameterError(f"--bias-kind: {bias_kind}, the boards have their own; leave it out")
         return {"level": level, "duration": STUDY_DURATION, **read_route(self.name, route, STUDIED)}
 
     def circuits(self) -> tuple[Circuit, ...]:

@@ -5,6 +5,7 @@ The picture is that of Figure 11 of Cheely & Horiuchi 2003.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,12 +16,13 @@ from numpy.typing import NDArray
 from chips import ranging_chip
 from circuits.blocks import centroid_board
 from circuits.die import NOMINAL, Die
+from circuits.errors import ParameterError
 from circuits.process import ZERO_CELSIUS
 from system.acoustics import Air, speed_of_sound
 from system.microphone import Microphone
 from system.options import describe_run
 from system.plot import COLOURS, PALE
-from system.silicon_noise import Noisy
+from system.silicon_noise import Noisy, check_noise
 from system.system import Account
 from system.targets import Target, default_scene, range_at
 
@@ -30,6 +32,7 @@ LAWS: tuple[Law, ...] = ("linear", "d4")
 Level = Literal["transistor", "behavioural"]
 LEVELS: tuple[Level, ...] = ("transistor", "behavioural")
 Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
+LONGEST = 3600.0  # s, of a run; ours
 BOXES: tuple[Box, ...] = ("chip", "centroid", "vocalization", "hearing", "isolation")
 
 
@@ -53,6 +56,20 @@ class Scenario:
     level: Level = "transistor"
     transistors: frozenset[Box] = frozenset()
     silicon_noise: Noisy = "off"
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the option that breaks its rule."""
+        _check_word("--level", self.level, LEVELS)
+        _check_word("--amplitude-law", self.amplitude_law, LAWS)
+        for box in sorted(self.transistors):
+            _check_word("--transistors", box, BOXES)
+        check_noise(self.silicon_noise, None)
+        if not 0.0 < self.duration <= LONGEST:
+            raise ParameterError(
+                f"--duration: {self.duration:g} s, must be above 0 and at most {LONGEST:g} s"
+            )
+        if not 0.0 <= self.noise_rms < math.inf:
+            raise ParameterError(f"--noise: {self.noise_rms:g} V, must be >= 0")
 
     def level_of(self, box: Box) -> Level:
         """Level of a box."""
@@ -87,6 +104,11 @@ class Trace:
     echoes: F64
     spikes: tuple[tuple[float, int], ...]
     counts: dict[str, int]
+
+
+def _check_word(option: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise ParameterError(f"{option}: {value}, must be {' or '.join(known)}")
 
 
 def estimated_range(proximity: F64, scenario: Scenario) -> F64:

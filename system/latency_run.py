@@ -198,6 +198,7 @@ def place(scenario: LatencyScenario, arcs: Arcs) -> tuple[Forest, tuple[float, f
 def summarise(trace: LatencyTrace) -> dict[str, float]:
     """Scalars of a flight; where `collided` is 0 it would have gone on."""
     found = {name: float(getattr(trace.flown, name)) for name in SUMMARY}
+    found["progress_m"] = progress(trace.flown.path)
     return found | {name: float(count) for name, count in trace.counts.items()}
 
 

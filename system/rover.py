@@ -298,6 +298,8 @@ class RoverSystem:
         self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Fields of a study's scenario: a route on chips, whose model is behavioural."""
+        if level != "behavioural":
+            raise ParameterError("--level: the rover's cells are behavioural models; leave it out")
         given = read_route(self.name, route, STUDIED)
         return {"cells": "chip", "bias_kind": bias_kind or "gate", **read_options(given)}
 

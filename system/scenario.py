@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, fields, is_dataclass
-from typing import Any, TypeVar
+from dataclasses import is_dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from circuits.errors import ParameterError, UnknownNameError
 
@@ -37,7 +39,7 @@ def scenario_of(
         A field is given whole and in part, or as something else than what it is; and what `read` and the
         scenario refuse.
     """
-    known, made = {f.name: f for f in fields(scenario)}, parts or {}  # type: ignore[arg-type]
+    known, made = _hints(scenario), parts or {}  # type: ignore[arg-type]
     taken = [*known, *(option for options in made.values() for option in options if option not in known)]
     for name in given:
         if name not in taken:
@@ -65,9 +67,24 @@ def _check_apart(system: str, name: str, given: Mapping[str, Any], options: tupl
             raise ParameterError(f"{value}, not with {name}, which has its own; leave one out")
 
 
-def _check_kind(path: str, field: Field[Any], value: Any) -> None:
-    """Refuse something else where a field is data of a kind of its own."""
-    default = field.default if field.default_factory is MISSING else field.default_factory()
-    if is_dataclass(default) and not isinstance(value, type(default)):
-        kind = type(default).__name__
-        raise ParameterError(f"{path}: {value!r}, must be a {kind}; write as in {field.name}={kind}()")
+def _check_kind(path: str, hint: Any, value: Any) -> None:
+    """Refuse something else where a field is one of a few words, yes or no, or data of a kind of its own."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    if value is None and NoneType in kinds:
+        return
+    words = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
+    if words and value not in words:
+        raise ParameterError(f"{path}: {value}, must be {' or '.join(words)}")
+    data = next((kind for kind in kinds if is_dataclass(kind)), None)
+    if isinstance(data, type) and not isinstance(value, data):
+        name = data.__name__
+        raise ParameterError(
+            f"{path}: {value!r}, must be a {name}; write as in {path.rsplit('.', maxsplit=1)[-1]}={name}()"
+        )
+    if set(kinds) <= {bool, NoneType} and not isinstance(value, bool):
+        raise ParameterError(f"{path}: {value!r}, must be True or False")
+
+
+@cache
+def _hints(scenario: type) -> dict[str, Any]:
+    return get_type_hints(scenario)

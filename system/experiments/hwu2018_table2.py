@@ -138,7 +138,9 @@ def _draw(found: dict[str, Trials], figure: Figure) -> None:
             ax.set_aspect("auto")  # cells square, as the paper shows map 2
             if ax in axes[0]:
                 ax.set_title(f"S({start[0]},{start[1]}) E({goal[0]},{goal[1]})", fontsize=8)
-    figure.supxlabel("black: planned; colours: four drives; bars: 10 m", fontsize=8)
+    figure.supxlabel(
+        "black: planned; colours: four drives; dashed: a fix within arrives; bars: 10 m", fontsize=8
+    )
 
 
 EXPERIMENT = Experiment(

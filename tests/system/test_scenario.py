@@ -142,6 +142,47 @@ def test_what_does_not_fit_is_refused(name: str, given: dict[str, Any], says: st
     assert "\n" not in str(caught.value)
 
 
+CHOICES = [
+    (name, field)
+    for name in FIELDS
+    for field in ("bias_kind", "silicon_noise", "level", "amplitude_law", "readout", "reader")
+    if field in FIELDS[name]
+]
+
+
+@pytest.mark.parametrize(("name", "field"), CHOICES)
+def test_a_word_that_is_none_of_a_few_is_refused(name: str, field: str) -> None:
+    with pytest.raises(ParameterError, match=rf"{name}\.scenario\.{field}: loud, must be "):
+        load_system(name).scenario(**{**NEEDED[name], field: "loud"})
+
+
+@pytest.mark.parametrize(
+    ("name", "field"), [("robot", "occlusion"), ("pushbot", "target"), ("rover", "posts")]
+)
+def test_what_is_yes_or_no_is_no_word(name: str, field: str) -> None:
+    with pytest.raises(ParameterError, match=rf"{name}\.scenario\.{field}: 'maybe', must be True or False"):
+        load_system(name).scenario(**{field: "maybe"})
+
+
+STUDIED = {
+    "level": ("transistor", None, "transistor", {"approach"}),
+    "bias_kind": ("behavioural", "generator", "generator", set(SYSTEMS) - {"approach", "forest"}),
+}
+
+
+@pytest.mark.parametrize("field", STUDIED)
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_study_takes_level_and_kind_of_biases_or_refuses_them(name: str, field: str) -> None:
+    system = load_system(name)
+    level, kind, value, takers = STUDIED[field]
+    if name in takers:
+        found = system.scenario(**system.study_options(level, kind, {}))  # type: ignore[arg-type]
+        assert getattr(found, field) == value
+    else:
+        with pytest.raises(ParameterError, match=f"--{field.replace('_', '-')}: "):
+            system.study_options(level, kind, {})  # type: ignore[arg-type]
+
+
 def test_a_near_name_is_guessed() -> None:
     with pytest.raises(UnknownNameError, match="did you mean sensing"):
         load_system("forest").scenario(sening=Sensing())
