@@ -90,13 +90,17 @@ def extrapolate(
 ) -> RareFailure:
     """Probability at s = 1 from the number of dies tried and failed at each scale, [n] each.
 
-    Raises `SolverError` where fewer than three scales have failures enough.
+    Raises `SolverError` where fewer than three scales have failures enough, or all dies fail.
     """
     counted = " ".join(f"{k}/{n} at {s:g}" for s, n, k in zip(scales, tried, failed, strict=True))
     if np.count_nonzero(failed >= FEWEST_FAILURES) < 3:
         raise SolverError(
             f"scaled-sigma: failures {counted}, must be >= {FEWEST_FAILURES} at three scales; "
             "take more samples or larger scales"
+        )
+    if (failed == tried).all():  # resamples of them would all be the same
+        raise SolverError(
+            f"scaled-sigma: failures {counted}, must not be all dies; sample plainly, which says why"
         )
     ceiling = float((failed / tried).min())  # a failure can only be rarer with smaller sigmas, noise aside
     logarithm = float(_fit(scales, tried, failed[None])[0])

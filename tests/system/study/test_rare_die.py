@@ -106,3 +106,18 @@ def test_what_it_refuses_is_one_line(capsys: pytest.CaptureFixture[str]) -> None
         f"thresholds in :{moments()[0] + 0.012!r}",
     )
     assert "effective sample size" in refused(*local, "-n", "1000")
+
+
+def always_raising(machine: Machine) -> float:
+    raise ZeroDivisionError("no slope")
+
+
+@pytest.mark.parametrize("method", ["mean-shift", "scaled-sigma"])
+def test_where_no_die_can_be_measured_nothing_is_told(
+    method: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("--metric", f"{HERE}:always_raising", "--spec", "always_raising in 0:", "-n", "1500")
+    assert main(("montecarlo", BLOCK, *asked, "--no-mismatch", "--rare", method)) == 2
+    found = capsys.readouterr()
+    assert found.out == ""
+    assert found.err.count("\n") == 1

@@ -63,3 +63,8 @@ def test_scales_must_extrapolate() -> None:
         scaled_sigma(
             lambda z: z[:, 0] > 1.0, 3, 5000, np.random.default_rng(0), {1.0: 0.5, 2.0: 0.3, 3.0: 0.2}
         )
+
+
+def test_where_all_dies_fail_nothing_is_extrapolated() -> None:
+    with pytest.raises(SolverError, match="must not be all dies; sample plainly"):
+        scaled_sigma(lambda z: np.ones(len(z), dtype=np.bool_), 2, 1000, np.random.default_rng(0))
