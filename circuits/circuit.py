@@ -38,7 +38,9 @@ Shape = tuple[int, ...]
 
 _CALLED_GROUND = frozenset({"gnd", "gnd!", "ground"})  # by SPICE and its users; "vss" is a supply of its own
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_REFERENCE = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]+(?:,[0-9]+)*)\])?")
+_SHOWN = 60  # characters of a name that is none; ours
+# nine digits, since an index is a 32-bit word where a die is drawn
+_REFERENCE = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]{1,9}(?:,[0-9]{1,9})*)\])?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +223,7 @@ def split_reference(reference: str) -> tuple[str, Shape]:
     match = _REFERENCE.fullmatch(reference)
     if match is None:
         raise TopologyError(
-            f"{reference!r}: not a node name; write letters, digits, _ and an index as in v[2]"
+            f"{reference[:_SHOWN]!r}: not a node name; write letters, digits, _ and an index as in v[2]"
         )
     index = match.group(2)
     return match.group(1), tuple(int(i) for i in index.split(",")) if index else ()

@@ -1,7 +1,8 @@
 """Writing files whole: a reader sees the earlier file or the finished one, never half of one.
 
 The new contents go to a hidden file beside the target; it is flushed to the disk and then takes the target's
-name in one step. If anything fails the hidden file is removed and the earlier output stays as it was.
+name in one step. If anything fails the hidden file is removed and the earlier output stays as it was. It is
+claimed (`system.claim`) while it is written, so that what a killed process left can be told and swept away.
 A target that is a device or a pipe (`/dev/stdout`) cannot be replaced and is written straight.
 """
 
@@ -10,16 +11,21 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import re
 import secrets
 import shutil
 import stat
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from circuits.errors import DataError
+from system.claim import claimed, sweep, take
 
-_HDF5_ERRNO = re.compile(r"errno = (\d+)")  # HDF5 reports a full disk as a RuntimeError with this in its text
+if TYPE_CHECKING:
+    import xarray as xr
+
+HIDDEN = ".noctule-"  # a hidden file's name begins with it
 _REASONS = {
     errno.EACCES: "permission denied; choose a folder that you may write to",
     errno.EDQUOT: "your disk quota is used up; free some space or choose another disk",
@@ -50,7 +56,39 @@ def write_text_atomic(path: Path | str, text: str) -> None:
     write_bytes_atomic(path, text.encode("utf-8"))
 
 
-def write_bytes_atomic(path: Path | str, data: bytes) -> None:
+def write_netcdf_atomic(path: Path | str, data: xr.Dataset) -> None:
+    """Write labelled arrays as netCDF, whole or not at all.
+
+    The file is made in memory: one that HDF5 cannot finish, as the disk is full, ends the process when it is
+    closed.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be written; an earlier file at `path` is then unchanged.
+    """
+    write_bytes_atomic(path, data.to_netcdf(engine="h5netcdf"))
+
+
+def sweep_hidden(folder: Path) -> None:
+    """Remove the hidden files that killed processes left in a folder."""
+    sweep(folder, f"{HIDDEN}*")
+
+
+@contextlib.contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A folder among the system's temporary ones, claimed while it is there; those of killed processes go."""
+    above = Path(tempfile.gettempdir())
+    prefix = f"{HIDDEN}{os.getuid()}-"
+    sweep(above, f"{prefix}*")
+    with (
+        tempfile.TemporaryDirectory(prefix=prefix, dir=above, ignore_cleanup_errors=True) as name,
+        claimed(Path(name)),
+    ):
+        yield Path(name)
+
+
+def write_bytes_atomic(path: Path | str, data: bytes | memoryview) -> None:
     """Write `data` to `path`, whole or not at all.
 
     Raises
@@ -90,26 +128,17 @@ def replace_atomic(path: Path | str) -> Iterator[Path]:
             yield shown
             return
         target = shown.resolve()
-        temporary = target.with_name(f".noctule-{secrets.token_hex(6)}{target.suffix}")
-        try:
-            _create(temporary, like=target)
+        temporary = target.with_name(f"{HIDDEN}{secrets.token_hex(6)}{target.suffix}")
+        with _created(temporary, like=target):
             yield temporary
             _flush(temporary)
             temporary.replace(target)
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
         with contextlib.suppress(OSError):  # the file is whole; only its name's durability is at stake
             _flush(target.parent)
     except OSError as error:
         if error.filename not in {None, str(temporary), str(temporary.parent)}:
             raise
         raise _unwritable(shown, error.errno, error) from error
-    except RuntimeError as error:
-        code = _HDF5_ERRNO.search(str(error))
-        if code is None:
-            raise
-        raise _unwritable(shown, int(code.group(1)), error) from error
 
 
 def _is_special(path: Path) -> bool:
@@ -123,11 +152,21 @@ def _is_special(path: Path) -> bool:
     return not stat.S_ISREG(mode)
 
 
-def _create(temporary: Path, like: Path) -> None:
-    """Make an empty file with the mode of `like`, or the umask's where there is none."""
-    os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    if like.exists():
-        shutil.copymode(like, temporary)
+@contextlib.contextmanager
+def _created(temporary: Path, like: Path) -> Iterator[None]:
+    """Make an empty file with the mode of `like`, or the umask's where there is none; it is gone after."""
+    descriptor = -1
+    try:
+        descriptor = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | os.O_CLOEXEC, 0o666)
+        take(descriptor)
+        if like.exists():
+            shutil.copymode(like, temporary)
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        if descriptor >= 0:
+            os.close(descriptor)
 
 
 def _flush(path: Path) -> None:

@@ -32,7 +32,7 @@ from system.begun import begun
 from system.registry import load_block_or_chip, unknown
 from system.silicon_choice import SiliconChoice
 
-_ELEMENT = re.compile(r"(.*)\[([0-9]+(?:,[0-9]+)*)\]")
+_ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
 _NOMINAL = SiliconChoice()
 AS_BUILT = "as built"  # kind of a chip's biases where each has its own
 

@@ -192,6 +192,12 @@ def replay(
         typer.Option("--temperature", metavar="DEGC", help="The first of the study's unless given."),
     ] = None,
     trial: Annotated[int | None, typer.Option(help="The first unless given.")] = None,
+    metric: Annotated[
+        list[str],
+        typer.Option(
+            "--metric", metavar="NAME", help="MODULE:FUNCTION of the study's, which is code; repeatable."
+        ),
+    ] = [],  # noqa: B006
     engine: Annotated[Engine, typer.Option("--engine", help="What solves the testbench.")] = Engine.native,
     deadline: Deadline = None,
     plot: Plot = None,
@@ -209,6 +215,7 @@ def replay(
         corner=None if corner is None else corner.value,
         temperature=temperature,
         trial=trial,
+        metrics=metric,
         engine=engine.value,
         deadline=deadline,
         plot=plot,

@@ -107,6 +107,11 @@ def _reason(found: Linearity) -> str:
     return found.reason
 
 
+def shown(_: Linearity) -> dict[str, float | None]:
+    """Stimuli of the testbench that show a delay: the middle code; the run lasts until the step is over."""
+    return {"code": float(_MIDDLE)}
+
+
 def _delay(found: Linearity) -> float:
     return float(found.delays[_MIDDLE - 1])
 
@@ -136,16 +141,17 @@ DELAY = Metric(
     _outcome,
     _reason,
     _delay,
+    shown=shown,
 )
 UNIT_DELAY = Metric(
     "unit_delay", "s", "axonal delay a unit of the code, by the best line", _CIRCUITS, delay_machine,
-    linearity, _outcome, _reason, _unit,
+    linearity, _outcome, _reason, _unit, shown=shown,
 )  # fmt: skip
 DELAY_OFFSET = Metric(
     "delay_offset", "s", "axonal delay at code 0, by the best line", _CIRCUITS, delay_machine, linearity,
-    _outcome, _reason, _offset,
+    _outcome, _reason, _offset, shown=shown,
 )  # fmt: skip
 INL = Metric(
     "inl", "", "integral non-linearity of the axonal delay, a share of full scale", _CIRCUITS,
-    delay_machine, linearity, _outcome, _reason, _non_linearity,
+    delay_machine, linearity, _outcome, _reason, _non_linearity, shown=shown,
 )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,8 @@ class Metric:
     `prepare(circuit, silicon)` is the machine to measure, `measure(machine)` a measurement that several
     metrics can share, `outcome` and `reason` of it a word and why it failed (empty unless it did), and
     `value` of it the metric, in `unit` (SI), NaN where it is not defined; None for a metric that is the
-    outcome itself. yes_no: it is 1 or 0, for yes or no.
+    outcome itself. yes_no: it is 1 or 0, for yes or no. `shown` of it are stimuli of the block's testbench
+    that show what was measured, for a measurement that makes runs of its own.
     """
 
     name: str
@@ -31,3 +32,4 @@ class Metric:
     reason: Callable[[Any], str]
     value: Callable[[Any], float] | None
     yes_no: bool = False
+    shown: Callable[[Any], Mapping[str, float | None]] | None = None

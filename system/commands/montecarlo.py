@@ -13,7 +13,6 @@ from typing import Any
 
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.process import check_temperature
 from circuits.solver.transient import Result as Run
 from circuits.units import parse_quantity
 from system.begin_choice import FREE, BeginChoice, refuse_beginning
@@ -32,10 +31,10 @@ from system.silicon_choice import SiliconChoice
 from system.study.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.engine import Outcome, Submit, on_threads, run_study
-from system.study.manifest import Study
+from system.study.manifest import Study, check_samples
 from system.study.metric import default_metrics, with_named
 from system.study.picture import draw_study
-from system.study.plan import METHODS, Method, Plan
+from system.study.plan import Method, Plan
 from system.study.report import write_report
 from system.study.result import Result, groups, judge_table
 from system.study.specification import Specification, limited_metrics, parse_spec
@@ -213,14 +212,12 @@ def prepare(request: Request) -> tuple[Study, tuple[Specification, ...], StopRul
         check_picture(r.plot)
     if r.csv is not None:
         check_folder(r.csv)
-    if r.samples < 1 or r.first_die < 0:
+    if r.samples < 1:
         raise ParameterError(
             f"--samples: {r.samples} from die {r.first_die}, must be 1 or more from die 0 on"
         )
-    if r.trials < 1 or r.chunk < 1:
-        raise ParameterError(f"--trials, --chunk: {r.trials}, {r.chunk}, must be at least 1")
-    if r.plan not in METHODS:
-        raise ParameterError(f"--plan: {r.plan}, must be {', '.join(METHODS)}")
+    if r.trials < 1:
+        raise ParameterError(f"--trials: {r.trials}, must be at least 1")
     if r.resume and r.output is None:
         raise ParameterError("--resume: which study, must come with --output FOLDER")
     target = open_target(r.subject)
@@ -267,10 +264,9 @@ def _share(text: str, option: str) -> float:
 
 def _conditions(r: Request) -> tuple[Condition, ...]:
     celsius = [parse_quantity(t, "degC", "--temperature") for t in r.temperatures]
-    for value in celsius:
-        check_temperature(value)
     _check_once("--temperature", [f"{t:g} degC" for t in celsius])
     _check_once("--corner", r.corners)
+    check_samples(r.samples, len(r.corners) * len(celsius) * r.trials)
     return tuple(Condition(c, t, k) for c in r.corners for t in celsius for k in range(r.trials))
 
 

@@ -24,9 +24,8 @@ from system.commands.small_signal_runs import (
     print_failures,
     row_of,
     runs_of,
-    write_dataset,
 )
-from system.files import write_text_atomic
+from system.files import write_netcdf_atomic, write_text_atomic
 from system.options import Choice
 from system.plot import check_picture, save_picture
 
@@ -50,7 +49,7 @@ def noise_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bo
     if csv is not None:
         write_text_atomic(csv, _noise_csv(found))
     if a.netcdf is not None:
-        write_dataset(a.netcdf, _noise_dataset(runs))
+        write_netcdf_atomic(a.netcdf, _noise_dataset(runs))
     if plot is not None:
         save_picture(plot, lambda figure: draw_noise([(label_of(r), n) for r, n in found], figure))
     if as_json:

@@ -11,12 +11,12 @@ from circuits.units import parse_quantity
 from netlists.raw import write_raw
 from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, quantity_cell, working
-from system.commands.simulate import engine_named, plotted, waveform_table
+from system.commands.simulate import engine_named, plotted, print_stimuli, waveform_table
 from system.deadline import deadline_of
 from system.exit_status import DONE, NO
 from system.files import replace_atomic, write_text_atomic
 from system.notice import say
-from system.options import describe_die
+from system.options import Choice, describe_die
 from system.plot import check_picture, draw_waveforms, save_picture
 from system.study.replay import Replay, replay
 from system.study.target import Measurement, SystemTarget
@@ -29,6 +29,7 @@ def replay_command(
     corner: str | None,
     temperature: str | None,
     trial: int | None,
+    metrics: Sequence[str],
     engine: str,
     plot: str | None,
     csv: str | None,
@@ -45,12 +46,17 @@ def replay_command(
     celsius = None if temperature is None else parse_quantity(temperature, "degC", "--temperature")
     deadline_s = deadline_of(deadline, engine)
     with working(f"measuring die {die} again"):
-        found = replay(Path(folder), die, corner, celsius, trial)
-        extra = _waveforms(found, engine, deadline_s, plot, csv, raw)
+        found = replay(Path(folder), die, corner, celsius, trial, metrics)
+        if isinstance(found.target, SystemTarget):
+            _draw_run(found, found.target, plot)
+            choice, extra = None, {}
+        else:
+            choice = found.choice()
+            extra = _waveforms(choice, engine, deadline_s, plot, csv, raw)
     if as_json:
         print_json(_document(found) | extra)
     else:
-        _print(found, extra)
+        _print(found, choice, extra)
     if found.again.reason:
         say(f"replay: die {die} could not be measured: {found.again.reason}")
     elif found.kept is not None and not found.identical:
@@ -60,15 +66,15 @@ def replay_command(
     return NO
 
 
+def _draw_run(found: Replay, system: SystemTarget, plot: str | None) -> None:
+    if plot is not None:
+        trace = system.run(found.die, found.condition)
+        save_picture(plot, lambda figure: system.draw(trace, figure))
+
+
 def _waveforms(
-    found: Replay, engine: str, deadline_s: float, plot: str | None, csv: str | None, raw: str | None
+    choice: Choice, engine: str, deadline_s: float, plot: str | None, csv: str | None, raw: str | None
 ) -> dict[str, Any]:
-    if isinstance(found.target, SystemTarget):
-        system, trace = found.target, found.target.run(found.die, found.condition)
-        if plot is not None:
-            save_picture(plot, lambda figure: system.draw(trace, figure))
-        return {}
-    choice = found.choice()
     result = engine_named(engine, None, deadline_s)(choice.testbench(), choice.silicon)
     if csv is not None:
         write_text_atomic(csv, waveform_table(result))
@@ -98,6 +104,7 @@ def _document(found: Replay) -> dict[str, Any]:
         "kept": None if found.kept is None else _measured(found, found.kept),
         "again": _measured(found, found.again),
         "identical": found.identical,
+        "note": found.note,
     }
 
 
@@ -106,7 +113,7 @@ def _measured(found: Replay, one: Measurement) -> dict[str, Any]:
     return {"class": one.outcome, **dict(zip(names, one.values, strict=True)), "reason": one.reason}
 
 
-def _print(found: Replay, extra: dict[str, Any]) -> None:
+def _print(found: Replay, choice: Choice | None, extra: dict[str, Any]) -> None:
     kept_class = "-" if found.kept is None else found.kept.outcome
     rows: list[Sequence[object]] = [("class", kept_class, found.again.outcome)]
     for k, quantity in enumerate(found.target.quantities):
@@ -116,11 +123,13 @@ def _print(found: Replay, extra: dict[str, Any]) -> None:
     where = f"{found.condition.temperature_c:g} degC, {found.die}"
     print_table(f"{found.study.subject.target} at {where}", ("quantity", "kept:", "again:"), rows)
     if found.kept is None:
-        print_line("the study has not measured this sample yet")
+        print_line(f"nothing to compare with: {found.note}")
     else:
         print_line("identical to what was kept" if found.identical else "NOT what was kept: another version?")
     if found.again.reason:
         print_line(f"failed: {found.again.reason}")
+    if choice is not None:
+        print_stimuli(choice)
     for port, times in extra.get("spikes_s", {}).items():
         print_line(f"{port}, {extra['engine']}: {' '.join(f'{t:.9g} s' for t in times) or 'no spike'}")
     for line in extra.get("told", ()):

@@ -161,5 +161,10 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     where = f"{choice.silicon.temperature_c:g} degC, {choice.silicon.die}, {document['engine']}"
     title = f"{document['block']} at {where}"
     print_table(title, ("quantity", "value"), rows)
+    print_stimuli(choice)
+
+
+def print_stimuli(choice: Choice) -> None:
+    """Say what the testbench applied."""
     stimuli = (f"{s.name}={quantity_cell(choice.stimuli[s.name], s.unit)}" for s in choice.block.stimuli)
     print_line(f"stimuli: {', '.join(stimuli) or 'none'}")

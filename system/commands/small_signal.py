@@ -26,9 +26,8 @@ from system.commands.small_signal_runs import (
     print_failures,
     row_of,
     runs_of,
-    write_dataset,
 )
-from system.files import write_text_atomic
+from system.files import write_netcdf_atomic, write_text_atomic
 from system.plot import check_picture, save_picture
 
 F64 = NDArray[np.float64]
@@ -51,7 +50,7 @@ def ac_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool)
     if csv is not None:
         write_text_atomic(csv, _ac_csv(found))
     if request.analysis.netcdf is not None:
-        write_dataset(request.analysis.netcdf, _ac_dataset(runs))
+        write_netcdf_atomic(request.analysis.netcdf, _ac_dataset(runs))
     if plot is not None:
         shown = nodes or found[0][0].choice.block.plotted
         save_picture(plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))

@@ -21,7 +21,6 @@ from netlists.deadline import DEADLINE
 from system.analysis_options import AnalysisChoice
 from system.begin_choice import FREE, BeginChoice
 from system.commands.output import print_line, working
-from system.files import replace_atomic
 from system.options import Choice, choose, describe_silicon
 from system.silicon_choice import SiliconChoice
 
@@ -169,12 +168,6 @@ def dataset_of(runs: Sequence[Run[Any]], parts: Mapping[str, tuple[tuple[str, ..
         data[name].attrs["units"] = unit
     first = runs[0].choice
     return data.assign_attrs(block=first.block.name, lot=first.silicon.die.lot, nominal_die=NOMINAL_DIE)
-
-
-def write_dataset(path: str, data: xr.Dataset) -> None:
-    """Write labelled arrays as netCDF, whole or not at all."""
-    with replace_atomic(path) as temporary:
-        data.to_netcdf(temporary, engine="h5netcdf")
 
 
 def print_failures(runs: Sequence[Run[Any]]) -> None:

@@ -20,8 +20,8 @@ from circuits.units import parse_quantity
 from system.analysis_options import AnalysisChoice
 from system.commands.beginning_output import told, told_lines
 from system.commands.output import plain, print_json, print_line, print_table, working
-from system.commands.small_signal_runs import Request, write_dataset
-from system.files import write_text_atomic
+from system.commands.small_signal_runs import Request
+from system.files import write_netcdf_atomic, write_text_atomic
 from system.options import Choice, describe_silicon
 from system.plot import COLOURS, check_picture, save_picture
 
@@ -73,7 +73,9 @@ def tran_noise_command(*of_block: Any, csv: str | None, plot: str | None, as_jso
     if csv is not None:
         write_text_atomic(csv, trial_csv(trials))
     if a.netcdf is not None:
-        write_dataset(a.netcdf, trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed))
+        write_netcdf_atomic(
+            a.netcdf, trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
+        )
     if plot is not None:
         save_picture(plot, lambda figure: draw_trials(trials, shown, figure))
     grid = grid_step(machine, run)

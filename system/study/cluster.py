@@ -6,17 +6,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
-from distributed import Client, LocalCluster
+import dask
+from distributed import Client, KilledWorker, LocalCluster
 
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, SolverError
 from system.campaign import Hands, One
 from system.campaign_file import Found, Key
+from system.files import temporary_folder
 from system.notice import warn_in_a_line
-from system.study.engine import AHEAD, Handed, Submit, measure_dies
+from system.study.engine import AHEAD, MOST_WORKERS, Handed, Submit, measure_dies
 from system.study.manifest import Study
 from system.waiting import Work, interrupts
 
 RETRIES = 3  # of a chunk whose worker died
+NO_PAGES: dict[str, list[str]] = {
+    f"distributed.{server}.http.routes": [] for server in ("scheduler", "worker")
+}
 TIMEOUT = "10s"  # of a scheduler that does not answer
 
 
@@ -49,21 +54,35 @@ def workers_of(workers: int) -> Iterator[Hands]:
 @contextmanager
 def _clients(address: str | None, workers: int | None) -> Iterator[tuple[Any, int]]:
     """A client of a cluster, and the number of its workers."""
-    if workers is not None and workers < 1:
-        raise ParameterError(f"--workers: {workers}, must be at least 1")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise ParameterError(f"--workers: {workers}, must be at least 1 and at most {MOST_WORKERS}")
     with _local(workers) if address is None else nullcontext(address) as cluster, _client(cluster) as client:
         count = len(client.scheduler_info()["workers"])
         if count == 0:
             raise ParameterError(f"--scheduler: {address} has no workers; start some (dask worker {address})")
         if address is None:  # they write on this command's stderr
             client.run(warn_in_a_line)
-        yield client, count
+        try:
+            yield client, count
+        except KilledWorker:
+            raise SolverError(
+                "--workers: a process was killed each time at one piece of work; if that needs more memory,"
+                " take fewer workers or smaller chunks"
+            ) from None
 
 
-def _local(workers: int | None) -> Any:
-    return LocalCluster(
-        n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    )
+@contextmanager
+def _local(workers: int | None) -> Iterator[Any]:
+    """Processes here, with a folder for what they put aside that goes with them, and no page for browsers."""
+    with (
+        temporary_folder() as scratch,
+        dask.config.set({**NO_PAGES, "temporary-directory": str(scratch)}),
+        LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, silence_logs=50,
+            dashboard_address=None, scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+        ) as cluster,
+    ):  # fmt: skip
+        yield cluster
 
 
 def _client(cluster: Any) -> Any:

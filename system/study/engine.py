@@ -12,7 +12,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
@@ -20,16 +20,17 @@ from threading import Event
 import numpy as np
 
 from circuits.die import Die
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
 from system.options import read_die
-from system.study.manifest import FILE, Study, check_same, write_manifest
+from system.study.folder import StudyFiles, keep_chunk, keep_samples, known_chunk, open_folder
+from system.study.manifest import Study
 from system.study.plan import sampling
-from system.study.table import Table, empty, join, read_table, write_table
+from system.study.table import Table, empty, join
 from system.study.target import Target, measure_safely, open_target
 from system.waiting import Work, check, interrupts, outcome_of
 
-CHUNKS, SAMPLES, REPORT = "chunks", "samples.nc", "report.html"  # in a study's folder, beside its manifest
 AHEAD = 2  # chunks a worker that are handed out before they are asked for
+MOST_WORKERS = 1024  # threads or processes; ours
 _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
 
 
@@ -117,53 +118,49 @@ def run_study(
     Raises
     ------
     ParameterError
-        The folder has another study, or this one and `resume` is not given.
+        The folder has another study, or this one and `resume` is not given, or another process is at work
+        in it.
     DataError
-        A file cannot be written.
+        A file cannot be written; what was finished is kept.
     """
     if not study.plan.count > 0:
         return Outcome(empty([q.name for q in open_target(study.subject).quantities]), 0, (), stopped=False)
-    if folder is not None:
-        _prepare(folder, study, resume=resume, command=command)
-    units = [q.unit for q in open_target(study.subject).quantities]
+    kept = nullcontext() if folder is None else open_folder(folder, study, resume=resume, command=command)
     tables: list[Table] = []
     read, redone, stopped = 0, [], False
     chunks = study.chunks()
-    with interrupts() as asked, closing(_ordered(study, chunks, folder, submit, ahead, asked)) as source:
-        for dies, table, note in source:
-            if note == "":
-                read += 1
-            elif folder is not None:
-                write_table(_file(folder, study, dies), table, units)
-            if note:
-                redone += [note] if note != _NEW else []
-            tables.append(table)
-            if progress is not None:
-                progress(len(tables) / len(chunks))
-            if stop is not None and stop(table):
-                stopped = len(tables) < len(chunks)
-                break
-    whole = join(tables)
-    if folder is not None:
-        write_table(folder / SAMPLES, whole, units)
+    with kept as files, interrupts() as asked:
+        with closing(_ordered(study, chunks, files, submit, ahead, asked)) as source:
+            for dies, table, note in source:
+                if note is None:
+                    read += 1
+                elif files is not None:
+                    keep_chunk(files, dies, table)
+                redone += [note] if note else []
+                tables.append(table)
+                if progress is not None:
+                    progress(len(tables) / len(chunks))
+                if stop is not None and stop(table):
+                    stopped = len(tables) < len(chunks)
+                    break
+        whole = join(tables)
+        if files is not None:
+            keep_samples(files, whole)
     return Outcome(whole, read, tuple(redone), stopped)
-
-
-_NEW = "new"
 
 
 def _ordered(
     study: Study,
     chunks: Sequence[range],
-    folder: Path | None,
+    files: StudyFiles | None,
     submit: Submit,
     ahead: int,
     asked: Event,
-) -> Generator[tuple[range, Table, str], None, None]:
-    """Chunks in order with a note: empty if read, `new`, or why an old file was not taken."""
-    waiting: deque[tuple[range, Table | Handed, str]] = deque()
+) -> Generator[tuple[range, Table, str | None], None, None]:
+    """Chunks in order with a note: None if read, else why an old file was not taken, empty where none was."""
+    waiting: deque[tuple[range, Table | Handed, str | None]] = deque()
     for dies in chunks:
-        known, note = (None, _NEW) if folder is None else _known(_file(folder, study, dies), study, dies)
+        known, note = (None, "") if files is None else known_chunk(files, dies)
         waiting.append((dies, submit(study, dies) if known is None else known, note))
         if len(waiting) > ahead:
             yield _take(waiting.popleft(), asked)
@@ -171,7 +168,7 @@ def _ordered(
         yield _take(waiting.popleft(), asked)
 
 
-def _take(entry: tuple[range, Table | Handed, str], asked: Event) -> tuple[range, Table, str]:
+def _take(entry: tuple[range, Table | Handed, str | None], asked: Event) -> tuple[range, Table, str | None]:
     """Wait for a chunk; raises `KeyboardInterrupt` soon after it was asked for."""
     dies, pending, note = entry
     if not isinstance(pending, Table):
@@ -180,61 +177,12 @@ def _take(entry: tuple[range, Table | Handed, str], asked: Event) -> tuple[range
     return dies, pending, note
 
 
-def _file(folder: Path, study: Study, dies: range) -> Path:
-    return folder / CHUNKS / f"{dies.start:012d}-{study.chunk}.nc"
-
-
-def _known(path: Path, study: Study, dies: range) -> tuple[Table | None, str]:
-    """A finished chunk, or None and why not."""
-    if not path.exists():
-        return None, _NEW
-    try:
-        table = read_table(path)
-    except DataError as error:
-        return None, str(error)
-    expected = [(d, c.corner, c.temperature_c, c.trial) for d in dies for c in study.conditions]
-    found = list(
-        zip(table.die.tolist(), table.corner, table.temperature_c.tolist(), table.trial.tolist(), strict=True)
-    )
-    if found == expected:
-        return table, ""
-    if found == expected[: len(found)]:
-        return None, _NEW  # the last chunk of a study that is now longer
-    return None, f"{path}: has other samples than its name says; measured again"
-
-
-def _prepare(folder: Path, study: Study, *, resume: bool, command: Sequence[str]) -> None:
-    if (folder / FILE).exists():
-        if not resume:
-            raise ParameterError(f"--output: {folder} has a study; add --resume to go on, or name another")
-        check_same(folder, study)
-    elif resume:
-        raise ParameterError(f"--resume: {folder} has no study to go on with; leave it out")
-    else:
-        _check_free(folder)
-    try:
-        (folder / CHUNKS).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"{folder}: cannot be made, {error.strerror}; name another folder") from None
-    write_manifest(folder, study, command)
-
-
-def _check_free(folder: Path) -> None:
-    """Raise `ParameterError` for a folder whose files a new study would replace."""
-    taken = [name for name in (FILE, SAMPLES, REPORT) if os.path.lexists(folder / name)]
-    chunks = folder / CHUNKS
-    if chunks.is_symlink() or (chunks.exists() and (not chunks.is_dir() or any(chunks.iterdir()))):
-        taken.append(CHUNKS)
-    if taken:
-        raise ParameterError(f"--output: {folder} has {taken[0]} of no study; name another folder")
-
-
 @contextmanager
 def on_threads(workers: int | None = None) -> Iterator[tuple[Submit, int]]:
     """Hand chunks to threads of this process, all cores unless given; the solver lets them run at once."""
     threads = os.cpu_count() or 1 if workers is None else workers
-    if threads < 1:
-        raise ParameterError(f"--threads: {threads}, must be at least 1")
+    if not 1 <= threads <= MOST_WORKERS:
+        raise ParameterError(f"--threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")
     executor = ThreadPoolExecutor(threads)
 
     def submit(study: Study, dies: range) -> Handed:

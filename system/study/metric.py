@@ -34,16 +34,21 @@ def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
 
     Raises `UnknownNameError` for a name that nothing has, `ParameterError` for a function that is not there.
     """
-    wanted = list(dict.fromkeys(n if ":" in n else n.replace("-", "_") for n in names))
+    wanted = list(dict.fromkeys(n if is_own(n) else n.replace("-", "_") for n in names))
     own = {m.name: m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits}
-    plain = [n for n in wanted if ":" not in n]
+    plain = [n for n in wanted if not is_own(n)]
     if any(name not in own for name in plain):
         measured = _measured(choice)
         for name in plain:
             if name not in own and name not in measured:
                 raise unknown("metric", name, [*own, *measured])
         own = {**measured, **own}
-    return tuple(_custom(choice, n) if ":" in n else own[n] for n in wanted)
+    return tuple(_custom(choice, n) if is_own(n) else own[n] for n in wanted)
+
+
+def is_own(name: str) -> bool:
+    """Whether a metric's name is a function of the user's: only who asks for the study may have it loaded."""
+    return ":" in name
 
 
 def with_named(asked: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
@@ -103,13 +108,7 @@ def _measured(choice: Choice) -> dict[str, Metric]:
 
 def _custom(choice: Choice, name: str) -> Metric:
     """`MODULE:FUNCTION`, a number of the testbench's machine on a die."""
-    module, _, attribute = name.partition(":")
-    if "" not in sys.path:
-        sys.path.insert(0, "")  # a module in the folder where the command was given
-    try:
-        function: Callable[[Machine], float] = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ParameterError(f"--metric: {name}, {error}; give MODULE:FUNCTION of a machine") from None
+    function, attribute = _loaded(name), name.partition(":")[2]
 
     def prepare(circuit: Circuit, silicon: Silicon) -> Machine:
         return to_kernel(replace(choice, circuit=circuit, silicon=silicon).testbench(), silicon)
@@ -117,6 +116,28 @@ def _custom(choice: Choice, name: str) -> Metric:
     summary, circuits = "a function of the user's", (choice.circuit.name,)
     yes_no = inspect.signature(function).return_annotation in {bool, "bool"}
     return Metric(attribute, "", summary, circuits, prepare, function, _word, _no_reason, float, yes_no)
+
+
+def _loaded(name: str) -> Callable[[Machine], float]:
+    """The user's function, whose module may stand in the folder where the command was given.
+
+    That folder comes first while the module is imported, and last after it: a file there takes no library's
+    place in what is imported later.
+    """
+    module, _, attribute = name.partition(":")
+    sys.path.insert(0, "")
+    try:
+        function: Callable[[Machine], float] = getattr(importlib.import_module(module), attribute)
+    except Exception as error:  # noqa: BLE001 - a module may raise anything
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise ParameterError(f"--metric: {name}, {told}; give MODULE:FUNCTION of a machine") from None
+    finally:
+        sys.path.remove("")
+        if sys.path[-1] != "":
+            sys.path.append("")
+    if not callable(function):
+        raise ParameterError(f"--metric: {name}, is no function; give MODULE:FUNCTION of a machine")
+    return function
 
 
 def _word(_: Any) -> str:

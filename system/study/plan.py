@@ -26,18 +26,38 @@ F64 = NDArray[np.float64]
 
 Method = Literal["random", "lhs", "sobol"]
 METHODS: tuple[Method, ...] = ("random", "lhs", "sobol")
+_DIES = 10**12  # numbers that a chunk's file has twelve digits for; ours
+_SEEDS = 2**63  # ours; generators take any of them
 _LARGEST = 21_201  # dimensions that scipy's Sobol sequence has
 _EDGE = 2.0**-54  # a Sobol point may be 0, whose normal is infinite
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A method with its seed, over `count` dies from number `first` on."""
+    """A method with its seed, over `count` dies from number `first` on.
+
+    Raises `ParameterError` for numbers that no die has and a seed that no generator takes.
+    """
 
     method: Method
     seed: int
     first: int
     count: int
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        if self.method not in METHODS:
+            raise ParameterError(f"--plan: {self.method}, must be {', '.join(METHODS)}")
+        if not 0 <= self.seed < _SEEDS:
+            raise ParameterError(f"--seed: {self.seed}, must be a whole number from 0 to {_SEEDS - 1}")
+        if self.count < 0 or self.first < 0:
+            raise ParameterError(
+                f"--samples: {self.count} from die {self.first}, must be 0 or more from die 0 on"
+            )
+        if self.first + self.count > _DIES:
+            raise ParameterError(
+                f"--first-die: {self.count} dies from {self.first} on, must end before {_DIES}"
+            )
 
     @property
     def name(self) -> str:

@@ -7,7 +7,7 @@ our solver or in ngspice, and for a system its run is the measurement.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,9 +19,10 @@ from circuits.silicon import Silicon
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from system.options import Choice
-from system.study.engine import CHUNKS, SAMPLES, dies_of
-from system.study.manifest import Study, read_study
-from system.study.table import Condition, Table, join, read_table, select
+from system.study.engine import dies_of
+from system.study.folder import study_table
+from system.study.manifest import Study, read_dies, read_study
+from system.study.table import Condition, select
 from system.study.target import BlockTarget, Measurement, Target, measure_safely, open_target
 
 Engine = Callable[[Testbench, Silicon], Result]
@@ -29,7 +30,7 @@ Engine = Callable[[Testbench, Silicon], Result]
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A sample again. `kept`: what the study has, None where it was not measured there."""
+    """A sample again. `kept`: what the study has, None where it has nothing to be believed; `note`: why."""
 
     study: Study
     target: Target
@@ -37,6 +38,7 @@ class Replay:
     condition: Condition
     kept: Measurement | None
     again: Measurement
+    note: str = ""
 
     @property
     def identical(self) -> bool:
@@ -53,7 +55,8 @@ class Replay:
         silicon = replace(
             self.target.choice.silicon, die=self.die, temperature_c=self.condition.temperature_c
         )
-        return replace(self.target.choice, silicon=silicon)
+        stimuli = self.target.stimuli(self.die, self.condition)
+        return replace(self.target.choice, silicon=silicon, stimuli=stimuli)
 
 
 def replay(
@@ -62,40 +65,29 @@ def replay(
     corner: str | None = None,
     temperature_c: float | None = None,
     trial: int | None = None,
+    own: Collection[str] = (),
 ) -> Replay:
     """Measure a die of the study in `folder` again, at its first condition that fits what is given.
 
-    Raises `DataError` where there is no study, `ParameterError` where it has no such sample.
+    own: functions of the user's that the study may have been measured with. Raises `DataError` where there
+    is no study, `ParameterError` where it has no such sample, or was measured with another function.
     """
-    study = read_study(folder)
+    study = read_study(folder, own)
     target = open_target(study.subject)
     condition = _condition(study, corner, temperature_c, trial)
     die = replace(die_of(folder, number), corner=condition.corner)  # type: ignore[arg-type]  # was checked
-    kept = _kept(folder, number, condition)
-    return Replay(study, target, die, condition, kept, measure_safely(target, die, condition))
+    kept, note = _kept(folder, number, condition)
+    return Replay(study, target, die, condition, kept, measure_safely(target, die, condition), note)
 
 
 def die_of(folder: Path, number: int) -> Die:
     """A die of a study, under its plan; raises `ParameterError` for one that it does not have."""
-    study = read_study(folder)
+    study = read_dies(folder)
     if number not in study.dies:
         last = study.dies.stop - 1
         raise ParameterError(f"--die: {number}, must be {study.dies.start} to {last}, the study's dies")
     (die,) = dies_of(study, open_target(study.subject), range(number, number + 1))
     return die
-
-
-def study_table(folder: Path) -> Table:
-    """Samples of a study: the final table, or of an unfinished one the chunks that are there.
-
-    Raises `DataError` where there are none, or one cannot be read.
-    """
-    if (folder / SAMPLES).exists():
-        return read_table(folder / SAMPLES)
-    chunks = sorted((folder / CHUNKS).glob("*.nc"))
-    if not chunks:
-        raise DataError(f"{folder}: no samples yet; run the study first")
-    return join([read_table(path) for path in chunks])
 
 
 def _condition(study: Study, corner: str | None, temperature_c: float | None, trial: int | None) -> Condition:
@@ -111,11 +103,15 @@ def _condition(study: Study, corner: str | None, temperature_c: float | None, tr
     raise ParameterError(f"--corner, --temperature, --trial: no such condition; the study has {known}")
 
 
-def _kept(folder: Path, number: int, condition: Condition) -> Measurement | None:
-    table = study_table(folder)
+def _kept(folder: Path, number: int, condition: Condition) -> tuple[Measurement | None, str]:
+    """What a study has of a sample, or None and why not."""
+    try:
+        table = study_table(folder)
+    except DataError as error:
+        return None, str(error)
     mask = (table.die == number) & (table.temperature_c == condition.temperature_c)
     mask &= (table.trial == condition.trial) & (np.array(table.corner, dtype=object) == condition.corner)
     found = select(table, mask.astype(np.bool_))
     if not len(found):
-        return None
-    return Measurement(found.outcome[0], tuple(found.values[0].tolist()), found.reason[0])
+        return None, "the study has not measured this sample yet"
+    return Measurement(found.outcome[0], tuple(found.values[0].tolist()), found.reason[0]), ""

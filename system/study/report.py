@@ -24,7 +24,7 @@ from system.files import write_text_atomic
 from system.plot import PALE
 from system.study.breakdown import BY, Breakdown, share_rows
 from system.study.contribution import grouped, pareto
-from system.study.engine import REPORT
+from system.study.folder import REPORT
 from system.study.interval import Estimate
 from system.study.manifest import read_manifest
 from system.study.page import add, add_picture, add_table, code, page, write

@@ -1,39 +1,61 @@
 """Samples of a study as columns, and their files.
 
 A sample is one die at one corner and temperature in one trial. Rows stand in the order of dies, then corners,
-temperatures and trials, whatever the order in which they were measured.
+temperatures and trials, whatever the order in which they were measured. A file carries the key of the study
+that it is of and a digest of key and samples: another study's file, or one that was edited, is not believed.
 """
 
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from circuits.errors import DataError
-from system.files import replace_atomic
+from circuits.die import CORNERS
+from circuits.errors import DataError, ParameterError
+from circuits.process import check_temperature
+from system.files import write_netcdf_atomic
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
 FAILED = "failed"
-_FORMAT = 1
+MOST = 1_000_000  # samples of a table; ours
+_FORMAT = 2  # 1 had neither key nor digest
+_BROKEN = (
+    OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, OverflowError, MemoryError,
+)  # what HDF5 and its arrays raise for contents that are none  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Where every die is measured: corner, temperature (degC), trial (seed of what is not silicon)."""
+    """Where every die is measured: corner, temperature (degC), trial (seed of what is not silicon).
+
+    Raises `ParameterError` for a corner or a temperature that no silicon has, and a negative trial.
+    """
 
     corner: str
     temperature_c: float
     trial: int
+
+    def __post_init__(self) -> None:
+        """Check corner, temperature and trial."""
+        if self.corner not in CORNERS:
+            raise ParameterError(f"corner: {self.corner}, must be one of {', '.join(CORNERS)}")
+        check_temperature(self.temperature_c)
+        if self.trial < 0:
+            raise ParameterError(f"trial: {self.trial}, must be at least 0")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,8 +117,8 @@ def select(table: Table, mask: NDArray[np.bool_]) -> Table:
     )
 
 
-def to_dataset(table: Table, units: Sequence[str]) -> xr.Dataset:
-    """Labelled columns over the dimension `sample`."""
+def to_dataset(table: Table, units: Sequence[str], key: str = "") -> xr.Dataset:
+    """Labelled columns over the dimension `sample`; `key`: of the study that they are of."""
     columns: dict[str, tuple[str, object]] = {
         "die": ("sample", table.die),
         "corner": ("sample", np.array(table.corner, dtype=object)),
@@ -105,41 +127,75 @@ def to_dataset(table: Table, units: Sequence[str]) -> xr.Dataset:
         "outcome": ("sample", np.array(table.outcome, dtype=object)),
         "reason": ("sample", np.array(table.reason, dtype=object)),
     }
-    data = xr.Dataset(columns, attrs={"format": _FORMAT, "metrics": list(table.metrics)})
+    attributes = {"format": _FORMAT, "metrics": list(table.metrics), "study": key}
+    data = xr.Dataset(columns, attrs={**attributes, "digest": digest(table, key)})
     for k, (name, unit) in enumerate(zip(table.metrics, units, strict=True)):
         data[f"metric_{name}"] = ("sample", table.values[:, k])
         data[f"metric_{name}"].attrs["units"] = unit
     return data
 
 
-def write_table(path: Path, table: Table, units: Sequence[str]) -> None:
-    """Write a table as netCDF, whole or not at all; `DataError` where it cannot be written."""
-    with replace_atomic(path) as temporary:
-        to_dataset(table, units).to_netcdf(temporary, engine="h5netcdf")
+def digest(table: Table, key: str) -> str:
+    """Hash of a study's key and of all samples; all values that are not a number count as one."""
+    words = (key, table.metrics, table.corner, table.outcome, table.reason)
+    found = hashlib.sha256(json.dumps(words).encode())
+    numbers = np.where(np.isnan(table.values), np.nan, table.values)
+    for column in (table.die, table.trial, table.temperature_c, numbers):
+        found.update(np.ascontiguousarray(column, column.dtype.newbyteorder("<")).tobytes())
+    return found.hexdigest()
 
 
-def read_table(path: Path) -> Table:
-    """Read what `write_table` wrote.
+def write_table(path: Path, table: Table, units: Sequence[str], key: str) -> None:
+    """Write a study's table as netCDF, whole or not at all; `DataError` where it cannot be written."""
+    write_netcdf_atomic(path, to_dataset(table, units, key))
 
-    Raises `DataError` for a file that is missing, broken or of another kind.
+
+def read_table(path: Path, key: str) -> Table:
+    """Read what `write_table` wrote for the study of that key.
+
+    Raises `DataError` for a file that is missing, broken, of another kind or study, or was changed since.
     """
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            if data.attrs.get("format") != _FORMAT:
-                raise DataError(f"{path}: not a table of samples, format {data.attrs.get('format')}")
-            metrics = tuple(str(m) for m in np.atleast_1d(data.attrs["metrics"]))
-            words = {k: tuple(str(x) for x in data[k].values) for k in ("corner", "outcome", "reason")}
-            values = [np.asarray(data[f"metric_{m}"].values, np.float64) for m in metrics]
-            return Table(
-                metrics, data["die"].values.astype(np.int64), words["corner"],
-                data["temperature_C"].values.astype(np.float64), data["trial"].values.astype(np.int64),
-                words["outcome"], words["reason"], np.stack(values, axis=1),
-            )  # fmt: skip
-    except (OSError, KeyError, ValueError, RuntimeError) as error:
+        with h5py.File(path, "r") as file:
+            found = _read(path, file)
+            written_for, signed = (_text(file.attrs[name]) for name in ("study", "digest"))
+    except _BROKEN as error:
         if isinstance(error, DataError):
             raise
         text = " ".join(str(error).split()) or type(error).__name__
-        raise DataError(f"{path}: cannot be read, {text[:200]}; measure it again") from error
+        raise DataError(f"{path}: cannot be read, {text[:200]}; measure it again") from None
+    if written_for != key:
+        raise DataError(f"{path}: is of another study; measure it again")
+    if signed != digest(found, key):
+        raise DataError(f"{path}: was changed since it was written; measure it again")
+    return found
+
+
+def _read(path: Path, file: Any) -> Table:
+    version = np.asarray(file.attrs.get("format", 0)).item()
+    if version != _FORMAT:
+        what = "has no key of its study" if version == 1 else "is no table of samples"
+        raise DataError(f"{path}: {what}, format {version}; measure it again")
+    count = int(file["die"].shape[0])
+    if count > MOST:
+        raise DataError(f"{path}: {count} samples, must be at most {MOST}; measure it again")
+    metrics = tuple(_text(m) for m in np.atleast_1d(file.attrs["metrics"]))
+    words = {k: tuple(file[k].asstr()[:count]) if count else () for k in ("corner", "outcome", "reason")}
+    values = np.empty((count, len(metrics)))
+    for k, metric in enumerate(metrics):
+        values[:, k] = file[f"metric_{metric}"][:count]
+    return Table(
+        metrics, _column(file["die"], np.int64), words["corner"], _column(file["temperature_C"], np.float64),
+        _column(file["trial"], np.int64), words["outcome"], words["reason"], values,
+    )  # fmt: skip
+
+
+def _column(column: Any, kind: type) -> NDArray[Any]:
+    return np.asarray(column[:MOST]).astype(kind)
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
 
 
 def to_csv(table: Table, units: Sequence[str]) -> str:

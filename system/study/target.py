@@ -25,7 +25,7 @@ from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
 from circuits.die import NOMINAL, Die
 from circuits.errors import CircuitError, ParameterError
-from circuits.lowering.kernel import Machine, on_die
+from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
@@ -40,6 +40,7 @@ from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
 
 F64 = NDArray[np.float64]
+Option = str | int | float | bool | tuple[float, ...] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ class Subject:
     bias_kind: BiasKind | None = None
     stimuli: tuple[str, ...] = ()
     silicon: SiliconChoice = field(default_factory=SiliconChoice)
-    system: Mapping[str, Any] = field(default_factory=dict)  # level, duration, ... of a system's scenario
+    system: Mapping[str, Option] = field(default_factory=dict)  # level, duration, ... of a system's scenario
     held: tuple[str, ...] = field(default=(), metadata=OPTIONAL)
     begin: Begin = field(default="disturbed", metadata=OPTIONAL)
 
@@ -176,13 +177,18 @@ class BlockTarget(Target):
 
     def labels(self) -> tuple[str, ...]:
         """Of every transistor, and of the process."""
-        machine = self.machines(self.choice.silicon.temperature_c)[0]
+        machine = self._varied()
         return variation_labels(machine.flat, machine.silicon)
 
     def draws(self, die: Die) -> F64:
         """In the order of the labels."""
-        machine = self.machines(self.choice.silicon.temperature_c)[0]
+        machine = self._varied()
         return variation_draws(machine.flat, machine.silicon, die)
+
+    def _varied(self) -> Machine:
+        """A machine with every device that varies, as all have; the testbench's without metrics."""
+        machines = self.machines(self.choice.silicon.temperature_c)
+        return machines[0] if machines else to_kernel(self.choice.testbench(), self.choice.silicon)
 
     def machines(self, temperature_c: float) -> tuple[Machine, ...]:
         """A machine for each measurement, at a temperature."""
@@ -208,6 +214,19 @@ class BlockTarget(Target):
     def _begun(self, machine: Machine) -> Machine:
         """The machine whose runs begin as was chosen, whatever testbench a metric has."""
         return replace(machine, testbench=begun(machine.testbench, self.choice.begin))
+
+    def stimuli(self, die: Die, condition: Condition) -> Mapping[str, float | None]:
+        """What the testbench applies to show what the first metric saw of a die.
+
+        The study's own where that ran the testbench; else what stands for the measurement's own runs, or the
+        testbench's defaults where nothing does.
+        """
+        first = self.metrics[0]
+        if first.shown is None:
+            return self.choice.stimuli
+        k = measurements(self.metrics).index(first)
+        found = first.measure(on_die(self.machines(condition.temperature_c)[k], die))
+        return {**self.choice.stimuli, **first.shown(found)}
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
         """Put every machine on the die and measure it once."""

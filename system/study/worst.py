@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from system.study.manifest import Study
+from system.study.metric import is_own
 from system.study.result import judge_table
 from system.study.specification import Limits, Specification
 from system.study.table import FAILED, Table
@@ -50,7 +51,10 @@ def worst(
 
 
 def replay_command(folder: Path, study: Study, table: Table, row: int) -> str:
-    """The command that measures a sample again; corner, temperature and trial where the study has several."""
+    """The command that measures a sample again; corner, temperature and trial where the study has several.
+
+    Functions of the user's that the study was measured with are named, since no file loads them.
+    """
     where = study.conditions
     parts = ["noctule", "replay", str(folder), "--die", str(int(table.die[row]))]
     if len({c.corner for c in where}) > 1:
@@ -59,6 +63,8 @@ def replay_command(folder: Path, study: Study, table: Table, row: int) -> str:
         parts += ["--temperature", repr(float(table.temperature_c[row]))]
     if len({c.trial for c in where}) > 1:
         parts += ["--trial", str(int(table.trial[row]))]
+    for name in filter(is_own, study.subject.metrics):
+        parts += ["--metric", name]
     return shlex.join(parts)
 
 

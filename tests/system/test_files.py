@@ -88,12 +88,6 @@ def test_a_full_disk_while_writing_keeps_the_earlier_file(earlier: Path) -> None
     assert only_earlier(earlier)
 
 
-def test_a_full_disk_under_hdf5_keeps_the_earlier_file(earlier: Path) -> None:
-    with pytest.raises(DataError, match="no space is left"), replace_atomic(earlier):
-        raise RuntimeError("Can't decrement id ref count (unable to extend file properly, errno = 28, ...)")
-    assert only_earlier(earlier)
-
-
 @pytest.mark.skipif(not FULL.exists(), reason="this system has no /dev/full")
 def test_a_device_is_written_straight_and_stays() -> None:
     with pytest.raises(DataError, match="/dev/full: cannot be written, no space is left"):

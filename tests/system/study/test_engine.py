@@ -19,11 +19,12 @@ import pytest
 from circuits.errors import DataError, ParameterError
 from circuits.lowering.kernel import Machine
 from system.silicon_choice import SiliconChoice
-from system.study import engine
-from system.study.engine import CHUNKS, SAMPLES, Outcome, on_threads, run_study
+from system.study import folder as study_folder
+from system.study.engine import Outcome, on_threads, run_study
+from system.study.folder import CHUNKS, study_table
 from system.study.manifest import FILE, Study, read_study
 from system.study.plan import Plan
-from system.study.table import FAILED, Condition, Table, read_table
+from system.study.table import FAILED, Condition, Table
 from system.study.target import Subject, open_target
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -42,6 +43,11 @@ def threshold_sum(machine: Machine) -> float:
 def slow_sum(machine: Machine) -> float:
     time.sleep(0.2)
     return threshold_sum(machine)
+
+
+def deadly(machine: Machine) -> float:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0.0
 
 
 def study(count: int = 10, chunk: int = 3, metric: str = "threshold_sum", **plan: Any) -> Study:
@@ -77,8 +83,8 @@ def test_workers_chunks_and_resumes_change_nothing(tmp_path: Path, method: str) 
     again = run(wanted, tmp_path / "a", resume=True)
     assert same(once, again.table)
     assert again.chunks_read == 4
-    assert same(once, read_table(tmp_path / "a" / SAMPLES))
-    assert read_study(tmp_path / "a") == wanted
+    assert same(once, study_table(tmp_path / "a"))
+    assert read_study(tmp_path / "a", wanted.subject.metrics) == wanted
 
 
 @pytest.mark.parametrize("method", ["random", "sobol"])
@@ -170,14 +176,14 @@ def test_a_rule_stops_at_the_same_sample_for_any_workers() -> None:
 def test_a_full_disk_ends_in_one_line_and_leaves_what_was_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    written = engine.write_table
+    written = study_folder.write_table
 
-    def full(path: Path, table: Table, units: Any) -> None:
+    def full(path: Path, table: Table, units: Any, key: str) -> None:
         if "1006" in path.name:
             raise DataError(f"{path}: cannot be written, no space is left on the disk; free some")
-        written(path, table, units)
+        written(path, table, units, key)
 
-    monkeypatch.setattr(engine, "write_table", full)
+    monkeypatch.setattr(study_folder, "write_table", full)
     with pytest.raises(DataError, match="no space is left"):
         run(study(), tmp_path)
     monkeypatch.undo()

@@ -12,11 +12,12 @@ import pytest
 from circuits.errors import DataError, ParameterError
 from system.command_line import main
 from system.silicon_choice import SiliconChoice
-from system.study.engine import SAMPLES, on_threads, run_study
-from system.study.manifest import Study
+from system.study.engine import on_threads, run_study
+from system.study.folder import SAMPLES, study_table
+from system.study.manifest import Study, read_manifest, study_key
 from system.study.plan import Plan
 from system.study.replay import replay
-from system.study.table import Condition, read_table, write_table
+from system.study.table import Condition, write_table
 from system.study.target import Subject
 
 CONDITIONS = (Condition("typical", 27.0, 0), Condition("ss", 35.0, 0))
@@ -47,8 +48,8 @@ def test_every_sample_comes_out_as_it_was_kept(folder: Path) -> None:
 
 def test_a_changed_sample_is_told(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "study.json").write_bytes((folder / "study.json").read_bytes())
-    table = read_table(folder / SAMPLES)
-    write_table(tmp_path / SAMPLES, replace(table, values=table.values * 1.001), ("s",))
+    table, key = study_table(folder), study_key(read_manifest(folder))
+    write_table(tmp_path / SAMPLES, replace(table, values=table.values * 1.001), ("s",), key)
     found = [replay(tmp_path, number) for number in STUDY.dies]
     defined = [f for f in found if not np.isnan(f.again.values).any()]
     assert defined
@@ -77,14 +78,57 @@ def test_the_command_replays_with_waveforms(
     assert raw.read_bytes().startswith(b"Title:")
 
 
+@pytest.fixture(scope="module")
+def classes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Neurons of three classes, under biases of their own."""
+    path = tmp_path_factory.mktemp("classes")
+    options = ["-n", "6", "--metric", "best_delay", "--bias", "i_lim=5uA", "-o", str(path)]
+    assert main(["montecarlo", "rebound-neuron", *options]) == 0
+    return path
+
+
+def test_a_replay_runs_what_the_study_measured(classes: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    seen = set()
+    for number in range(1000, 1006):
+        assert main(["replay", str(classes), "--die", str(number), "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        word, stimuli, spikes = found["kept"]["class"], found["stimuli"], found["spikes_s"]["spike"]
+        assert found["identical"]
+        if word == "works":  # silent without one of the two, and fires at its best delay
+            assert stimuli["delay"] == found["kept"]["best_delay"]
+            assert (stimuli["call"], stimuli["echo"]) == (1.0, 1.0)
+        elif word == "call-alone":
+            assert (stimuli["call"], stimuli["echo"]) == (1.0, None)
+        elif word == "echo-alone":
+            assert (stimuli["call"], stimuli["echo"]) == (None, 1.0)
+        assert bool(spikes) == (word != "never")
+        seen.add(word)
+    assert {"works", "call-alone"} <= seen
+
+
+def test_a_replay_of_the_testbench_has_the_study_s_stimuli(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ["-n", "1", "--metric", "v_mem_peak_V", "--stimulus", "delay=9.9ms", "-o", str(tmp_path)]
+    assert main(["montecarlo", "rebound-neuron", *options, "--bias", "i_rtau=40pA"]) == 0
+    capsys.readouterr()
+    assert main(["replay", str(tmp_path), "--die", "1000", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["stimuli"]["delay"] == 9.9e-3
+    assert found["measures"]["v_mem_peak_V"] == found["kept"]["v_mem_peak_V"]
+    assert main(["replay", str(tmp_path), "--die", "1000"]) == 0
+    assert "stimuli: delay=9.9ms" in capsys.readouterr().out
+
+
 def test_a_die_of_a_study_is_the_same_in_other_commands(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     chosen = ["--study", str(folder), "--die", "1001"]
-    assert main(["simulate", "rebound-neuron", *chosen, "--corner", "typical", "--json"]) == 0
-    simulated = json.loads(capsys.readouterr().out)
     assert main(["replay", str(folder), "--die", "1001", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
+    shown = [x for n in ("delay", "duration") for x in ("--stimulus", f"{n}={again['stimuli'][n]!r}s")]
+    assert main(["simulate", "rebound-neuron", *chosen, *shown, "--corner", "typical", "--json"]) == 0
+    simulated = json.loads(capsys.readouterr().out)
     assert simulated["spikes_s"] == again["spikes_s"]["spike"]
     assert simulated["measures"] == again["measures"]
     assert main(["export", "rebound-neuron", *chosen, "-o", "-"]) == 0

@@ -24,8 +24,8 @@ TABLE = Table(
 
 def test_a_table_comes_back_from_its_file(tmp_path: Path) -> None:
     for table in (TABLE, empty(("delay", "gain")), join([TABLE, TABLE])):
-        write_table(tmp_path / "a.nc", table, ("s", ""))
-        back = read_table(tmp_path / "a.nc")
+        write_table(tmp_path / "a.nc", table, ("s", ""), "key")
+        back = read_table(tmp_path / "a.nc", "key")
         assert back.metrics == table.metrics
         assert (back.corner, back.outcome, back.reason) == (table.corner, table.outcome, table.reason)
         for name in ("die", "temperature_c", "trial", "values"):
@@ -35,10 +35,10 @@ def test_a_table_comes_back_from_its_file(tmp_path: Path) -> None:
 def test_what_is_no_table_is_told_in_a_line(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     with pytest.raises(DataError, match=r"a\.nc: cannot be read"):
-        read_table(path)
+        read_table(path, "key")
     path.write_bytes(b"CDF no")
     with pytest.raises(DataError, match=r"a\.nc: cannot be read"):
-        read_table(path)
+        read_table(path, "key")
 
 
 def test_csv_has_a_row_a_sample_and_nothing_for_what_is_not_defined() -> None:
