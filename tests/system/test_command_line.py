@@ -2,9 +2,11 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +18,7 @@ from matplotlib.figure import Figure
 from netlists.dialect import dialect_names
 from system import registry
 from system.command_line import Dialect, main
-from system.commands import listing, reproduce
+from system.commands import doctor, listing, reproduce
 from system.commands.output import plain
 from system.experiment import Experiment, Progress, Report, Row
 
@@ -327,6 +329,31 @@ def test_reproduce(
     table = run("reproduce", "mine")
     assert table[0] == status
     assert "a note" in table[1]
+
+
+def test_doctor_names_what_the_distribution_requires() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+    def names(lines: list[str]) -> set[str]:
+        return {re.split(r"[^A-Za-z0-9-]", line, maxsplit=1)[0] for line in lines}
+
+    extras = project["optional-dependencies"]
+    assert set(doctor.REQUIRED) == names(project["dependencies"])
+    assert set(doctor.OPTIONAL) == names([line for e in extras if e != "test" for line in extras[e]])
+
+
+def test_what_doctor_says_of_pyspice(tmp_path: Path) -> None:
+    assert "netlists are read without it" in doctor.REQUIRED["PySpice"]
+    path = tmp_path / "deck.cir"
+    path.write_text("t\nr1 a 0 1k\nv1 a 0 1\n")
+    without = (
+        "import sys; sys.modules['PySpice'] = None; from system.command_line import main; sys.exit(main({}))"
+    )
+    for command, status in ((["import", str(path)], 0), (["simulate", BLOCK, "--engine", "ngspice"], 2)):
+        done = subprocess.run(
+            [sys.executable, "-c", without.format(command)], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == status, done.stderr
 
 
 def test_doctor(run: Run, run_json: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
