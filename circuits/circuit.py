@@ -102,7 +102,7 @@ class Bias:
     (see `circuits.place`); in the circuit itself unless given.
 
     Raises `ParameterError` for another kind, and for a value that is no number, or none that is meant (see
-    `circuits.checks`) unless `allow_implausible`; 0 A is a bias that is off.
+    `circuits.checks`) unless `allow_implausible`. Of an array the largest counts; 0 A is a bias that is off.
     """
 
     name: str
@@ -121,10 +121,9 @@ class Bias:
         require_choice(f"{label}.kind", self.kind, get_args(BiasKind))
         unit = "V" if self.kind == "voltage" else "A"
         require_reals(f"{label}.value", self.value, unit)
-        sizes = np.abs(np.ravel(self.value))
-        for size in (sizes.max(initial=0.0), sizes.min(initial=1.0, where=sizes > 0.0)):
-            if size != 0.0:
-                require_plausible(f"{label}.value", float(size), unit, allowed=self.allow_implausible)
+        largest = float(np.abs(self.value).max(initial=0.0))
+        if largest != 0.0:
+            require_plausible(f"{label}.value", largest, unit, allowed=self.allow_implausible)
         require_real(f"{label}.reference_temperature_c", self.reference_temperature_c, "degC")
 
 

@@ -153,7 +153,7 @@ LEAK = Resistor("r", "a", "0", 1e6)
         (lambda: Bias("i", "b", "gates", 1e-9, "m"), "bias i.kind: 'gates', must be gate, generator or volt"),
         (lambda: Bias("i", "b", "gate", "1n", "m"), "bias i.value: '1n', must be a number in A"),
         (lambda: Bias("i", "b", "gate", 40.0, "m"), "bias i.value: 40 A, must be 1fA to 1A"),
-        (lambda: Bias("i", "b", "gate", (1e-9, 1e-18), "m"), "bias i.value: 1e-18 A, must be 1fA"),
+        (lambda: Bias("i", "b", "gate", (1e-19, 1e-18), "m"), "bias i.value: 1e-18 A, must be 1fA"),
         (lambda: Bias("v", "b", "voltage", 5e3), "bias v.value: 5000 V, must be at most 1kV"),
         (lambda: Bias("v", "b", "voltage", True), "bias v.value: True, must be a number in V"),
         (lambda: Instance("x", "cell", {}), "x.circuit: 'cell', must be a circuit"),
@@ -173,6 +173,7 @@ def test_constructors_refuse_what_they_do_not_know(construct: Callable[[], objec
 
 def test_a_bias_that_is_off_or_meant_is_taken() -> None:
     Bias("i", "b", "gate", 0.0, "m")
+    Bias("i", "b", "gate", (1e-9, 1e-18), "m")  # the tail of a bell over an array
     large = Bias("i", "b", "gate", 40.0, "m", allow_implausible=True)
     assert large == replace(large, value=40.0)
     assert "allow" not in repr(large)
