@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from circuits.errors import ParameterError
 from system.curved_openspace import arcs_of
 from system.files import check_folder
-from system.forest import Trace
+from system.forest import Trace, account
 from system.forest_map import SIDE
 from system.forest_picture import draw_discs, draw_path, draw_sight
 
@@ -69,7 +69,9 @@ def _draw(trace: Trace, place: F64, log: F64, k: int, ax: Axes) -> None:
     ax.plot(x, y, marker="o", color="red", markersize=4, zorder=5)
     ax.set(xlim=(x - HALF, x + HALF), ylim=(y - HALF, y + HALF), xlabel="x (m)", ylabel="y (m)")
     ax.set_aspect("equal")
-    ax.set_title(f"{time:.1f} s{', scanning' if log[k, 7] else ''}", fontsize=9)
+    title = f"{time:.1f} s{', scanning' if log[k, 7] else ''}"
+    ended = f"\n{account(trace).headline}" if k + 1 == trace.sample.pings else ""
+    ax.set_title(title + ended, fontsize=9)
 
 
 def _unbroken(path: F64) -> F64:

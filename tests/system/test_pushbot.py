@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,6 +139,20 @@ def test_gyro_events_count_the_angle() -> None:
     # 0.2 rad in all, to 16 neurons each; what is left over waits
     assert sum(f.times.size for f in found) == pytest.approx(16 * 0.2 / GYRO_ANGLE, abs=16)
     assert all(set(f.neurons.tolist()) <= left for f in found)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"scene": "clutter", "way": 0.1, "duration": 5.0}, "succeeded: way of 0.1 m driven"),
+        ({"scene": "clutter", "duration": 0.5}, "succeeded: time of 0.5 s over"),
+        ({"duration": 0.5}, "failed: time of 0.5 s over"),
+        ({}, "succeeded: passed the line of its obstacles"),
+        ({"colour": "white"}, "failed: touched block[0]"),
+    ],
+)
+def test_a_run_has_one_reason(change: dict[str, Any], reason: str) -> None:
+    assert SYSTEM.account(run(replace(BASE, **change))).headline == reason
 
 
 def test_the_picture_can_be_drawn(trace: Trace, tmp_path: Path) -> None:
