@@ -4,18 +4,22 @@ import json
 import math
 
 import numpy as np
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from system.commands.output import json_text, plain
 
-LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
+NAMES = st.text(max_size=3)
+LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | NAMES
 VALUES = st.recursive(
-    LEAVES, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4)
+    LEAVES,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=3),
+    max_leaves=8,
 )
 
 
-@given(st.dictionaries(st.text(), VALUES, max_size=5))
+@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)  # it may run beside others
+@given(st.dictionaries(NAMES, VALUES, max_size=3))
 def test_the_text_is_the_document(document: dict[str, object]) -> None:
     assert json.loads(json_text(document)) == plain(document)
 
