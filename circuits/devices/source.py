@@ -102,7 +102,11 @@ class Source(Device):
 
         A current may be 0, and pass through any value on its way to its largest.
         """
-        largest = float(np.abs(polyline(self.name, self.waveform)[1]).max())
+        held = self.waveform.value if isinstance(self.waveform, Constant) else None
+        if type(held) is float and math.isfinite(held):  # most sources: no arrays for one number
+            largest = abs(held)
+        else:
+            largest = float(np.abs(polyline(self.name, self.waveform)[1]).max())
         if largest:
             unit = "V" if self.quantity == "voltage" else "A"
             require_plausible(f"{self.name}.waveform", largest, unit, allowed=self.allow_implausible)
