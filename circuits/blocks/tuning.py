@@ -31,6 +31,7 @@ from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.supply import half_supply
 from circuits.silicon import Silicon
+from circuits.solver.beginning import beginning
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner, State
 from circuits.testbench import Testbench
@@ -159,7 +160,8 @@ class SolverTrials(Trials):
         """Find the rest state; `SolverError` where there is none."""
         self._runner = Runner(machine, ("inhibition.b", "v_mem"), rtol)
         self._rest = operating_point(machine)
-        self._start = self._runner.begin(self._rest)
+        # of a rest that is not stable the class tells, which needs no warning
+        self._start = self._runner.enter(beginning(machine, point=self._rest))
         self._states: list[State] = []
 
     def fires_at_rest(self, until: float) -> bool:
