@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
 from circuits.devices.source import Polyline
 
 F64 = NDArray[np.float64]
@@ -22,7 +22,7 @@ def thin(time: F64, value: F64, tolerance: float) -> Polyline:
     return time[keep], value[keep]
 
 
-@nb.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(_nrt=True)
 def _mark(time: F64, value: F64, tolerance: float, keep: NDArray[np.bool_]) -> None:
     last = time.size - 1
     keep[0] = True

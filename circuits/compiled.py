@@ -22,6 +22,8 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 from numba.core.extending import _Intrinsic
 
+from circuits.kernel_cache import kernel_cache
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
@@ -37,11 +39,11 @@ def compiled(**options: Any) -> Callable[[F], F]:
     """
 
     def decorate(function: F) -> F:
-        keywords = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False, **options}
+        keywords = {"nogil": True, "error_model": "numpy", "_nrt": False, **options}
         dispatcher: Any = nb.njit(**keywords)(function)
         if not os.environ.get("NUMBA_DISABLE_JIT"):
             stamp = source_stamp(function.__module__, function.__code__.co_filename)
-            dispatcher._cache._cache_file._source_stamp = stamp  # noqa: SLF001 - no other way
+            dispatcher._cache = kernel_cache(function, stamp)  # noqa: SLF001 - no other way
         return cast("F", dispatcher)
 
     return decorate

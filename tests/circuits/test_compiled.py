@@ -1,15 +1,20 @@
 """Compiled functions: what is kept on disk goes stale with any file whose code or constants it holds."""
 
+import errno
 import importlib
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import numba
 import pytest
 
 from chips.ranging_kernel import on_call
 from circuits.compiled import compiled, source_stamp
 from circuits.solver.integrate import integrate
+
+ROOT = Path(__file__).resolve().parents[2]
 
 CALLER = """from circuits.compiled import compiled
 from {callee} import add
@@ -101,3 +106,59 @@ def test_a_compiled_function_computes() -> None:
         return 2.0 * x
 
     assert twice(1.5) == 3.0
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of kernels in which one program's are kept."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    text = "from circuits.compiled import compiled\n@compiled()\ndef twice(x):\n    return 2.0 * x\n"
+    (tmp_path / "small_kernel.py").write_text(text)
+    assert doubled(tmp_path) == "42.0"
+    return tmp_path / "kept"
+
+
+def doubled(folder: Path) -> str:
+    """What a small kernel says, in a process of its own."""
+    code = "from small_kernel import twice; print(twice(21.0))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.stderr == ""
+    assert done.returncode == 0
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("spoil", ["garbage", "truncated", "flipped", "empty"])
+def test_spoiled_machine_code_is_compiled_again(kept: Path, suffix: str, spoil: str) -> None:
+    files = list(kept.rglob(f"*.{suffix}"))
+    assert files
+    for path in files:
+        data = bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 0xFF
+        spoilt = {"garbage": b"no", "truncated": bytes(data[:90]), "flipped": bytes(data), "empty": b""}
+        path.write_bytes(spoilt[spoil])
+    assert doubled(kept.parent) == "42.0"
+
+
+def test_where_nothing_can_be_written_kernels_are_compiled_each_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
+    assert compiled()(lambda x: 2.0 * x)(21.0) == 42.0
+
+
+def test_a_disk_that_takes_nothing_leaves_a_kernel_usable(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+
+    def full(*_: object, **__: object) -> object:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    kernel = compiled()(lambda x: 3.0 * x)
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile._open_for_write", full)
+    assert kernel(14.0) == 42.0
