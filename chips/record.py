@@ -113,7 +113,7 @@ def write_record(record: Record, path: Path) -> None:
         data[f"{name}_gradient"] = ((*plane, f"{name}_parameter"), q.gradient.astype(np.float32))
         data[f"{name}_curvature"] = ((*plane, f"{name}_parameter"), q.curvature.astype(np.float32))
         data = data.assign_coords({f"{name}_parameter": list(q.parameters)})
-    data.to_netcdf(path, engine="h5netcdf")
+    path.write_bytes(data.to_netcdf(engine="h5netcdf"))  # in memory: HDF5 crashes on a full disk
 
 
 def read_record(path: Path) -> Record:
