@@ -11,12 +11,14 @@ import os
 from importlib.resources import files
 from pathlib import Path
 
+import h5py
 import xarray as xr
 
 from circuits.errors import DataError
 
 ENVIRONMENT = "NOCTULE_CACHE_DIR"
 _MEASURE = "run noctule characterise"
+_MOST = 4_000_000  # numbers of a record, ours: a hundred times the largest that the package has
 
 
 def cache_folder() -> Path:
@@ -54,11 +56,21 @@ def record_file(block: str) -> Path:
 def load_record(path: Path) -> xr.Dataset:
     """Contents of a record's file; raises `DataError` for one that is none."""
     try:
+        _check(path)
         with xr.open_dataset(path, engine="h5netcdf") as data:
             return data.load()
     except (OSError, KeyError, ValueError, RuntimeError, TypeError) as error:
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise DataError(f"{path}: no record, {reason}; delete it, or {_MEASURE}") from None
+
+
+def _check(path: Path) -> None:
+    """Raise `ValueError`, or what h5py raises, for a damaged file, which xarray would leave half open."""
+    sizes: list[int] = []
+    with h5py.File(path, "r") as file:
+        file.visititems(lambda _, item: sizes.append(getattr(item, "size", None) or 0))
+    if sum(sizes) > _MOST:
+        raise ValueError(f"{sum(sizes)} numbers, must be at most {_MOST}")
 
 
 def stale(block: str) -> DataError:

@@ -8,9 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+_LONGEST_NAME = 80  # characters of an unknown name that an error repeats; ours
+
 
 class CircuitError(Exception):
-    """Root of every error raised on purpose."""
+    """Root of every error raised on purpose; its text is one line, whatever it repeats of an input."""
+
+    def __str__(self) -> str:
+        return " ".join(super().__str__().split())
 
 
 class ParameterError(CircuitError, ValueError):
@@ -40,4 +45,9 @@ class SimulatorError(CircuitError, RuntimeError):
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """Build the error for `name`, listing what is known in sorted order."""
     names = ", ".join(sorted(known))
-    return UnknownNameError(f"{kind} {name}: unknown; known are {names}")
+    return UnknownNameError(f"{kind} {shown_name(name)}: unknown; known are {names}")
+
+
+def shown_name(name: str) -> str:
+    """A name that a user gave, its beginning where it is too long to be one."""
+    return name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."

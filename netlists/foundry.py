@@ -111,8 +111,8 @@ def read_mapping(name: str) -> DeviceMapping:
     except OSError as error:
         shipped = ", ".join(sorted(p.stem for p in _SHIPPED.glob("*.toml")))
         raise DataError(f"{name}: no mapping; give a TOML file or one of {shipped}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: no TOML, {error}") from error
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number or brackets without end
+        raise DataError(f"{path}: no TOML, {str(error)[:200]}; see the shipped mappings") from None
     return _mapping(str(path), tables)
 
 

@@ -24,7 +24,6 @@ Lengths are in m, times in s. Colours are names of `system.arena.COLOURS` or ref
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -39,6 +38,7 @@ from system.arena_furniture import chair, person, robot, table
 from system.arena_geometry import check_scene
 from system.arena_keys import taken
 from system.arena_tables import TOP
+from system.document import document_bytes, from_toml
 
 SCENES = Path(__file__).parent / "scenes"
 _MARGIN = 0.2  # m that clutter keeps from the walls; ours
@@ -77,14 +77,11 @@ def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
 
 
 def _parsed(path: Path) -> dict[str, Any]:
+    remedy = "must be TOML in UTF-8"
     try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: {str(error).splitlines()[0]}, must be TOML in UTF-8") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise DataError(f"{path}: {reason}, must be a readable file; check path and permissions") from None
+        return from_toml(document_bytes(path, remedy), dict[str, Any], str(path), remedy)
+    except FileNotFoundError as error:
+        raise DataError(f"{path}: {error.strerror}, must be a readable file; check the path") from None
 
 
 def _scene(name: str, content: dict[str, Any], seed: int, light: str | None) -> Scene:

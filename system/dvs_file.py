@@ -7,6 +7,9 @@ by `faery` (LGPL), an optional extra that is imported here alone.
 from __future__ import annotations
 
 import io
+import warnings
+import zipfile
+import zlib
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,6 +24,11 @@ from system.files import check_folder, replace_atomic, write_bytes_atomic, write
 SUFFIXES = (".aedat4", ".npz", ".txt")
 HEADER = "# t_us x y on"
 _MICRO = 1e6
+# What numpy, zipfile and zlib raise for a file that is damaged, which may say that arrays are endless.
+_UNREADABLE = (
+    OSError, ValueError, KeyError, TypeError, EOFError, OverflowError, MemoryError, RuntimeError,
+    AttributeError, SyntaxError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 
 
 def check_events(path: str) -> None:
@@ -72,14 +80,17 @@ def read_events(path: str, rows: int = 128) -> Events:
     """
     try:
         if Path(path).suffix.lower() == ".npz":
-            with np.load(path) as held:
-                t, x, y, on = (held[name] for name in ("t", "x", "y", "on"))
+            with Path(path).open("rb") as file, np.load(file) as held:  # numpy leaves a damaged file open
+                t, x, y, on = (np.asarray(held[name], np.int64) for name in ("t", "x", "y", "on"))
         else:
-            t, x, y, on = np.loadtxt(path, dtype=np.int64, ndmin=2).reshape(-1, 4).T
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).splitlines()[0]
+            with warnings.catch_warnings(action="ignore", category=UserWarning):  # a file without an event
+                t, x, y, on = np.loadtxt(path, dtype=np.int64, ndmin=2).reshape(-1, 4).T
+    except _UNREADABLE as error:
+        reason = " ".join(str(error).split())[:200]
         raise DataError(f"{path}: {reason}, must be events that write_events wrote, .txt or .npz") from None
-    return Events(t / _MICRO, x.astype(np.int64), rows - 1 - y.astype(np.int64), on.astype(np.bool_))
+    if t.ndim != 1 or len({a.shape for a in (t, x, y, on)}) > 1:
+        raise DataError(f"{path}: t, x, y and on, must be lists of one length; write it with write_events")
+    return Events(t / _MICRO, x, rows - 1 - y, on.astype(np.bool_))
 
 
 def _in_file_order(events: Events, rows: int) -> tuple[NDArray[Any], ...]:

@@ -12,7 +12,7 @@ from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
 from chips.registry import CHIPS, load_chip
-from circuits.errors import UnknownNameError
+from circuits.errors import UnknownNameError, shown_name
 from circuits.registry import block_names, load_block
 
 if TYPE_CHECKING:
@@ -131,6 +131,7 @@ def load_block_or_chip(name: str) -> Block:
 def unknown(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """Build the error for `name`: the nearest known names, then all of them unless they are many."""
     names = sorted(known)
+    name = shown_name(name)  # near names are sought in quadratic time
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if name in n]
     guess = f"; did you mean {near[0]}?" if near else ""
     if not names:
