@@ -231,10 +231,12 @@ def main() -> int:
     kinds = [options.only] if options.only else [name for name in INPUTS if name != "command line"]
     each = QUICK if options.quick else -(-options.count // len(kinds))
     cases = range(options.first, options.first + each)
-    with ThreadPoolExecutor(options.workers) as pool:
-        tallies = dict(
-            zip(kinds, pool.map(lambda kind: run_apart(kind, cases, options.seed), kinds), strict=True)
-        )
+    if options.quick:  # here: a process takes seconds to begin
+        tallies = {kind: run(kind, cases, options.seed) for kind in kinds}
+    else:
+        with ThreadPoolExecutor(options.workers) as pool:
+            found = pool.map(lambda kind: run_apart(kind, cases, options.seed), kinds)
+            tallies = dict(zip(kinds, found, strict=True))
     if options.command_line:
         tallies["command line"] = run_commands(range(options.command_line), options.seed)
     for kind, tally in tallies.items():
