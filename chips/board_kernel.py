@@ -13,22 +13,19 @@ the next call comes when it reaches one, solved exactly where p is a straight li
 
 Hearing: a sound of peak A at the microphone, onset t, makes one spike at `t + latency(A)` where A is above
 the threshold and `t - t_i >= recovery(A_i, A)` for every earlier sound above it.
-
-The functions stand in one file, so that numba's own stamp of the file tells a stale cache.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.compiled import compiled
+
 F64 = NDArray[np.float64]
-F = TypeVar("F", bound=Callable[..., Any])
 
 # Straight pieces of the proximity, s; ours: within 1 mV of the exponentials.
 LONGEST = 2e-3
@@ -74,13 +71,7 @@ class Hearing(NamedTuple):
     recovery: F64  # float64[first sound, second sound]
 
 
-def _compiled(function: F) -> F:
-    """Compile without reference counts (no arrays are made), cached by this file's own stamp."""
-    options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
-    return cast("F", nb.njit(**options)(function))
-
-
-@_compiled
+@compiled()
 def centroid_step(m: Centroid, ends: F64, y: F64, until: float) -> None:
     """Advance y = (time, hold, follower, filtered) exactly by one stretch, at most to `until` (s).
 
@@ -115,14 +106,14 @@ def centroid_step(m: Centroid, ends: F64, y: F64, until: float) -> None:
     y[3] = _filtered(m, y[3], follower, rail, 1.0 / m.slew, stop - now)
 
 
-@_compiled
+@compiled()
 def _slewing(m: Centroid, start: float, end: float) -> float:
     """Time that the follower takes from `start` to `end` V, s."""
     rail = m.v_dd if end > start else 0.0
     return m.slew * math.log((rail - start) / (rail - end))
 
 
-@_compiled
+@compiled()
 def _filtered(m: Centroid, before: float, start: float, target: float, rate: float, span: float) -> float:
     """Low-pass, V, `span` s after it was at `before` and its input at `start`, on the way to `target` V."""
     slow = math.exp(-span / m.filter)
@@ -130,7 +121,7 @@ def _filtered(m: Centroid, before: float, start: float, target: float, rate: flo
     return target + (before - target) * slow + (start - target) * gain * (math.exp(-span * rate) - slow)
 
 
-@_compiled
+@compiled()
 def centroid_run(m: Centroid, ends: F64, y: F64, until: float, out: F64) -> int:
     """Advance to `until` (s); out: float64[room, 2], time and proximity at every vertex. Returns how many.
 
@@ -145,7 +136,7 @@ def centroid_run(m: Centroid, ends: F64, y: F64, until: float, out: F64) -> int:
     return n
 
 
-@_compiled
+@compiled()
 def crossing(rate: float, bend: float, missing: float) -> float:
     """Smallest t >= 0 at which `rate t + bend t^2 / 2` reaches `missing`; inf where it never does."""
     under = rate * rate + 2.0 * bend * missing
@@ -156,7 +147,7 @@ def crossing(rate: float, bend: float, missing: float) -> float:
     return time
 
 
-@_compiled
+@compiled()
 def vocalization_line(m: Vocalization, y: F64, start: float, stop: float, first: float, last: float) -> float:
     """Advance y = (phase, free from s) along a straight proximity, V, from start to stop (s).
 
@@ -178,7 +169,7 @@ def vocalization_line(m: Vocalization, y: F64, start: float, stop: float, first:
     return np.inf
 
 
-@_compiled
+@compiled()
 def vocalization_run(m: Vocalization, y: F64, time: F64, value: F64, start: float, until: float) -> float:
     """Advance along a polyline, held beyond its ends, to `until` (s) or to a call: its time, or inf."""
     now = start
@@ -194,7 +185,7 @@ def vocalization_run(m: Vocalization, y: F64, time: F64, value: F64, start: floa
     return np.inf
 
 
-@_compiled
+@compiled()
 def _value(time: F64, value: F64, k: int, t: float) -> float:
     if k == 0:
         return float(value[0])
@@ -203,13 +194,13 @@ def _value(time: F64, value: F64, k: int, t: float) -> float:
     return float(value[k - 1] + (value[k] - value[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1]))
 
 
-@_compiled
+@compiled()
 def amplitude_at(m: Vocalization, control: float) -> float:
     """Call amplitude, V, at a control voltage (V)."""
     return min(max(m.amplitude_base + m.amplitude_slope * control, 0.0), m.v_dd)
 
 
-@_compiled
+@compiled()
 def table_at(knots: F64, table: F64, x: float) -> float:
     """Straight lines through a table, held beyond its ends."""
     n = knots.size
@@ -222,7 +213,7 @@ def table_at(knots: F64, table: F64, x: float) -> float:
     return float(table[n - 1])
 
 
-@_compiled
+@compiled()
 def _recovery(m: Hearing, first: float, second: float) -> float:
     x = math.log(first)
     knots = m.recovery_knots
@@ -236,7 +227,7 @@ def _recovery(m: Hearing, first: float, second: float) -> float:
     return between
 
 
-@_compiled
+@compiled()
 def monotone_cubic(knots: F64, table: F64, x: float, out: F64) -> None:
     """Monotone cubics (Fritsch & Butland 1984) through the columns of a table, at x, beyond the ends too.
 
@@ -255,7 +246,7 @@ def monotone_cubic(knots: F64, table: F64, x: float, out: F64) -> None:
         out[j] = a * w * w * (1.0 + 2.0 * z) + b * z * z * (3.0 - 2.0 * z) + z * w * slopes
 
 
-@_compiled
+@compiled()
 def _slope(knots: F64, table: F64, k: int, j: int) -> float:
     """Slope at knot k: weighted harmonic mean of both neighbours', 0 at an extremum."""
     last = knots.size - 1
@@ -271,7 +262,7 @@ def _slope(knots: F64, table: F64, k: int, j: int) -> float:
     return float((one + other) / (one / left + other / right))
 
 
-@_compiled
+@compiled()
 def _end_slope(knots: F64, table: F64, end: int, next_: int, third: int, j: int) -> float:
     """One-sided slope of the parabola through the last three points, kept from overshooting."""
     near, far = knots[next_] - knots[end], knots[third] - knots[next_]
@@ -284,7 +275,7 @@ def _end_slope(knots: F64, table: F64, end: int, next_: int, third: int, j: int)
     return float(slope)
 
 
-@_compiled
+@compiled()
 def hears(m: Hearing, sounds: F64, count: int) -> tuple[float, bool]:
     """Spike time (s, inf for none) of the last of `count` sounds, and whether that was too near to call.
 
@@ -307,7 +298,7 @@ def hears(m: Hearing, sounds: F64, count: int) -> tuple[float, bool]:
     return onset + table_at(m.knots, m.latency, math.log(peak / m.threshold)), unsure
 
 
-@_compiled
+@compiled()
 def hear_sound(onset: Hearing, high: Hearing, sounds: F64, count: int) -> tuple[float, float, bool]:
     """What both neurons make of the last of `count` sounds, as `hears` has it.
 

@@ -166,7 +166,7 @@ def _runs(path: Path, data: bytes, header: Found) -> dict[Key, Found]:
     first, *lines = data.split(b"\n")[:-1] or [b""]
     if not _is_header(first, header):
         raise ParameterError(
-            f"--resume: {path} is none of this campaign, or of one with other numbers; name another file"
+            f"--resume: {path} is not of this campaign, or has other numbers; name another file"
         )
     read = [
         from_json(line, _Run, f"{path}: line {number}", "delete it, or name another file")

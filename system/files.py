@@ -104,7 +104,8 @@ def write_bytes_atomic(path: Path | str, data: bytes | memoryview) -> None:
 def replace_atomic(path: Path | str) -> Iterator[Path]:
     """Give a path to write to, which becomes `path` when the block ends well.
 
-    For libraries that write files themselves: `with replace_atomic("a.nc") as temporary: write(temporary)`.
+    For libraries that write files themselves: `with replace_atomic("a.raw") as temporary: write(temporary)`.
+    The file is claimed meanwhile: what HDF5 writes, which locks its files too, goes by `write_netcdf_atomic`.
 
     Parameters
     ----------

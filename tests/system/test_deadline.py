@@ -36,7 +36,7 @@ def test_what_is_no_deadline(text: str, engine: str, says: str) -> None:
 
 
 @pytest.mark.usefixtures("ngspice_library")
-@pytest.mark.parametrize("analysis", [(), ("--analysis", "ac", "--source", "vdd")])
+@pytest.mark.parametrize("analysis", [(), ("--analysis", "ac", "--source", "vdd", "--points", "5000")])
 def test_a_run_in_ngspice_ends_at_its_deadline(
     analysis: tuple[str, ...], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,7 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from circuits.errors import DataError
-from system.files import check_folder, replace_atomic, write_bytes_atomic, write_text_atomic
+from system.files import (
+    check_folder,
+    replace_atomic,
+    write_bytes_atomic,
+    write_netcdf_atomic,
+    write_text_atomic,
+)
 
 FULL = Path("/dev/full")
 NO_SPACE = "no space is left on the disk; free some or choose another disk"
@@ -53,10 +59,17 @@ def test_the_temporary_file_has_folder_and_suffix(tmp_path: Path) -> None:
 
 
 def test_a_library_can_write_it(tmp_path: Path) -> None:
-    with replace_atomic(tmp_path / "run.nc") as temporary:
-        xr.Dataset({"v": ("time", np.arange(3.0))}).to_netcdf(temporary, engine="h5netcdf")
+    with replace_atomic(tmp_path / "run.npz") as temporary:
+        np.savez(temporary, v=np.arange(3.0))
+    with np.load(tmp_path / "run.npz") as found:
+        assert found["v"].tolist() == [0.0, 1.0, 2.0]
+
+
+def test_labelled_arrays_come_back(tmp_path: Path) -> None:
+    write_netcdf_atomic(tmp_path / "run.nc", xr.Dataset({"v": ("time", np.arange(3.0))}))
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as found:
         assert found["v"].values.tolist() == [0.0, 1.0, 2.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
 @pytest.mark.parametrize("error", [ValueError("bad"), KeyboardInterrupt(), RuntimeError("other")])

@@ -116,7 +116,7 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     options = ("montecarlo", "forest", "-n", "4", "--metric", "avoided", "--metric", "collided", "--json")
     assert main((*options, "--param", f"map={path}")) == 0
     values = json.loads(capsys.readouterr().out)["values"]
-    assert set(values) == {"avoided", "collided"}
+    assert set(values) == {"succeeded", "avoided", "collided"}
     assert values["collided"] == [1.0] * 4  # unplaced obstacles as dense as these leave no way for long
     assert len(set(values["avoided"])) > 1  # a start a die
 

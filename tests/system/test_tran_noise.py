@@ -10,7 +10,8 @@ import xarray as xr
 
 from system.command_line import main
 
-RUN = ["simulate", "rebound-neuron", "--analysis", "tran-noise", "--step", "4us"]
+ANALYSIS = ["simulate", "rebound-neuron", "--analysis", "tran-noise"]
+RUN = [*ANALYSIS, "--step", "4us"]
 
 
 @pytest.fixture(scope="module")
@@ -71,5 +72,5 @@ def test_wrong_numbers_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
         (["--workers", "0"], "workers: 0"),
         (["--step", "0s"], "step: 0 s"),
     ):
-        assert main([*RUN, *option]) == 2
+        assert main([*ANALYSIS, *option]) == 2
         assert text in capsys.readouterr().err
