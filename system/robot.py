@@ -288,7 +288,7 @@ class RobotSystem:
             f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
             f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
         )
-        figure.set_size_inches(8.0, 5.6)
+        figure.set_size_inches(8.0, 5.9)
         ax = figure.subplots()
         draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax, succeeded=said.succeeded)
         ax.set_title(title, fontsize=9)
