@@ -8,7 +8,6 @@ processes never write into one file: the second is refused.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import stat
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import Any, final
 
 from circuits.errors import DataError, ParameterError
+from system.claim import take
 from system.document import from_json
 
 Key = tuple[str, int]  # condition, and seed or die
@@ -154,11 +154,9 @@ def _contents(path: Path, descriptor: int) -> bytes:
 
 def _lock(path: Path, descriptor: int) -> None:
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        take(descriptor)
     except BlockingIOError:
         raise ParameterError(f"--output: {path}, another process is writing it; name another file") from None
-    except OSError:
-        return  # a disk that knows no locks
 
 
 def _runs(path: Path, data: bytes, header: Found) -> dict[Key, Found]:
