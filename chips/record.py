@@ -127,7 +127,7 @@ def read_record(path: Path) -> Record:
         key=str(a["key"]),
         grid=Grid(_floats(data["i_inh_tau"]), _floats(data["temperature"])),
         box=Box(*(float(a[f"box_{n}"]) for n in ("threshold_V", "log_beta", "v_th_V", "v_ex_max_V"))),
-        quantities={n: _quantity(data, n) for n in names},
+        quantities={n: _quantity(data, n, path) for n in names},
         margin=float(a["margin_V"]),
         errors={str(k).removeprefix("error_"): float(v) for k, v in a.items() if str(k).startswith("error_")},
     )
@@ -137,8 +137,12 @@ def _floats(values: xr.DataArray) -> tuple[float, ...]:
     return tuple(float(v) for v in values.values)
 
 
-def _quantity(data: xr.Dataset, name: str) -> Quantity:
-    tables = (np.asarray(data[name + s].values, dtype=np.float64) for s in ("", "_gradient", "_curvature"))
+def _quantity(data: xr.Dataset, name: str, path: Path) -> Quantity:
+    try:
+        with np.errstate(invalid="raise"):
+            tables = [np.asarray(data[name + s].values, np.float64) for s in ("", "_gradient", "_curvature")]
+    except FloatingPointError:
+        raise DataError(f"{path.name}: {name} is broken; write it with noctule characterise") from None
     return Quantity(tuple(str(p) for p in data[f"{name}_parameter"].values), *tables)
 
 

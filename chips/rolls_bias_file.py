@@ -32,6 +32,7 @@ SHIPPED = ("rolls_default", "rolls_parallella")
 DIRECT_CURRENT = "IF_DC_P"  # of every neuron, without input
 OFF = (7, 0)  # coarse and fine code of a current that is off
 _FIELDS = 3
+_DIGITS = 10  # of a fine code, beyond which its size is not looked at; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +190,7 @@ def _entry_of(fields: list[str], where: str) -> BiasEntry:
     if coarse not in COARSE_NAMES and coarse != SPECIAL:
         names = ", ".join(COARSE_NAMES)
         raise DataError(f"{where}: coarse current {coarse} of {name}, must be one of {names}; change it")
-    if not (fine.isascii() and fine.isdigit() and int(fine) < CODES):
+    if not (fine.isascii() and fine.isdigit() and len(fine) < _DIGITS and int(fine) < CODES):
         raise DataError(f"{where}: fine code {fine} of {name}, must be 0 to {CODES - 1}; change it")
     code = None if coarse == SPECIAL else COARSE_NAMES.index(coarse)
     return BiasEntry(name, code, int(fine), tuple(f for f in fields[_FIELDS:] if f))

@@ -174,13 +174,22 @@ def at_temperature(model: TransistorModel, process: Process, temperature_c: floa
     u_t = thermal_voltage(temperature_c)
     rise = temperature_c - process.nominal_temperature_c
     ratio = kelvin(temperature_c) / kelvin(process.nominal_temperature_c)
+    try:
+        square_current = 2.0 * model.mu_cox * ratio**model.mobility_exponent * u_t**2 / model.kappa
+        junction_leakage = model.junction_leakage * 2.0 ** (rise / model.leakage_doubling)
+    except (OverflowError, ZeroDivisionError):
+        found = f"kappa {model.kappa:g}, mobility_exponent {model.mobility_exponent:g}, leakage_doubling"
+        raise ParameterError(
+            f"process.{found} {model.leakage_doubling:g} K: no finite current at {temperature_c:g} degC;"
+            " correct them"
+        ) from None
     return TransistorAtTemperature(
-        square_current=2.0 * model.mu_cox * ratio**model.mobility_exponent * u_t**2 / model.kappa,
+        square_current=square_current,
         u_t=u_t,
         v_t0=model.v_t0 + model.v_t0_drift * rise,
         kappa=model.kappa,
         gamma=model.gamma if model.law == "ekv-gamma" else 0.0,
         surface_potential=model.surface_potential,
         early=model.early,
-        junction_leakage=model.junction_leakage * 2.0 ** (rise / model.leakage_doubling),
+        junction_leakage=junction_leakage,
     )

@@ -211,7 +211,10 @@ def _number(path: str, table: Mapping[str, Any], key: str) -> float:
     value = table.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise DataError(f"{path}: {key}, must be a number; see the shipped mappings")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise DataError(f"{path}: {key}, too large for a number; see the shipped mappings") from None
 
 
 def _section(path: Path, section: str) -> Iterable[str]:

@@ -13,6 +13,7 @@ from typing import Any
 from circuits.errors import ParameterError
 from system.arena import COLOURS, Point
 
+LARGEST = 1e9  # of a scene's numbers, in SI units; ours: geometry overflows far beyond
 Convert = Callable[[Any, str], Any]  # (value, path of its key) to the value inside, or `ParameterError`
 Keys = Mapping[str, tuple[Convert, Any]]
 REQUIRED = object()
@@ -49,8 +50,10 @@ def number(low: float, high: float = math.inf, *, above: bool = False) -> Conver
     rule += f" and at most {high:g}" if math.isfinite(high) else ""
 
     def read(value: Any, path: str) -> float:
-        number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
-        if not number or not low <= value <= high or (above and value == low):
+        number = not isinstance(value, bool) and isinstance(value, int | float)
+        if number and LARGEST < abs(value) < math.inf:
+            raise ParameterError(f"{path}: must be within {LARGEST:g} either way; correct it")
+        if not number or not math.isfinite(value) or not low <= value <= high or (above and value == low):
             raise ParameterError(f"{path}: {value!r}, must be a number, {rule}")
         return float(value)
 

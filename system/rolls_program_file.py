@@ -12,6 +12,7 @@ NPA_WEIGHT_STD_N of the bias file.
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ def read_program(text: str, biases: BiasTable) -> Program:
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
     given = np.zeros((NEURONS, NEURONS), dtype=np.bool_)
     depression: ShortTermDepression | None = None
-    for number, cells in enumerate(csv.reader(lines), start=1):
+    for number, cells in enumerate(_rows(lines, path), start=1):
         fields = [cell.strip() for cell in cells]
         if not any(fields) or (number == 1 and tuple(fields) == COLUMNS):
             continue
@@ -72,6 +73,14 @@ def _depression(fields: list[str], where: str, before: ShortTermDepression | Non
         reason = f"; {error}" if isinstance(error, ParameterError) else ""
         text = ",".join(fields)[:40]
         raise DataError(f'{where}: "{text}", must be {DEPRESSION},coarse,fine as in 7,27{reason}') from None
+
+
+def _rows(lines: Iterable[str], path: Path) -> Iterator[list[str]]:
+    """Cells of each line of a CSV file."""
+    try:
+        yield from csv.reader(lines)
+    except csv.Error as error:
+        raise DataError(f"{path}: {error}, must be a CSV of post,pre,level, or {PUSHBOT}") from None
 
 
 def _row(fields: list[str], where: str) -> tuple[int, int, int]:

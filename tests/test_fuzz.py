@@ -42,6 +42,22 @@ def test_whatever_is_damaged_gives_a_result_or_one_line(fuzz: Any) -> None:
             assert tally.results + tally.refusals == FEW
 
 
+@pytest.mark.parametrize(
+    ("kind", "cases"),
+    [
+        ("scene", (93, 3408)),
+        ("ROLLS biases", (114,)),
+        ("ROLLS program", (435,)),
+        ("mapping", (110,)),
+        ("process", (63, 138)),
+        ("record", (3074, 3161)),
+    ],
+)
+def test_cases_that_once_were_a_traceback(fuzz: Any, kind: str, cases: tuple[int, ...]) -> None:
+    tally = fuzz.run(kind, cases, seed=0)
+    assert (tally.broken, tally.refusals) == ([], len(cases))
+
+
 def test_every_deck_is_read_as_it_is(fuzz: Any, tmp_path: Path) -> None:
     reader = fuzz.Reader(fuzz.INPUTS["netlist"], 0, tmp_path)
     for seed in reader.seeds:
