@@ -192,4 +192,5 @@ def test_ground_has_one_name(name: str) -> None:
 
 
 def test_a_negative_supply_has_a_name_of_its_own() -> None:
-    Circuit("c", (Port("vss", "supply"),), (Resistor("r", "a", "vss", 1e6),))
+    circuit = Circuit("c", (Port("vss", "supply"),), (Resistor("r", "a", "vss", 1e6),))
+    assert circuit.port("vss").kind == "supply"

@@ -132,8 +132,9 @@ def test_being_meant_is_no_part_of_what_a_device_is() -> None:
 
 
 def test_a_source_may_be_at_zero_and_pass_through_any_current() -> None:
-    Source("i", "a", Constant(0.0), "current")
-    Source("i", "a", PiecewiseLinear((0.0, 1.0), (1e-20, 1e-9)), "current")
+    ramp = PiecewiseLinear((0.0, 1.0), (1e-20, 1e-9))
+    for waveform in (Constant(0.0), ramp):
+        assert Source("i", "a", waveform, "current").waveform == waveform
 
 
 def test_errors_are_also_builtins() -> None:
