@@ -57,8 +57,8 @@ class Drive:
     with_path: bool = False
 
     def __repr__(self) -> str:
-        """Alike in every process."""
-        named = [f"{f.__module__}.{f.__qualname__}" for f in (self.keep, self.world)]
+        """Alike in every process, and wherever the functions stand."""
+        named = [f.__qualname__ for f in (self.keep, self.world)]
         return f"{self.scenario!r} {named} {self.with_path}"
 
 
