@@ -19,31 +19,34 @@ import numpy as np
 
 from _damage import COMMON, Damage
 from _fuzz_netlist import DAMAGE, make_root, netlist_seeds, read_deck
-from chips.record import read_record
-from chips.rolls_bias_file import default_biases, format_biases, read_biases
-from circuits.blocks import rebound_neuron
+from chips.ranging.record import read_record
+from chips.rolls.program.bias_file import default_biases, format_biases, read_biases
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.errors import DataError, ParameterError
-from circuits.process import AMI_1500, at_temperature
+from circuits.silicon.process import AMI_1500, at_temperature
 from circuits.units import parse_quantity
-from netlists.foundry import read_mapping
+from netlists.foundry.process import read_mapping
 from netlists.parasitics import read_parasitics
-from system import bug_map, cost_map, forest_map, robot_forest
-from system.arena_file import load_scene
-from system.campaign import Campaign
-from system.campaign_file import CutLine
-from system.command_line import BAD_INPUT, main
-from system.commands import montecarlo
-from system.dvs import Events
-from system.dvs_file import read_events, write_events
+from system.bug import map as bug_map
+from system.car import world as robot_forest
+from system.cli import montecarlo
+from system.cli.command_line import BAD_INPUT, main
+from system.cli.rolls_program_file import read_program
+from system.openspace import map as forest_map
+from system.options.temperature import read_course
 from system.registry import SYSTEMS, load_system
-from system.rolls_program_file import read_program
+from system.rover import cost_map
+from system.study.campaign import Campaign
+from system.study.campaign_file import CutLine
 from system.study.manifest import read_study
 from system.study.replay import die_of, study_table
 from system.study.specification import parse_spec
 from system.study.target import open_target
-from system.targets import read_targets
-from system.temperature_course import read_course
+from system.worlds.arena.file import load_scene
+from system.worlds.camera.file import read_events, write_events
+from system.worlds.camera.sensor import Events
+from system.worlds.sound.targets import read_targets
 
 ROOT = Path(__file__).resolve().parents[1]
 SECONDS, MEGABYTES = 10.0, 1000.0
@@ -284,18 +287,20 @@ ALL = (
     Input("study", "study/study.json", _study, _read_study),
     Input("samples", "study/samples.nc", _samples, _read_samples),
     Input("campaign", "runs.jsonl", _campaign, _read_campaign),
-    Input("cost map", "map.txt", _files("system/maps/map*.txt"), lambda p: cost_map.load_map(str(p))),
-    Input("bug map", "map.txt", _files("system/maps/bug/*.txt"), lambda p: bug_map.load_map(str(p))),
+    Input("cost map", "map.txt", _files("system/rover/maps/map*.txt"), lambda p: cost_map.load_map(str(p))),
+    Input("bug map", "map.txt", _files("system/bug/maps/*.txt"), lambda p: bug_map.load_map(str(p))),
     Input("forest", "map.csv", _texts(*PLACES), lambda p: forest_map.read_forest(str(p))),
     Input("pipes", "map.csv", _texts(*PLACES), lambda p: robot_forest.read_pipes(str(p))),
-    Input("scene", "scene.toml", _files("system/scenes/*.toml"), lambda p: load_scene(str(p))),
+    Input("scene", "scene.toml", _files("system/worlds/arena/scenes/*.toml"), lambda p: load_scene(str(p))),
     Input("targets", "targets.csv", _texts(*TARGETS), read_targets),
     Input("events", "events.txt", _events("txt"), lambda p: read_events(str(p))),
     Input("packed events", "events.npz", _events("npz"), lambda p: read_events(str(p))),
     Input("ROLLS biases", "biases.csv", lambda _: [format_biases(BIASES).encode()], read_biases),
     Input("ROLLS program", "program.csv", _texts(*PROGRAMS), lambda p: read_program(str(p), BIASES)),
     Input("parasitics", "layout.csv", _texts(*LAYOUTS), lambda p: read_parasitics(p, _neuron())),
-    Input("mapping", "mapping.toml", _files("netlists/mappings/*.toml"), lambda p: read_mapping(str(p))),
+    Input(
+        "mapping", "mapping.toml", _files("netlists/foundry/mappings/*.toml"), lambda p: read_mapping(str(p))
+    ),
     Input("process", "values", _texts(*PROCESSES), _read_process),
     Input("record", "record.nc", _files("chips/records/rebound_neuron.nc"), read_record),
 )

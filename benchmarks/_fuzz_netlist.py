@@ -14,13 +14,13 @@ import numpy as np
 
 from _damage import COMMON, Damage, insert_line
 from chips.registry import load_chip
-from circuits.die import Die
 from circuits.errors import DataError
 from circuits.registry import load_block
-from circuits.silicon import Silicon
-from netlists.dialect import DIALECTS, Settings, load_dialect
-from netlists.reader import read_netlist
-from netlists.reader.summary import summarise
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from netlists.read import read_netlist
+from netlists.read.summary import summarise
+from netlists.registry import DIALECTS, Settings, load_dialect
 
 ERROR = re.compile(r"[^\n:]+:\d+: [^\n]+")
 HAND = (

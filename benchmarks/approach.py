@@ -1,7 +1,7 @@
 """Claim: the sonar's approach runs at 0.5 times real time at transistor level, 1,000 times at behavioural.
 
 There is no peer that runs this loop; the ratio is to real time. Every part is stepped at its stated tolerance
-(`system.approach`); accuracy is the largest change of a call's time, of those both runs made, when all
+(`system.approach.run`); accuracy is the largest change of a call's time, of those both runs made, when all
 tolerances are divided by ten. The behavioural run is compared with that same reference, in CPU time, for a
 short and for a long flight, on the nominal die and on one with mismatch:
 
@@ -22,9 +22,10 @@ from dataclasses import replace
 import numpy as np
 
 from _report import Row, parser_of, report
-from circuits.die import NOMINAL, Die
-from system import approach, behavioural_approach
-from system.approach_trace import Scenario, Trace
+from circuits.silicon.die import NOMINAL, Die
+from system.approach import behavioural as behavioural_approach
+from system.approach import run as approach
+from system.approach.trace import Scenario, Trace
 
 REPEATS = 15  # of a behavioural run
 LONG = 60.0  # s of flight

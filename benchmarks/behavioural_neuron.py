@@ -17,13 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips.rebound_model import model_of, neurons_on
-from chips.rebound_response import UNDECIDED, Tunings, join, tune
+from chips.ranging.model import model_of, neurons_on
+from chips.ranging.response import UNDECIDED, Tunings, join, tune
 from circuits.bias import rebias
-from circuits.blocks import rebound_neuron, tuning
+from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
-from circuits.die import Die
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 
 FIRST_DIE = 1000
 CLASSES = [c.value for c in tuning.NeuronClass]

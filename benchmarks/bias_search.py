@@ -26,12 +26,12 @@ import numpy as np
 
 from _report import Row, parser_of, report
 from circuits.bias import rebias
-from circuits.blocks import rebound_neuron
-from circuits.blocks.rebound_neuron import BLOCK, ROBUST_BIASES
-from circuits.blocks.tuning import TUNING_RTOL, NeuronClass, Tuning, tune, tuning_machine
+from circuits.blocks.sonar import rebound_neuron
+from circuits.blocks.sonar.rebound_neuron import BLOCK, ROBUST_BIASES
+from circuits.blocks.sonar.tuning import TUNING_RTOL, NeuronClass, Tuning, tune, tuning_machine
 from circuits.circuit import Circuit
-from circuits.die import Die
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from circuits.solver.transient import simulate
 

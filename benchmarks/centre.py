@@ -14,9 +14,9 @@ import time
 from collections.abc import Iterator
 
 from _report import Row, parser_of, report
-from system.commands.centre import Request, Result, run
-from system.silicon_choice import SiliconChoice
-from system.study.knob import options_of
+from system.cli.centre import Request, Result, run
+from system.options.silicon import SiliconChoice
+from system.study.search.knob import options_of
 from system.study.target import Subject
 
 WORKS = "class is works"

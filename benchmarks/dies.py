@@ -21,15 +21,15 @@ from functools import partial
 import numpy as np
 
 from _report import Row, parser_of, report
-from circuits.blocks import rebound_neuron
-from circuits.blocks.tuning import TUNING_RTOL, tune, tuning_machine
-from circuits.die import Die, mismatch
+from circuits.blocks.sonar import rebound_neuron
+from circuits.blocks.sonar.tuning import TUNING_RTOL, tune, tuning_machine
 from circuits.lowering.kernel import Machine, on_die, to_kernel
-from circuits.process import AMI_1500
+from circuits.silicon.die import Die, mismatch
+from circuits.silicon.process import AMI_1500
 from circuits.solver.batch import map_dies, rest_near
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import simulate
-from netlists.engine import upward_crossings
+from netlists.ngspice.engine import upward_crossings
 from rebound_neuron_transient import (
     SILICON,
     V_DD,

@@ -20,14 +20,14 @@ from dataclasses import replace
 import numpy as np
 
 from _report import Row, parser_of, report
-from circuits.die import Die
-from system.arena import Scene
-from system.arena_file import load_scene, scene_names
-from system.arena_geometry import collision, obstacles_of
-from system.dvs import Dvs, Segment, advance, open_eye, sensor_of
-from system.dvs_render import render
-from system.pushbot_drive import begin_run, go_on, steer
-from system.pushbot_robot import forward_of
+from circuits.silicon.die import Die
+from system.pushbot.body import forward_of
+from system.pushbot.drive import begin_run, go_on, steer
+from system.worlds.arena.file import load_scene, scene_names
+from system.worlds.arena.geometry import collision, obstacles_of
+from system.worlds.arena.scene import Scene
+from system.worlds.camera.render import render
+from system.worlds.camera.sensor import Dvs, Segment, advance, open_eye, sensor_of
 
 SPEED, LONGEST, CHUNK = 0.35, 2.0, 0.05  # m/s, s, s
 CLAIM = 30.0

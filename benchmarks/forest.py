@@ -29,16 +29,16 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from _report import Row, parser_of, report
-from circuits.die import NOMINAL, Die
-from circuits.silicon import Silicon
-from system.curved_openspace import Arcs, Bat, arcs_of
-from system.curved_openspace_kernel import fly
-from system.forest_flight import fly_sample, margin_of, planter
-from system.forest_map import OBSTACLES, SIDE, cells_of, plant
-from system.forest_reader import readings
-from system.forest_senses import EXACT, Sensing, senses_of
-from system.forest_senses_kernel import Senses
-from system.forest_state import PINGS, new_flight
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.silicon import Silicon
+from system.openspace.flight import fly_sample, margin_of, planter
+from system.openspace.kernel import fly
+from system.openspace.law import Arcs, Bat, arcs_of
+from system.openspace.map import OBSTACLES, SIDE, cells_of, plant
+from system.openspace.reader import readings
+from system.openspace.senses import EXACT, Sensing, senses_of
+from system.openspace.senses_kernel import Senses
+from system.openspace.state import PINGS, new_flight
 
 FIRST_SEED, MOST = 1000, 20_000
 CLAIM, CLAIM_THREADS, CLAIM_CHIPS = 400_000.0, 1.8, 20_000.0

@@ -27,7 +27,7 @@ from scipy.optimize import least_squares
 from _report import Row, parser_of, report
 from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
-from circuits.process import (
+from circuits.silicon.process import (
     AMI_1500,
     POLARITIES,
     Law,
@@ -37,8 +37,8 @@ from circuits.process import (
     at_temperature,
     thermal_voltage,
 )
-from netlists.foundry import read_mapping
-from netlists.foundry_deck import resized, sweep_gate
+from netlists.foundry.deck import resized, sweep_gate
+from netlists.foundry.process import read_mapping
 
 F64 = NDArray[np.float64]
 

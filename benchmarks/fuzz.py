@@ -189,7 +189,7 @@ def run_commands(cases: Iterable[int], seed: int) -> Tally:
 
 def _by_hand(words: Sequence[str], done: tuple[str, ...], folder: str) -> Reading:
     start = time.perf_counter()
-    command = [sys.executable, "-m", "system.command_line", *words]
+    command = [sys.executable, "-m", "system.cli.command_line", *words]
     try:
         found = subprocess.run(
             command, cwd=folder, capture_output=True, timeout=6.0 * SECONDS, check=False, errors="replace"

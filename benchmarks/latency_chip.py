@@ -20,17 +20,17 @@ from statistics import median
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips.latency_chip import LatencyChip, Said
-from chips.latency_model import usual_biases
-from chips.latency_unit_level import TransistorUnit
-from circuits.die import Die
-from circuits.silicon import Silicon
-from system.curved_openspace import DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
-from system.latency_bat import seen_from
-from system.latency_brain import network_brain
-from system.latency_chip_brain import ChipBrain, brain_with, design_of
-from system.latency_numbers import Numbers
-from system.latency_scene import HEADING, OBSTACLES, PING_RATE
+from chips.latency.chip import LatencyChip, Said
+from chips.latency.model import usual_biases
+from chips.latency.unit_level import TransistorUnit
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from system.openspace.law import DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
+from system.spiking_bat.bat import seen_from
+from system.spiking_bat.brain import network_brain
+from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
+from system.spiking_bat.numbers import Numbers
+from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE
 
 CLAIM = 100.0
 DIE = Die(number=1003)

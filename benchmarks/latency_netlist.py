@@ -19,21 +19,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from _report import Row, parser_of, report
-from chips.latency_chip import LatencyChip
-from chips.latency_circuit import CHIP, TIMER, Params, build, design_of
-from chips.latency_design import REACH
-from chips.latency_place import bench_at, standing
-from circuits.blocks import latency_unit
-from circuits.blocks.latency_parts import racing_cell
-from circuits.blocks.latency_tap import delay_tap
+from chips.latency.chip import LatencyChip
+from chips.latency.circuit import CHIP, TIMER, Params, build, design_of
+from chips.latency.design import REACH
+from chips.latency.place import bench_at, standing
+from circuits.blocks.latency import unit as latency_unit
+from circuits.blocks.latency.parts import racing_cell
+from circuits.blocks.latency.tap import delay_tap
 from circuits.circuit import Circuit
-from circuits.die import Die
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-from netlists import engine, ngspice
-from netlists.agreement import SOLVER_RTOL, started
-from netlists.ngspice_text import format_testbench
+from netlists.dialects.ngspice import format_testbench
+from netlists.ngspice import engine
+from netlists.ngspice import run as ngspice
+from netlists.ngspice.agreement import SOLVER_RTOL, started
 
 PARAMS = Params(paths=2, taps=2)
 DIE = Die(number=1003)

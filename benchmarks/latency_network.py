@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
-from chips.latency_network import Conductors, Integrators, Network, Spikes, new_state, run
-from system.curved_openspace import DIRECTIONS, Bat, arcs_of
-from system.latency_bat import echo_delay, goal_neuron, nearest_place, places, seen_from
-from system.latency_numbers import Numbers
-from system.latency_scene import HEADING, OBSTACLES, PING_RATE
-from system.latency_topology import published
+from system.openspace.law import DIRECTIONS, Bat, arcs_of
+from system.spiking_bat.bat import echo_delay, goal_neuron, nearest_place, places, seen_from
+from system.spiking_bat.network.network import Conductors, Integrators, Network, Spikes, new_state, run
+from system.spiking_bat.numbers import Numbers
+from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE
+from system.spiking_bat.topology import published
 
 I64 = NDArray[np.int64]
 

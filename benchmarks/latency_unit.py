@@ -19,12 +19,13 @@ from dataclasses import replace
 import numpy as np
 
 from _report import Row, parser_of, report
-from circuits.blocks import latency_layer, latency_unit
 from circuits.blocks.block import Block
-from circuits.silicon import Silicon
+from circuits.blocks.latency import layer as latency_layer
+from circuits.blocks.latency import unit as latency_unit
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from netlists import engine
-from netlists.agreement import SOLVER_RTOL, scaled_testbench
+from netlists.ngspice import engine
+from netlists.ngspice.agreement import SOLVER_RTOL, scaled_testbench
 
 UNIT, LAYER, QUICK = 0.15, 58e-3, 32e-3  # s
 ALLOWED = 10.0  # us

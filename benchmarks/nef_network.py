@@ -33,13 +33,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
-from chips.nef_build import Built, build
-from chips.nef_chip import NefChip
-from chips.nef_network import Connection, EnsembleArray, Network, Neurons, Probe, join
-from chips.nef_population import evaluate
-from chips.nef_simulation import Simulation
-from circuits.die import Die
-from system.bug_neural import network_of
+from chips.nef.build import Built, build
+from chips.nef.chip import NefChip
+from chips.nef.network.network import Connection, EnsembleArray, Network, Neurons, Probe, join
+from chips.nef.population import evaluate
+from chips.nef.simulation import Simulation
+from circuits.silicon.die import Die
+from system.bug.neural import network_of
 
 F64 = NDArray[np.float64]
 

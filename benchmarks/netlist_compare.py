@@ -13,13 +13,13 @@ from dataclasses import replace
 from _report import Row, parser_of, report
 from chips.registry import load_chip
 from circuits.circuit import Circuit, InstanceArray, Node
-from circuits.die import Die
 from circuits.registry import load_block
-from circuits.silicon import Deviation, Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
-from netlists.compare import compare
-from netlists.dialect import Settings, load_dialect
-from netlists.reader import Imported, read_netlist
+from netlists.compare.circuits import compare
+from netlists.read import Imported, read_netlist
+from netlists.registry import Settings, load_dialect
 
 NEURONS, QUICK_NEURONS = 1000, 100
 LIMITS = {"13 neurons": 5.0, "array": 30.0}  # s

@@ -18,13 +18,13 @@ from statistics import median
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips import ranging_chip
-from circuits.blocks import rebound_neuron
+from chips.ranging import circuit as ranging_chip
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
-from circuits.die import Die
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists.ngspice_text import format_testbench
+from netlists.dialects.ngspice import format_testbench
 
 ALLOWED = 5.0  # s
 NEURONS = 1000

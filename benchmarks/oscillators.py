@@ -24,13 +24,13 @@ from _report import Row, parser_of, report
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Device, Resistor, Source, Transistor
 from circuits.devices.source import Constant
-from circuits.die import Die
-from circuits.process import AMI_1500, Process
 from circuits.registry import load_block
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-from netlists import engine
+from netlists.ngspice import engine
 
 UM, PF = 1e-6, 1e-12
 DRIVE = 200e-12  # A, into the axon-hillock neuron

@@ -13,8 +13,8 @@ import sys
 import time
 
 from _report import Row, parser_of, report
-from circuits.die import Die
-from system.pushbot import Scenario, make_brain, run_with, scene_of
+from circuits.silicon.die import Die
+from system.pushbot.run import Scenario, make_brain, run_with, scene_of
 
 CLAIM = 10.0
 LONGEST = 6.0  # s of a run

@@ -28,20 +28,21 @@ import numpy as np
 
 from _report import Row, parser_of, report
 from circuits.bias import bias_voltages
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.devices import Capacitor, Source, Transistor
 from circuits.devices.source import Constant
-from circuits.die import Path
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources, to_kernel
-from circuits.process import TransistorAtTemperature
-from circuits.silicon import Silicon
+from circuits.silicon.die import Path
+from circuits.silicon.process import TransistorAtTemperature
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner, simulate
 from circuits.testbench import Testbench
-from netlists import law, ngspice
-from netlists.engine import upward_crossings
-from netlists.ngspice_text import format_device
+from netlists.dialects.ngspice import format_device
+from netlists.ngspice import run as ngspice
+from netlists.ngspice.engine import upward_crossings
+from netlists.write import law
 
 WITHIN = 1e-6  # s, of the reference
 SILICON = Silicon()

@@ -31,17 +31,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
-from chips.rolls_address import NEURONS
-from chips.rolls_calibration import code_for
-from chips.rolls_chip import STEP, ChipState, RollsChip, Spikes
-from chips.rolls_neuron_model import respond
-from chips.rolls_program import Program
-from chips.rolls_reference import filter_errors
-from chips.rolls_setups import QUIET, table
+from chips.rolls.calibration import code_for
+from chips.rolls.chip import STEP, ChipState, RollsChip, Spikes
+from chips.rolls.neuron.model import respond
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.program import Program
+from chips.rolls.setups.populations import QUIET, table
+from chips.rolls.synapse.reference import filter_errors
 from circuits.circuit import BiasKind
-from circuits.die import Die
-from circuits.process import ROLLS_180
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 
 F64 = NDArray[np.float64]
 

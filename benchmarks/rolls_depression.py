@@ -18,14 +18,14 @@ from dataclasses import replace
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips.rolls_address import NEURONS
-from chips.rolls_chip import RollsChip
-from chips.rolls_depression_program import STEP_BIAS, ShortTermDepression
-from chips.rolls_program import Program
-from circuits.blocks.depressing_synapse import STEP
-from circuits.die import Die
-from circuits.process import ROLLS_180
-from circuits.silicon import Silicon
+from chips.rolls.chip import RollsChip
+from chips.rolls.depression.program import STEP_BIAS, ShortTermDepression
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.program import Program
+from circuits.blocks.rolls.depressing_synapse import STEP
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 from rolls_chip import program
 
 CLAIM = 25.0  # times real time, all synapses depressed

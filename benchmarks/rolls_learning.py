@@ -19,16 +19,16 @@ from dataclasses import replace
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips.rolls_address import NEURONS
-from chips.rolls_calibration import code_for
-from chips.rolls_chip import RollsChip
-from chips.rolls_learning import Task, chips_of, learning_biases, teach
-from chips.rolls_plastic_program import PlasticArray
-from chips.rolls_program import Program
-from chips.rolls_setups import table
-from circuits.die import Die
-from circuits.process import ROLLS_180
-from circuits.silicon import Silicon
+from chips.rolls.calibration import code_for
+from chips.rolls.chip import RollsChip
+from chips.rolls.plastic.program import PlasticArray
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.program import Program
+from chips.rolls.setups.learning import Task, chips_of, learning_biases, teach
+from chips.rolls.setups.populations import table
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 
 CLAIM = 30.0
 DIE = 1000

@@ -20,16 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
-from chips import rolls_neuron_model, rolls_synapse_model
-from chips.rolls_kernel import Neurons
+from chips.rolls.neuron import model as rolls_neuron_model
+from chips.rolls.neuron.kernel import Neurons
+from chips.rolls.synapse import model as rolls_synapse_model
 from circuits.bias import rebias
-from circuits.blocks import dpi_synapse, rolls_neuron
 from circuits.blocks.block import Block
+from circuits.blocks.rolls import dpi_synapse
+from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
-from circuits.die import Die
 from circuits.errors import SolverError
-from circuits.process import ROLLS_180, thermal_voltage
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 

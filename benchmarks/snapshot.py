@@ -116,7 +116,7 @@ def commands(checkout: Path) -> list[str]:
 
 def answer(command: str, checkout: Path) -> Answer:
     """Run a command with the packages of a checkout, in a folder of its own."""
-    code = "import sys; from system.command_line import main; sys.exit(main())"
+    code = "import sys; from system.cli.command_line import main; sys.exit(main())"
     environment = {**os.environ, "PYTHONPATH": str(checkout), "MPLBACKEND": "Agg"}
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
-from circuits.blocks import rebound_neuron
-from circuits.die import Die
+from circuits.blocks.sonar import rebound_neuron
 from circuits.lowering.kernel import on_die, to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import DEFAULT_RTOL, simulate
 

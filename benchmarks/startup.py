@@ -15,7 +15,7 @@ from statistics import median
 
 from _report import Row, parser_of, report
 
-COMMAND = [sys.executable, "-c", "import sys; from system.command_line import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-c", "import sys; from system.cli.command_line import main; sys.exit(main())"]
 
 
 def seconds(arguments: list[str], environment: dict[str, str] | None = None) -> float:

@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
-from circuits.die import Die
-from system.silicon_choice import SiliconChoice
-from system.study.breakdown import Breakdown, breakdowns
-from system.study.contribution import device, grouped
+from circuits.silicon.die import Die
+from system.options.silicon import SiliconChoice
 from system.study.engine import dies_of, on_threads, run_study
 from system.study.manifest import Study
 from system.study.plan import Plan
-from system.study.sensitivity import measure_rows
+from system.study.search.breakdown import Breakdown, breakdowns
+from system.study.search.sensitivity import measure_rows
+from system.study.statistics.contribution import device, grouped
 from system.study.table import Condition, Table
 from system.study.target import Subject, Target, open_target
 

@@ -18,16 +18,16 @@ from pathlib import Path
 import numpy as np
 
 from _report import Row, parser_of, report
-from circuits.blocks import rebound_neuron, tuning
-from circuits.die import Die
+from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.lowering.kernel import Machine
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
-from system.silicon_choice import SiliconChoice
+from system.options.silicon import SiliconChoice
 from system.study.engine import on_threads, run_study
 from system.study.manifest import Study
 from system.study.plan import Plan
-from system.study.summary import summarise
+from system.study.statistics.summary import summarise
 from system.study.table import Condition, Table
 from system.study.target import Subject
 

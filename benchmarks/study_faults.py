@@ -25,7 +25,7 @@ import psutil
 
 from _report import Row, parser_of, report
 
-COMMAND = [sys.executable, "-c", "import sys; from system.command_line import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-c", "import sys; from system.cli.command_line import main; sys.exit(main())"]
 STUDY = ["montecarlo", "rebound-neuron", "--metric", "t_inh", "-n", "24", "--chunk", "2"]
 HANDS = (("--threads", "2"), ("--workers", "2"))
 VICTIMS = ("parent", "worker", "tree")

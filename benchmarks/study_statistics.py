@@ -26,8 +26,13 @@ from scipy.optimize import brentq
 
 from _report import Row, parser_of, report
 from circuits.errors import SolverError
-from system.study.confidence_sequence import StopRule, first_stop, log_martingale, sequence_interval
-from system.study.interval import (
+from system.study.statistics.confidence_sequence import (
+    StopRule,
+    first_stop,
+    log_martingale,
+    sequence_interval,
+)
+from system.study.statistics.interval import (
     Interval,
     clopper_pearson,
     mean_interval,
@@ -35,8 +40,8 @@ from system.study.interval import (
     sigma_interval,
     skew_interval,
 )
-from system.study.mean_shift import mean_shift
-from system.study.scaled_sigma import scaled_sigma
+from system.study.statistics.mean_shift import mean_shift
+from system.study.statistics.scaled_sigma import scaled_sigma
 
 F64 = NDArray[np.float64]
 

@@ -32,12 +32,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from _report import Row, parser_of, report
-from chips.axon_graph import AxonGraph, grid_graph
-from chips.wave_kernel import Waves, graph_wave, graph_waves, integer_wave, real_wave
-from chips.wavefront_model import chip_model, dies_delays
-from chips.wavefront_readout import pointer_path
-from circuits.die import Die
-from circuits.silicon import Silicon
+from chips.wavefront.axon_graph import AxonGraph, grid_graph
+from chips.wavefront.kernel import Waves, graph_wave, graph_waves, integer_wave, real_wave
+from chips.wavefront.model import chip_model, dies_delays
+from chips.wavefront.readout import pointer_path
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -17,7 +17,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline, Sampled, Waveform
 from circuits.errors import TopologyError
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import DEFAULT_RTOL, Runner, State
 from circuits.testbench import Testbench

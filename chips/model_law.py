@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from circuits.errors import ParameterError
-from circuits.process import POLARITIES, Process
+from circuits.silicon.process import POLARITIES, Process
 
 
 def check_law(process: Process) -> None:

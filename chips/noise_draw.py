@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from circuits.die import philox
-from circuits.noise import NoiseModel
-from circuits.solver.noise_transient import LOWEST_FREQUENCY, noise_keys
+from circuits.devices.noise import NoiseModel
+from circuits.silicon.die import philox
+from circuits.solver.noise.transient import LOWEST_FREQUENCY, noise_keys
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from circuits.blocks.block import Block
 
 CHIPS: dict[str, str] = {
-    "ranging-chip": "chips.ranging_chip:CHIP",
-    "ranging-chip-biased": "chips.ranging_chip:BIASED_CHIP",
-    "wavefront-chip": "circuits.blocks.wavefront_grid:CHIP",
-    "latency-chip": "chips.latency_circuit:CHIP",
+    "ranging-chip": "chips.ranging.circuit:CHIP",
+    "ranging-chip-biased": "chips.ranging.circuit:BIASED_CHIP",
+    "wavefront-chip": "circuits.blocks.wavefront.grid:CHIP",
+    "latency-chip": "chips.latency.circuit:CHIP",
 }
 
 

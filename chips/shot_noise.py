@@ -1,7 +1,7 @@
 """White noise and flicker of a saturated transistor's current, as shares of what it has in weak inversion.
 
-With `I = I_S L^2`, L = ln(1 + e^(u/2)), the channel's white density (`circuits.noise`, without a reverse
-component) and how steeply the current follows its gate are
+With `I = I_S L^2`, L = ln(1 + e^(u/2)), the channel's white density (`circuits.devices.noise`, without a
+reverse component) and how steeply the current follows its gate are
 
     S = 2 q I phi(L),    phi = (4 / L^4) [L^3 / 3 - 2 + e^-L (L^2 + 2 L + 2)]
     d ln I / dv_G = (kappa / U_T) psi(L),    psi = (1 - e^-L) / L
@@ -18,12 +18,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chips.rebound_jitter import SiliconNoise, mean_variance
+from chips.ranging.noise import SiliconNoise, mean_variance
 from circuits.compiled import compiled
-from circuits.noise import gate_flicker, noise_model
-from circuits.process import Polarity
-from circuits.silicon import Silicon
-from circuits.solver.noise_transient import relaxations
+from circuits.devices.noise import gate_flicker, noise_model
+from circuits.silicon.process import Polarity
+from circuits.silicon.silicon import Silicon
+from circuits.solver.noise.transient import relaxations
 
 F64 = NDArray[np.float64]
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from circuits.circuit import Bias, BiasKind, Circuit
 from circuits.devices.softplus import inverse_softplus
 from circuits.devices.transistor import Transistor, drain_current
-from circuits.die import NOMINAL
 from circuits.errors import ParameterError, TopologyError
 from circuits.place import bias_path
-from circuits.process import TransistorAtTemperature, at_temperature, kelvin
-from circuits.silicon import Silicon
+from circuits.silicon.die import NOMINAL
+from circuits.silicon.process import TransistorAtTemperature, at_temperature, kelvin
+from circuits.silicon.silicon import Silicon
 
 
 def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:

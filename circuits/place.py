@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Shape, split_reference
-from circuits.die import Place
 from circuits.errors import UnknownNameError, unknown_name
+from circuits.silicon.die import Place
 
 
 def circuit_at(chip: Circuit, path: Sequence[tuple[str, Shape]]) -> tuple[Circuit, Place]:

@@ -8,7 +8,7 @@ Before a unit a prefix is SI, and case counts: `1MHz` is 1e6 Hz, `1mHz` is 1e-3 
 sign. A prefix may stand alone (`600f` on a capacitance, `2k` on a plain number); there `Meg` in any case is
 mega, and `M`, which is mega to SI and milli to SPICE, is refused. So are a number alone where there is a
 unit, zero and degrees Celsius apart, and a bare `F`, which is femto to SPICE and farad to everyone else.
-What netlists mean by the same letters is in `netlists.reader.number`, and holds there only.
+What netlists mean by the same letters is in `netlists.read.number`, and holds there only.
 
 quantiphy was tried in its place: it takes `40V` for a current, `12min` as 12 thousandths of an "in", `1Meg`
 as 1e6 of an "eg" and `3m` on a length as 3 mm, so that every check here would stay around it.

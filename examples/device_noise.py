@@ -6,12 +6,12 @@ import numpy as np
 
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Source, Transistor
+from circuits.devices.noise import WHITE_ONLY
 from circuits.devices.source import Constant
 from circuits.lowering.kernel import to_kernel
-from circuits.noise import WHITE_ONLY
-from circuits.process import BOLTZMANN
-from circuits.solver.noise_analysis import noise
-from circuits.solver.noise_transient import NoiseRun, simulate_noisy
+from circuits.silicon.process import BOLTZMANN
+from circuits.solver.noise.analysis import noise
+from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 from circuits.solver.operating_point import operating_point
 from circuits.solver.small_signal import frequency_grid, linearise
 from circuits.testbench import Testbench

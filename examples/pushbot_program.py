@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from chips.pushbot_network import NOTEBOOK, pushbot_network
-from chips.rolls_network import network_program
-from chips.rolls_words import input_words, program_of_words, program_words, programming_time
+from chips.rolls.program.network import network_program
+from chips.rolls.program.words import input_words, program_of_words, program_words, programming_time
+from system.pushbot.network.plain import NOTEBOOK, pushbot_network
 
 
 def main() -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import networkx as nx
 import numpy as np
 
-from chips.wavefront_chip import ChipCells
-from circuits.die import Die
-from circuits.silicon import Silicon
-from system.topological_map import plan_places, scatter_places
+from chips.wavefront.chip import ChipCells
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from system.rover.topological_map import plan_places, scatter_places
 
 
 def main() -> None:

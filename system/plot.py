@@ -24,7 +24,7 @@ from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
 from circuits.solver.transient import Result
-from system.files import check_folder, replace_atomic
+from system.files.writing import check_folder, replace_atomic
 
 SUFFIXES = ("png", "svg", "pdf")
 MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible

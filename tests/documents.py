@@ -16,7 +16,7 @@ from pathlib import Path
 
 from circuits.errors import ParameterError
 from system.registry import load_experiment, load_system, system_names
-from system.study.breakdown import FEWEST
+from system.study.search.breakdown import FEWEST
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

@@ -23,9 +23,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from netlists.ngspice_library import find_library
-from system import command_options
-from system.command_line import INTERRUPTED, app, main
+from netlists.ngspice.library import find_library
+from system.cli import command_options
+from system.cli.command_line import INTERRUPTED, app, main
 from tests.documents import (
     COMMAND,
     DOCUMENTS,

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from system.command_line import BAD_INPUT, main
+from system.cli.command_line import BAD_INPUT, main
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = {"netlist": 300}

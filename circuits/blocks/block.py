@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from circuits.circuit import Circuit
-from circuits.process import AMI_1500, Process
-from circuits.silicon import Silicon
+from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 

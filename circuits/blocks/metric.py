@@ -8,7 +8,7 @@ from typing import Any
 
 from circuits.circuit import Circuit
 from circuits.lowering.kernel import Machine
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 
 
 @dataclass(frozen=True, slots=True)

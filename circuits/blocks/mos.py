@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from circuits.devices import Transistor
-from circuits.process import Polarity
+from circuits.silicon.process import Polarity
 
 UM = 1e-6
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from circuits.process import Process
-from circuits.silicon import Silicon
+from circuits.silicon.process import Process
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
 

@@ -26,7 +26,7 @@ from circuits.checks import require_choice
 from circuits.compiled import compiled
 from circuits.devices.device import Device, require_positive
 from circuits.devices.softplus import LIMIT, exp_negative, softplus
-from circuits.process import POLARITIES, Polarity, TransistorAtTemperature, TransistorModel
+from circuits.silicon.process import POLARITIES, Polarity, TransistorAtTemperature, TransistorModel
 
 F64 = NDArray[np.float64]
 

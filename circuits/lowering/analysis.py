@@ -16,7 +16,7 @@ from circuits.devices.device import Device
 from circuits.devices.transistor import capacitances
 from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 
 F64 = NDArray[np.float64]
 Pairs = dict[tuple[int, int], F64]

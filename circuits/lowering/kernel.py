@@ -22,13 +22,13 @@ from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, 
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, Polyline, Sampled, polyline
 from circuits.devices.transistor import TransistorArrays, capacitances, merge_arrays, transistor_arrays
-from circuits.die import Die
 from circuits.errors import TopologyError
 from circuits.lowering.check import check_flat, check_supplies
 from circuits.lowering.factor import Factor, elimination_order, factor_program
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
-from circuits.process import POLARITIES
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import POLARITIES
+from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 
 F64 = NDArray[np.float64]

@@ -1,7 +1,7 @@
 """What varies on a die of a circuit: the standard normals behind its transistors, labelled and drawn.
 
 Two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where its
-process varies. Labels are those of `circuits.sampling`.
+process varies. Labels are those of `circuits.silicon.sampling`.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.devices import Transistor
-from circuits.die import PARAMETERS, SHARED_PLACE, Die, Path, Place, standard_normals
 from circuits.lowering.flatten import FlatCircuit
-from circuits.process import POLARITIES
-from circuits.sampling import labels
-from circuits.silicon import Silicon
+from circuits.silicon.die import PARAMETERS, SHARED_PLACE, Die, Path, Place, standard_normals
+from circuits.silicon.process import POLARITIES
+from circuits.silicon.sampling import labels
+from circuits.silicon.silicon import Silicon
 
 F64 = NDArray[np.float64]
 

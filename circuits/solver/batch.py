@@ -14,9 +14,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from circuits.die import Die
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, on_die
+from circuits.silicon.die import Die
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 
 T = TypeVar("T")

@@ -24,7 +24,7 @@ from circuits.devices.source import polyline
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.flatten import FlatCircuit
 from circuits.lowering.kernel import Machine, complete_sources, to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.modes import unstable_part
 from circuits.solver.newton import allocate, newton

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.compiled import compiled
-from circuits.die import NOMINAL
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Kernel, Machine, on_die, to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.die import NOMINAL
+from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.modes import ROUNDING, natural_rates
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base

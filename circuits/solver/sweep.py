@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from circuits.devices.source import vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench

@@ -18,7 +18,7 @@ from circuits.devices.source import Polyline, vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
 from circuits.lowering.supply import spike_levels
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.solver import integrate as core
 from circuits.solver.beginning import Beginning, Disturbance, Disturbed, beginning
 from circuits.solver.newton import Work, allocate

@@ -1,1 +1,1 @@
-"""Statistics of Monte Carlo studies: plain functions of arrays, with randomness as an argument."""
+"""Studies: one engine for Monte Carlo and campaigns, what it measures, and its files."""

@@ -10,13 +10,13 @@ import dask
 from distributed import Client, KilledWorker, LocalCluster
 
 from circuits.errors import ParameterError, SolverError
-from system.campaign import Hands, One
-from system.campaign_file import Found, Key
-from system.files import temporary_folder
+from system.files.writing import temporary_folder
 from system.notice import warn_in_a_line
+from system.study.campaign import Hands, One
+from system.study.campaign_file import Found, Key
 from system.study.engine import AHEAD, MOST_WORKERS, Handed, Submit, measure_dies
 from system.study.manifest import Study
-from system.waiting import Work, interrupts
+from system.study.waiting import Work, interrupts
 
 RETRIES = 3  # of a chunk whose worker died
 NO_PAGES: dict[str, list[str]] = {

@@ -19,15 +19,15 @@ from threading import Event
 
 import numpy as np
 
-from circuits.die import Die
 from circuits.errors import ParameterError
-from system.options import read_die
+from circuits.silicon.die import Die
+from system.options.block import read_die
 from system.study.folder import StudyFiles, keep_chunk, keep_samples, known_chunk, open_folder
 from system.study.manifest import Study
 from system.study.plan import sampling
 from system.study.table import Table, empty, join
 from system.study.target import Target, measure_safely, open_target
-from system.waiting import Work, check, interrupts, outcome_of
+from system.study.waiting import Work, check, interrupts, outcome_of
 
 AHEAD = 2  # chunks a worker that are handed out before they are asked for
 MOST_WORKERS = 1024  # threads or processes; ours

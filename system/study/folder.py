@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from circuits.errors import DataError, ParameterError
-from system.claim import claimed
-from system.files import sweep_hidden
+from system.files.claim import claimed
+from system.files.writing import sweep_hidden
 from system.study.manifest import FILE, Study, check_same, describe, read_manifest, study_key, write_manifest
 from system.study.table import Table, join, read_table, write_table
 from system.study.target import open_target

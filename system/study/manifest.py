@@ -20,8 +20,8 @@ import msgspec
 
 from circuits.brief import stated
 from circuits.errors import DataError, ParameterError
-from system.document import document_bytes, from_json
-from system.files import write_text_atomic
+from system.files.document import document_bytes, from_json
+from system.files.writing import write_text_atomic
 from system.study.metric import is_own
 from system.study.plan import Plan
 from system.study.table import MOST, Condition

@@ -21,9 +21,9 @@ from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.registry import load_metric, metric_names
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
-from system.options import Choice
+from system.options.block import Choice
 from system.registry import unknown
 
 MEASURED = "measured"

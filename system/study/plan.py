@@ -20,7 +20,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from circuits.errors import ParameterError
-from circuits.sampling import Sampling
+from circuits.silicon.sampling import Sampling
 
 F64 = NDArray[np.float64]
 

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from circuits.die import Die
 from circuits.errors import DataError, ParameterError
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
-from system.options import Choice
+from system.options.block import Choice
 from system.study.engine import dies_of
 from system.study.folder import study_table
 from system.study.manifest import Study, read_dies, read_study

@@ -22,10 +22,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from circuits.die import CORNERS
 from circuits.errors import DataError, ParameterError
-from circuits.process import check_temperature
-from system.files import write_netcdf_atomic
+from circuits.silicon.die import CORNERS
+from circuits.silicon.process import check_temperature
+from system.files.writing import write_netcdf_atomic
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

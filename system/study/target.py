@@ -23,17 +23,17 @@ from numpy.typing import NDArray
 
 from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
-from circuits.die import NOMINAL, Die
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.variation import variation_draws, variation_labels
+from circuits.silicon.die import NOMINAL, Die
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
-from system.begin_choice import FREE, BeginChoice
-from system.begun import begun
-from system.options import choose
+from system.options.begin import FREE, BeginChoice
+from system.options.begun import begun
+from system.options.block import choose
+from system.options.silicon import SiliconChoice
 from system.registry import SYSTEMS, load_system, system_names, unknown
-from system.silicon_choice import SiliconChoice
 from system.study.metric import MEASURED, measurements, metrics_of, runs_testbench
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
@@ -47,7 +47,7 @@ Option = str | int | float | bool | tuple[float, ...] | None
 class Subject:
     """Target, its options as on the command line, and the names of the metrics.
 
-    `held`, `begin`: where the runs of a block begin (`system.begin_choice`).
+    `held`, `begin`: where the runs of a block begin (`system.options.begin`).
     """
 
     target: str

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from netlists.ngspice_library import find_library
+from netlists.ngspice.library import find_library
 
 
 @pytest.fixture

@@ -22,15 +22,15 @@ from circuits.devices import (
 )
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Sampled
-from circuits.die import Die
-from circuits.process import AMI_1500, Process
 from circuits.registry import block_names, load_block
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.silicon import Silicon
 from circuits.solver import operating_point as native
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-from netlists import agreement, engine
-from netlists.agreement import compare
+from netlists.ngspice import agreement, engine
+from netlists.ngspice.agreement import compare
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
 

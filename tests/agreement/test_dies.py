@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from chips import ranging_chip
+from chips.ranging import circuit as ranging_chip
 from circuits.bias import rebias
-from circuits.blocks.tuning import tuning_machine
-from circuits.die import Die
+from circuits.blocks.sonar.tuning import tuning_machine
 from circuits.place import circuit_at
 from circuits.registry import load_block
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
-from netlists import engine
-from netlists.agreement import OPERATING_POINT, compare
+from netlists.ngspice import engine
+from netlists.ngspice.agreement import OPERATING_POINT, compare
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from circuits.die import Die
+from circuits.silicon.die import Die
 from tests.circuits.solver.oscillators import OSCILLATORS
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chips.rolls_bias_file import default_biases
-from chips.rolls_cut import cut_row, silicon_of
-from chips.rolls_cut import testbench as bench_of
-from chips.rolls_program import Program
-from circuits.blocks.rebound_neuron import pulse
+from chips.rolls.cut import cut_row, silicon_of
+from chips.rolls.cut import testbench as bench_of
+from chips.rolls.program.bias_file import default_biases
+from chips.rolls.program.program import Program
 from circuits.blocks.rest import started_at_rest
-from circuits.die import Die
-from circuits.process import ROLLS_180
-from circuits.silicon import Silicon
+from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from netlists import engine
+from netlists.ngspice import engine
 
 STOP = 0.14e-3  # s
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from circuits.blocks.wavefront_grid import Params, build, plan_testbench
-from circuits.die import Die
-from circuits.silicon import Silicon
+from circuits.blocks.wavefront.grid import Params, build, plan_testbench
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from netlists import engine
-from netlists.agreement import OPERATING_POINT, SPIKE_TIME, started
+from netlists.ngspice import engine
+from netlists.ngspice.agreement import OPERATING_POINT, SPIKE_TIME, started
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
 

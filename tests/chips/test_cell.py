@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Cell, CellState, add_pulse
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import TopologyError
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
 CALL, ECHO = 1e-3, 7.4e-3

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from chips.cell import Cell
-from circuits.process import AMI_1500
-from circuits.silicon import Silicon
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
 from circuits.solver.beginning import Disturbed
 from tests.circuits.solver.oscillators import OSCILLATORS
 

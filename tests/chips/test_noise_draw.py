@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chips.noise_draw import bring, draw, new_draws, new_slow, octave_weight
-from circuits.noise import WHITE_ONLY, NoiseModel
+from circuits.devices.noise import WHITE_ONLY, NoiseModel
 
 ONE = NoiseModel(1e-24, 1e-24)
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from chips.rebound_jitter import SiliconNoise
+from chips.ranging.noise import SiliconNoise
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
-from circuits.noise import WHITE_ONLY
-from circuits.silicon import Silicon
+from circuits.devices.noise import WHITE_ONLY
+from circuits.silicon.silicon import Silicon
 
 
 @pytest.mark.parametrize("root", [1e-3, 0.049, 0.051, 0.7, 3.0, 20.0])
 def test_the_share_is_the_integral_of_the_laws_noise(root):
-    """S = 4 k T G with G of `circuits.noise`, over 2 q I, at L_r = 0."""
+    """S = 4 k T G with G of `circuits.devices.noise`, over 2 q I, at L_r = 0."""
     mean = quad(lambda t: (root * t) ** 2 * -np.expm1(-root * t), 0.0, 1.0)[0]
     assert shot_share(root**2, 1.0) == pytest.approx(4.0 * mean / root**3, rel=1e-5)
 

@@ -10,14 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circuits.bias import bias_voltages, die_current, gate_voltage, rebias
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Bias, BiasKind, Circuit, Port
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
-from circuits.die import Die
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
-from circuits.process import AMI_1500, Law, Polarity, at_temperature
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Law, Polarity, at_temperature
+from circuits.silicon.silicon import Silicon
 
 UM = 1e-6
 CURRENTS = st.floats(min_value=-13.0, max_value=-4.0).map(lambda x: 10.0**x)  # 0.1 pA to 100 uA

@@ -16,10 +16,10 @@ from circuits.checks import (
     require_reals,
 )
 from circuits.devices import Capacitor
-from circuits.die import Die
 from circuits.errors import ParameterError
-from circuits.process import AMI_1500, Process, TransistorModel
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Process, TransistorModel
+from circuits.silicon.silicon import Silicon
 
 
 @pytest.mark.parametrize("unit", LIMITS)

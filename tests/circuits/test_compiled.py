@@ -10,7 +10,7 @@ from typing import Any
 import numba
 import pytest
 
-from chips.ranging_kernel import on_call
+from chips.ranging.kernel import on_call
 from circuits.compiled import compiled, source_stamp
 from circuits.solver.integrate import integrate
 

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chips import ranging_chip
+from chips.ranging import circuit as ranging_chip
 from circuits.bias import bias_voltages, rebias
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Instance, InstanceArray, Port
 from circuits.devices import Resistor, Source, Transistor
 from circuits.devices.source import Constant
-from circuits.die import Die
 from circuits.errors import UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
 

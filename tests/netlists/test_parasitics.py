@@ -11,12 +11,12 @@ from circuits.circuit import Circuit, InstanceArray, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import PiecewiseLinear
 from circuits.registry import load_block
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists import ngspice
-from netlists.dialect import Settings, load_dialect
-from netlists.engine import node_names
+from netlists.ngspice import run as ngspice
+from netlists.ngspice.engine import node_names
 from netlists.parasitics import read_parasitics
+from netlists.registry import Settings, load_dialect
 
 BLOCK = load_block("rebound-neuron")
 CIRCUIT = BLOCK.build(BLOCK.params())

@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from circuits.blocks import rebound_equations as eq
-from circuits.blocks.rebound_equation_table import EQUATIONS, Equation
-from circuits.blocks.rebound_equations import ReboundParameters
+from circuits.blocks.sonar import rebound_equations as eq
+from circuits.blocks.sonar.rebound_equation_table import EQUATIONS, Equation
+from circuits.blocks.sonar.rebound_equations import ReboundParameters
 from circuits.errors import ParameterError
 
 U_T = 25.85e-3  # V

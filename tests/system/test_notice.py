@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from circuits.lowering.kernel import Machine
-from system.command_line import main
-from system.commands import listing
+from system.cli import listing
+from system.cli.command_line import main
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -32,7 +32,7 @@ def test_a_warning_is_one_line_on_stderr(
 
 def test_deaf_neurons_are_told_in_a_line() -> None:
     options = ["run", "approach", "--die", "1072", "--level", "behavioural", "--duration", "1ms"]
-    command = [sys.executable, "-m", "system.command_line", *options]
+    command = [sys.executable, "-m", "system.cli.command_line", *options]
     child = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     assert child.stderr.startswith("noctule: warning: ")
     assert "rest margin -0.026 V" in child.stderr
@@ -46,7 +46,7 @@ def deaf(machine: Machine) -> float:
 
 def test_processes_of_a_study_warn_in_a_line_too() -> None:
     options = ["--metric", "tests.system.test_notice:deaf", "-n", "2", "--workers", "1", "--chunk", "1"]
-    command = [sys.executable, "-m", "system.command_line", "montecarlo", "rebound-neuron", *options]
+    command = [sys.executable, "-m", "system.cli.command_line", "montecarlo", "rebound-neuron", *options]
     child = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     told = sorted(line for line in child.stderr.splitlines() if "deaf" in line)
     assert told == ["noctule: warning: deaf die 1000", "noctule: warning: deaf die 1001"]

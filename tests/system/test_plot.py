@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from chips.ranging_chip import CHIP
-from circuits.blocks.rebound_neuron import BLOCK
+from chips.ranging.circuit import CHIP
+from circuits.blocks.sonar.rebound_neuron import BLOCK
 from circuits.errors import DataError, ParameterError
 from system.plot import check_picture, draw_circuit, draw_waveform, mark_spikes, save_picture
 

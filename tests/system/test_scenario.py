@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from circuits.die import Die
 from circuits.errors import ParameterError, UnknownNameError
-from system.curved_openspace import Bat
-from system.forest_senses import Sensing
+from circuits.silicon.die import Die
+from system.car.numbers import Mind, Robot
+from system.head.numbers import Motion, SonarHead
+from system.openspace.law import Bat
+from system.openspace.senses import Sensing
 from system.registry import SYSTEMS, load_system
-from system.robot_numbers import Mind, Robot
-from system.rover_robot import Rover
-from system.sonar_head_numbers import Motion, SonarHead
-from system.targets import default_scene
+from system.rover.body import Rover
+from system.worlds.sound.targets import default_scene
 
 DIE = {"die": Die(number=1003), "seed": 3}
 WARM = {**DIE, "temperature_c": 30.0}

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from circuits.die import Die
-from system.command_line import main
-from system.forest import Scenario
-from system.forest_senses import Sensing
+from circuits.silicon.die import Die
+from system.cli.command_line import main
+from system.forest.run import Scenario
+from system.openspace.senses import Sensing
 from system.registry import SYSTEMS, load_system
 from system.system import ENTRIES, METRICS, Account, headline, summary_of
 

@@ -21,7 +21,7 @@ from circuits.devices import (
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering import analysis, graph, kernel
-from netlists.dialect import dialect_names, load_dialect
+from netlists.registry import dialect_names, load_dialect
 
 EXAMPLES: dict[type[Device], Device] = {
     Transistor: Transistor("m", "n", "d", "g", "s", "0", 1e-6, 1e-6),

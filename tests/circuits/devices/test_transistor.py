@@ -19,7 +19,13 @@ from circuits.devices.transistor import (
     transistor_work,
 )
 from circuits.errors import ParameterError
-from circuits.process import AMI_1500, Polarity, TransistorAtTemperature, TransistorModel, at_temperature
+from circuits.silicon.process import (
+    AMI_1500,
+    Polarity,
+    TransistorAtTemperature,
+    TransistorModel,
+    at_temperature,
+)
 
 F64 = NDArray[np.float64]
 UM = 1e-6

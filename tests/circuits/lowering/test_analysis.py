@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.devices import DEVICE_TYPES, Transistor
 from circuits.errors import UnknownNameError
 from circuits.lowering.analysis import node_capacitance, node_capacitances, to_equation
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.silicon import Silicon
 
 
 @pytest.mark.parametrize("device", DEVICE_TYPES, ids=lambda d: d.__name__)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import (
     Capacitor,

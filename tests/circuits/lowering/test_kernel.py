@@ -20,8 +20,8 @@ from circuits.devices.device import Device as Base
 from circuits.devices.source import Constant, Sampled
 from circuits.lowering.flatten import flatten
 from circuits.lowering.kernel import Machine, add_device, to_kernel
-from circuits.process import AMI_1500, Process
-from circuits.silicon import Silicon
+from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.silicon import Silicon
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import write_dense
 from circuits.solver.power import _conduction

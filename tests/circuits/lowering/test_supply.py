@@ -13,9 +13,9 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.lowering.supply import half_supply, spike_levels
-from circuits.process import AMI_1500
 from circuits.registry import block_names, load_block
-from circuits.silicon import Silicon
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from tests.circuits.solver.oscillators import OSCILLATORS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Device, Resistor, Source, Transistor
 from circuits.devices.source import Constant, Waveform

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from circuits.bias import rebias
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Port
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, Driven
-from circuits.die import Die
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
-from circuits.process import AMI_1500
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import machines, map_dies, rest_near, samples
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner

@@ -10,14 +10,14 @@ import pytest
 from circuits.circuit import Circuit, Instance, InstanceArray, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant
-from circuits.die import Die
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.registry import block_names, load_block
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from circuits.solver.beginning import Disturbed, beginning, disturbance
-from circuits.solver.noise_transient import NoiseRun, simulate_noisy
+from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 from circuits.solver.operating_point import NUDGE, operating_point
 from circuits.solver.transient import Runner, simulate
 from circuits.testbench import Testbench

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Resistor, Source, Transistor
 from circuits.devices.source import Constant
-from circuits.die import Die
-from circuits.process import AMI_1500, Polarity, Process
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Polarity, Process
+from circuits.silicon.silicon import Silicon
 from circuits.solver.device_table import TransistorTable, resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.testbench import Testbench

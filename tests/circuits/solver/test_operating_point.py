@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from circuits.bias import rebias
-from circuits.blocks import rebound_neuron
+from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Port
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
-from circuits.die import Die
 from circuits.errors import SolverError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.modes import natural_rates
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import (

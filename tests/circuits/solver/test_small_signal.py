@@ -9,8 +9,8 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
-from circuits.process import AMI_1500
-from circuits.silicon import Silicon
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.small_signal import ac, frequency_grid, linearise
 from circuits.solver.sweep import dc_sweep

@@ -10,8 +10,8 @@ from circuits.devices import Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, SolverError, UnknownNameError
-from circuits.process import AMI_1500, at_temperature
-from circuits.silicon import Silicon
+from circuits.silicon.process import AMI_1500, at_temperature
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.sweep import dc_sweep
 from circuits.testbench import Testbench

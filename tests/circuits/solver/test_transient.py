@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Polyline, Pulse, Sampled
-from circuits.die import Die
 from circuits.errors import ParameterError, SolverError, UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon import Silicon
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.outcome import Outcome
 from circuits.solver.power import delivered_energy, supply_power

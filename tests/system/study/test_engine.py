@@ -18,7 +18,7 @@ import pytest
 
 from circuits.errors import DataError, ParameterError
 from circuits.lowering.kernel import Machine
-from system.silicon_choice import SiliconChoice
+from system.options.silicon import SiliconChoice
 from system.study import folder as study_folder
 from system.study.engine import Outcome, on_threads, run_study
 from system.study.folder import CHUNKS, study_table

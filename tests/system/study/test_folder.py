@@ -17,8 +17,8 @@ import pytest
 import xarray as xr
 
 from circuits.errors import DataError, ParameterError
-from system.claim import claimed
-from system.command_line import main
+from system.cli.command_line import main
+from system.files.claim import claimed
 from system.study.folder import CHUNKS, SAMPLES, open_folder, study_table
 from system.study.manifest import Study
 from tests.system.study.test_engine import HERE, ROOT, run, same, study
@@ -147,7 +147,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path: Path
 
     command = ["montecarlo", "rebound-neuron", "--metric", f"{HERE}:threshold_sum", "--no-process"]
     command += ["-n", "200", "--chunk", "20", "-o", str(folder)]
-    code = "import sys; from system.command_line import main; sys.exit(main())"
+    code = "import sys; from system.cli.command_line import main; sys.exit(main())"
     done = subprocess.run(
         [sys.executable, "-c", code, *command], cwd=ROOT, preexec_fn=limit, capture_output=True, text=True,
         check=False, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},

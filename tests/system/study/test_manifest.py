@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from circuits.errors import CircuitError, DataError, ParameterError
-from system.command_line import main
+from system.cli.command_line import main
 from system.study.manifest import FILE, describe, read_study
 from system.study.plan import Plan
 from system.study.replay import die_of, replay

@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 from chips.registry import CHIPS
-from circuits.die import Die
 from circuits.lowering.kernel import Machine
 from circuits.registry import block_names
+from circuits.silicon.die import Die
 from circuits.solver.transient import Result, simulate
-from system.command_line import main
-from system.options import choose
+from system.cli.command_line import main
+from system.options.block import choose
 from system.registry import load_system, system_names
 from system.study import metric
 from system.study.metric import default_metrics

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from circuits.errors import DataError, ParameterError
-from system.command_line import main
-from system.silicon_choice import SiliconChoice
+from system.cli.command_line import main
+from system.options.silicon import SiliconChoice
 from system.study.engine import on_threads, run_study
 from system.study.folder import SAMPLES, study_table
 from system.study.manifest import Study, read_manifest, study_key

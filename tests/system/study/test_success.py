@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from circuits.lowering.kernel import Machine
-from system.command_line import main
-from system.robot import SUCCESS
+from system.car.run import SUCCESS
+from system.cli.command_line import main
 
 HERE = "tests.system.study.test_success"
 STUDY = ("montecarlo", "robot", "--param", "pings=10", "-n", "3", "--threads", "1")

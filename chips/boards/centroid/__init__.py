@@ -1,0 +1,1 @@
+"""The centroid board: the range at which most of the array answers, as a voltage."""

@@ -1,0 +1,1 @@
+"""Isolation of the first target: only the first echo of a call passes."""

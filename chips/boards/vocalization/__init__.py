@@ -1,0 +1,1 @@
+"""The vocalization controller: how long a bat waits until its next call."""

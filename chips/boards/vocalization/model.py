@@ -1,0 +1,128 @@
+"""The vocalization controller at behavioural level, as a part of a running system.
+
+Same ports as the circuit, which is enabled from the start on: proximity and amplitude_control (analog) in,
+call (event) and amplitude (analog) out. The phase grows with the measured linear rate; a call comes when it
+reaches one, and the next interval begins after the measured length of the call. The amplitude is linear.
+Equations in `chips.board_kernel`, numbers from `chips.boards.vocalization.measure`, noise from
+`chips.boards.vocalization.noise`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.board_kernel import Vocalization, vocalization_run
+from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
+from chips.cell import Event, Output
+from chips.ranging.noise import SiliconNoise
+from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from circuits.blocks.sonar import vocalization_controller
+from circuits.circuit import Circuit
+from circuits.devices import Transistor
+from circuits.devices.source import Polyline
+from circuits.errors import ParameterError
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+_SILENT: Polyline = (np.zeros(1), np.zeros(1))
+
+
+@dataclass(frozen=True, slots=True)
+class VocalizationState:
+    """phase: 1 at a call; free: s, when the next interval begins; lines: analog inputs in force.
+
+    calls: so far.
+    """
+
+    time: float
+    phase: float
+    free: float
+    lines: Mapping[str, Polyline] = field(default_factory=dict)
+    calls: int = 0
+
+
+@cache
+def circuits() -> tuple[Circuit, ...]:
+    """The circuit that the model stands for."""
+    return (vocalization_controller.build(),)
+
+
+class VocalizationModel:
+    """A vocalization controller on `silicon`; of its mismatch that of the current mirror counts.
+
+    noise: of its devices, none unless given. Raises `ParameterError` outside the record and `DataError` where
+    the record is stale.
+    """
+
+    def __init__(
+        self, silicon: Silicon, path: str = "vocalization_controller", noise: SiliconNoise | None = None
+    ) -> None:
+        """Read the record at the silicon's temperature and die."""
+        check_box(path, silicon)
+        data = matching_tables("vocalization_controller", circuits, silicon.process).values
+        names = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplitude_V", "amplitude_slope")
+        values = [float(value) for value in all_on_silicon(data, names, silicon)]
+        at = temperature_weights(silicon.temperature_c)
+        by_mirror = np.tensordot(at, data["mirror"], (0, 0)) @ mirror_mismatch(silicon)
+        base, slope = (v * math.exp(x) for v, x in zip(values[:2], by_mirror, strict=True))
+        dead, first, amplitude, amplitude_slope = values[2:]
+        self.numbers = Vocalization(
+            base, slope, dead, first, amplitude, amplitude_slope, silicon.process.v_dd
+        )
+        self.noise = oscillator_noise(self.numbers, silicon, noise)
+        self.analog: tuple[str, ...] = ("amplitude",)
+
+    def begin(self, time: float = 0.0) -> VocalizationState:
+        """Enabled at `time` s."""
+        return VocalizationState(time, -self.numbers.first, time)
+
+    def next_time(self, state: VocalizationState) -> float:
+        """The next call depends on the proximity voltage to come; inf."""
+        return math.inf
+
+    def advance(
+        self,
+        state: VocalizationState,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[VocalizationState, float, Output]:
+        """Advance to `until` (s) or to the first call."""
+        lines = {**state.lines, **(analog or {})}
+        oscillator = np.array([state.phase, state.free])
+        time, value = lines.get("proximity", _SILENT)
+        call = vocalization_run(self.numbers, oscillator, time, value, state.time, until)
+        reached, calls = min(call, until), state.calls
+        if call <= until:
+            rate = self.numbers.base + self.numbers.slope * float(np.interp(call, time, value))
+            oscillator[0] += phase_after_call(self.noise, calls, rate)
+            calls += 1
+        control, level = lines.get("amplitude_control", _SILENT)
+        inside = control[(control > state.time) & (control < reached)]
+        moments = np.concatenate([[state.time], inside, [reached]])
+        base, slope = self.numbers.amplitude_base, self.numbers.amplitude_slope
+        amplitude = np.clip(base + slope * np.interp(moments, control, level), 0.0, self.numbers.v_dd)
+        found = (("call", call),) if call <= until else ()
+        after = VocalizationState(reached, float(oscillator[0]), float(oscillator[1]), lines, calls)
+        return after, reached, Output(found, moments, amplitude[:, None])
+
+
+def mirror_mismatch(silicon: Silicon) -> F64:
+    """Difference of the current mirror's transistors, output less input: V_T0 (V) and ln beta."""
+    (circuit,) = circuits()
+    found = []
+    for name in ("m_out", "m_in"):
+        device = circuit.device(name)
+        if not isinstance(device, Transistor):
+            raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its mismatch")
+        area = device.width * device.length * device.multiplicity
+        deviation = silicon.deviation(circuit.name, ((name, ()),), area)
+        found.append([float(np.ravel(deviation.v_t0)[0]), math.log1p(float(np.ravel(deviation.beta)[0]))])
+    return np.array(found[0], dtype=np.float64) - np.array(found[1], dtype=np.float64)

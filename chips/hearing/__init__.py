@@ -1,0 +1,1 @@
+"""Hearing: from the sound at a microphone to spikes of the onset and high-threshold neurons."""

@@ -1,0 +1,222 @@
+"""Measurement of the hearing's record: microphone to spikes, by the transistor-level solver.
+
+| quantity | measured as |
+|---|---|
+| threshold_V | smallest peak at the microphone of a lone sound that makes a spike, bisected |
+| latency_s | from a lone sound's onset to its spike, over peak / threshold |
+| recovery_s | shortest gap between two sounds' onsets at which the second fires, over both peaks, bisected |
+| rest_margin_V | of the onset neuron, see `chips.hearing.mismatch_measure`, as are the gradients |
+
+Over temperature and shared threshold shift; thresholds and rest margin also by device. Then the model meets
+other dies: trains of sounds of random peaks.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from chips.board_kernel import SOUND_DURATION
+from chips.cell import Cell
+from chips.hearing.mismatch import PARAMETERS
+from chips.hearing.mismatch_measure import (
+    REST_SHIFTS,
+    gradients,
+    rest_bends,
+    rest_margins,
+    threshold_errors,
+)
+from chips.hearing.model import NEURONS, Deafened, HearingState, circuits, hear, hearing_on
+from chips.polyline import thin
+from chips.table_record import (
+    HELD_OUT,
+    HELD_OUT_TEMPERATURES,
+    WIDEST,
+    Quantities,
+    measure_over,
+)
+from circuits.blocks.sonar import envelope_detector
+from circuits.circuit import Circuit
+from circuits.devices import Source
+from circuits.devices.source import Constant, Polyline
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import simulate
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+
+Sound = tuple[float, float]  # onset, s, and peak at the microphone, V
+
+RTOL, NEURON_RTOL = 1e-3, 3e-4
+SHIFTS = (-WIDEST, 0.0, WIDEST)  # V
+TOLERANCE = 1e-3  # V, thinning of the envelope
+START = 0.5e-3  # s, onset of the first sound
+LOUDEST = 12.0  # V: the call at full scale, clipped
+BRACKET = {"onset": (2e-3, 0.2), "high_threshold": (0.5, 2.4)}  # V, within which a threshold lies
+RATIOS = {
+    "onset": 1.0 + np.geomspace(0.01, 400.0, 30),
+    "high_threshold": 1.0 + np.geomspace(0.01, 8.0, 16),
+}
+PEAKS = {"onset": np.geomspace(0.05, LOUDEST, 5), "high_threshold": np.array([1.8, 4.0, LOUDEST])}
+GAPS = (0.2e-3, 15e-3)  # s, within which a recovery lies
+RESOLUTION = 0.02  # of a bisected quantity
+
+
+def measure() -> xr.Dataset:
+    """Measure the record; takes about seven minutes on one core."""
+    axes: dict[str, tuple[str, ...]] = {}
+    for name in NEURONS:
+        axes[f"{name}_latency_s"] = (f"{name}_ratio",)
+        axes[f"{name}_recovery_s"] = (f"{name}_peak_V", f"{name}_second_peak_V")
+    data = measure_over(_at, circuits(), SHIFTS, axes)
+    known = {f"{n}_ratio": RATIOS[n] for n in NEURONS} | {f"{n}_peak_V": PEAKS[n] for n in NEURONS}
+    for name, values in gradients().items():
+        data[name] = (("temperature", "mismatch"), values)
+    data["onset_rest_margin_V"] = (("temperature", "polarity", "rest_shift"), rest_margins())
+    data["onset_rest_margin_bend"] = (("temperature",), rest_bends())
+    data = data.assign_coords(rest_shift=list(REST_SHIFTS))
+    data = data.assign_coords(mismatch=list(PARAMETERS))
+    return data.assign_coords({name: list(values) for name, values in known.items()})
+
+
+class Ears:
+    """The three circuits on `silicon`: `spikes(sounds)` of a train, by neuron."""
+
+    def __init__(self, silicon: Silicon) -> None:
+        """Lower the circuits and find their rest."""
+        self.silicon = silicon
+        self._detector, onset, high = circuits()
+        envelope = self._envelope((), 1e-4)
+        self._rest = float(envelope[1][0])
+        self.cells = {n: self._cell(c) for n, c in zip(NEURONS, (onset, high), strict=True)}
+
+    def spikes(self, sounds: Sequence[Sound], names: Sequence[str] = NEURONS) -> dict[str, list[float]]:
+        """Spike times (s) of the neurons under sounds; 4 ms after the last onset it ends."""
+        stop = max(t for t, _ in sounds) + 4e-3
+        line = thin(*self._envelope(sounds, stop), TOLERANCE)
+        found: dict[str, list[float]] = {n: [] for n in names}
+        for name in names:
+            cell = self.cells[name]
+            state = cell.drive(cell.begin(), {"envelope": line})
+            reached = 0.0
+            while reached < stop:
+                state, reached, output = cell.advance(state, stop)
+                found[name] += [time for _, time in output.events]
+        return found
+
+    def _cell(self, circuit: Circuit) -> Cell:
+        return Cell(circuit, self.silicon, held={"envelope": self._rest}, rtol=NEURON_RTOL)
+
+    def _envelope(self, sounds: Sequence[Sound], stop: float) -> Polyline:
+        v_dd = self.silicon.process.v_dd
+        bursts = tuple((time, SOUND_DURATION, peak) for time, peak in sounds)
+        wave = envelope_detector.tone_bursts(bursts, stop, 0.5 * v_dd, v_dd)
+        sources = (Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", wave))
+        bench = Testbench("envelope detector", self._detector, sources, stop)
+        result = simulate(bench, self.silicon, rtol=RTOL, record=("envelope",))
+        return result.time, result["envelope"]
+
+
+def random_sounds(rng: np.random.Generator) -> list[Sound]:
+    """Five calls of random peaks, two echoes each, as a flight has them; no two overlap."""
+    sounds: list[Sound] = []
+    for k in range(5):
+        call = START + 40e-3 * k + rng.uniform(0.0, 1e-3)
+        volts = float(rng.uniform(0.9, 4.8))
+        near = float(rng.uniform(2.2e-3, 12e-3))
+        far = near + float(rng.uniform(1.2e-3, 10e-3))
+        sounds.append((call, 2.4 * volts))
+        sounds += [(call + d, 0.2304 * volts * (5.8e-3 / d) ** 2) for d in (near, far)]
+    return sounds
+
+
+def model_spikes(silicon: Silicon, sounds: Sequence[Sound]) -> tuple[dict[str, list[float]], int]:
+    """Spike times (s) of the model by neuron, and how many sounds were undecided."""
+    state = hear(hearing_on(silicon), HearingState(), sounds)
+    return {n: [t for t, name in state.due if name == n] for n in NEURONS}, state.undecided
+
+
+def held_out_errors() -> dict[str, float]:
+    """Errors of spikes and thresholds on dies that were not used, those that are silent at rest included."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Deafened)
+        return {**_spike_errors(), **threshold_errors(HELD_OUT, HELD_OUT_TEMPERATURES)}
+
+
+def _spike_errors() -> dict[str, float]:
+    """Share of spikes on one level only, and error (s) of the times of the others."""
+    alone, matched, late, undecided, heard = 0, 0, [], 0, 0
+    for die in HELD_OUT:
+        for temperature in HELD_OUT_TEMPERATURES:
+            silicon = Silicon(temperature_c=temperature, die=Die("0", die))
+            sounds = random_sounds(np.random.default_rng(die))
+            one = Ears(silicon).spikes(sounds)
+            other, unsure = model_spikes(silicon, sounds)
+            undecided, heard = undecided + unsure, heard + len(sounds)
+            for name in NEURONS:
+                pairs, single = paired(one[name], other[name])
+                alone, matched = alone + single, matched + len(pairs)
+                late += [b - a for a, b in pairs]
+    return {
+        "unmatched_share": alone / (matched + alone),
+        "undecided_share": undecided / heard,
+        "latency_max_s": float(np.abs(late).max()),
+        "latency_rms_s": float(np.sqrt(np.square(late).mean())),
+    }
+
+
+def paired(one: Sequence[float], other: Sequence[float]) -> tuple[list[tuple[float, float]], int]:
+    """Pairs of spikes within 0.5 ms of each other, and how many spikes have no partner."""
+    left = list(other)
+    pairs = []
+    for time in one:
+        near = min(left, key=lambda t: abs(t - time), default=None)
+        if near is not None and abs(near - time) < 0.5e-3:
+            pairs.append((time, near))
+            left.remove(near)
+    return pairs, len(one) + len(other) - 2 * len(pairs)
+
+
+def _at(silicon: Silicon) -> Quantities:
+    ears = Ears(silicon)
+    found: dict[str, float | F64] = {}
+    for name in NEURONS:
+        threshold = _threshold(ears, name)
+        found[f"{name}_threshold_V"] = threshold
+        latency = [_latency(ears, name, threshold * ratio) for ratio in RATIOS[name]]
+        found[f"{name}_latency_s"] = np.array(latency)
+        peaks = PEAKS[name]
+        found[f"{name}_recovery_s"] = np.array([[_recovery(ears, name, a, b) for b in peaks] for a in peaks])
+    return found
+
+
+def _threshold(ears: Ears, name: str) -> float:
+    low, high = BRACKET[name]
+    while high > (1.0 + 0.05 * RESOLUTION) * low:
+        middle = (low * high) ** 0.5
+        if ears.spikes([(START, middle)], (name,))[name]:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def _latency(ears: Ears, name: str, peak: float) -> float:
+    return ears.spikes([(START, peak)], (name,))[name][0] - START
+
+
+def _recovery(ears: Ears, name: str, first: float, second: float) -> float:
+    """Shortest gap (s) at which the second of two sounds adds a spike."""
+    low, high = GAPS
+    while high > (1.0 + RESOLUTION) * low:
+        gap = (low * high) ** 0.5
+        if len(ears.spikes([(START, first), (START + gap, second)], (name,))[name]) > 1:
+            high = gap
+        else:
+            low = gap
+    return high

@@ -1,0 +1,74 @@
+"""Mismatch of the hearing's circuits: the deviations that move its thresholds.
+
+| device | what it moves |
+|---|---|
+| onset neuron's mh, mt | the step of the amplified envelope that the onset neuron asks for, 42 mV |
+| comparators' mc1 to mc5 | the threshold of either neuron |
+| onset comparator's mc1 to mc7 | whether `v_active` is low at rest; where it is high, no refractory ends |
+| detector's mf, mr | the envelope's pedestal |
+
+The other devices switch between the rails. A vector of deviations has the order of `PARAMETERS`.
+
+At rest mc6, which copies mc1 through mc4, must carry more than mc7, which is a share of mc3. The rest margin,
+in volts of v_level, bends with the logarithm of that ratio; so what these four (`RATIO`) add to it has one
+common curvature: `x + bend x^2 / 2`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
+from circuits.circuit import Circuit
+from circuits.devices import Transistor
+from circuits.errors import ParameterError
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+_COMPARATOR = tuple(f"generator.comparator.mc{k}" for k in range(1, 8))
+DEVICES: dict[str, tuple[str, ...]] = {
+    "envelope_detector": ("mf", "mr"),
+    "onset_neuron": ("mh", "mt", *_COMPARATOR),
+    "high_threshold_neuron": _COMPARATOR[:5],
+}
+PARAMETERS = tuple(
+    f"{circuit}/{device}.{x}"
+    for circuit, names in DEVICES.items()
+    for device in names
+    for x in ("v_t0", "beta")
+)
+RATIO = np.array(
+    [p.startswith("onset") and p.rpartition(".")[0][-3:] in {"mc3", "mc4", "mc6", "mc7"} for p in PARAMETERS]
+)
+
+
+def deviations(silicon: Silicon) -> F64:
+    """V_T0 (V) and ln beta of all devices on the silicon's die, float64[parameters]."""
+    return np.array([x for circuit in _circuits() for x in _of(circuit, silicon)])
+
+
+@cache
+def _circuits() -> tuple[Circuit, ...]:
+    return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
+
+
+def _of(circuit: Circuit, silicon: Silicon) -> Iterator[float]:
+    names = DEVICES[circuit.name]
+    area = np.empty(len(names))
+    for k, name in enumerate(names):
+        device = circuit.device(name)
+        if not isinstance(device, Transistor):
+            raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its mismatch")
+        area[k] = device.width * device.length * device.multiplicity
+    paths = [tuple((part, ()) for part in name.split(".")) for name in names]
+    found = silicon.deviations(circuit.name, paths, area)
+    v_t0, beta = (np.broadcast_to(x, area.shape) for x in found)
+    for shift, gain in zip(v_t0.tolist(), beta.tolist(), strict=True):
+        yield shift
+        yield math.log1p(gain)

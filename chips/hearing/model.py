@@ -1,0 +1,138 @@
+"""Hearing at behavioural level: sounds in, spikes of the onset and of the high-threshold neuron out.
+
+Stands for envelope detector, onset neuron and high-threshold neuron. A sound is a 1 ms tone with 0.2 ms
+edges, its onset (s) and peak at the microphone before clipping (V). Equations in `chips.board_kernel`,
+thresholds, latencies and recoveries from `chips.hearing.measure`. Sounds that overlap add up with a phase
+that is not known here: a sound that begins while another lasts is counted as undecided, and so is one within
+5 % of a threshold or of a recovery. Noise of the devices moves thresholds from sound to sound
+(`chips.hearing.noise`).
+
+Local mismatch moves both thresholds. It also decides whether the resting onset neuron hears at all: on a die
+whose rest margin is below zero no refractory ends at rest, and a loud sound, whose tail ends it, must come
+before each weak one. That is not modelled: such a die is warned of with the instance path.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.board_kernel import MEMORY, Hearing, hear_sound
+from chips.hearing.mismatch import RATIO, deviations
+from chips.hearing.noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
+from chips.ranging.noise import SiliconNoise
+from chips.table_record import (
+    all_on_silicon,
+    check_box,
+    matching_tables,
+    on_silicon,
+    temperature_weights,
+)
+from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
+from circuits.circuit import Circuit
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+NEURONS = ("onset", "high_threshold")
+
+
+class Deafened(UserWarning):
+    """A die whose onset neuron at rest does not hear, or is too near to that to tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class HearingState:
+    """sounds: (onset s, peak V) of the past 20 ms and to come; due: (time s, neuron) of spikes to come.
+
+    heard: how many sounds there were.
+    """
+
+    sounds: tuple[tuple[float, float], ...] = ()
+    due: tuple[tuple[float, str], ...] = ()
+    undecided: int = 0
+    heard: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class HearingModel:
+    """Both neurons' numbers, and their noise."""
+
+    onset: Hearing
+    high_threshold: Hearing
+    noise: HearingNoise = field(default_factory=no_hearing_noise)
+
+
+@cache
+def circuits() -> tuple[Circuit, ...]:
+    """The circuits that the model stands for."""
+    return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
+
+
+def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | None = None) -> HearingModel:
+    """The model on `silicon`; noise: of its devices, none unless given.
+
+    Raises `ParameterError` outside the record and `DataError` where the record is stale.
+    """
+    check_box(path, silicon)
+    record = matching_tables("hearing", circuits, silicon.process)
+    data, own = record.values, deviations(silicon)
+    margin, unsure = _rest_margin(data, silicon, own), 2.0 * record.errors.get("rest_margin_rms_V", 0.0)
+    if margin < unsure:
+        warnings.warn(
+            f"{path}.onset: rest margin {margin:.2g} V, must be > {unsure:.2g} V, else a loud sound must come"
+            " before weak ones are heard; use the transistor level",
+            Deafened,
+            stacklevel=2,
+        )
+    onset, high = (_neuron(data, name, silicon, own) for name in NEURONS)
+    return HearingModel(onset, high, hearing_noise(onset, high, silicon, noise))
+
+
+def rest_margin_on(silicon: Silicon) -> float:
+    """By how much v_level may fall before the resting onset neuron does not hear, V; below 0 it does not."""
+    data = matching_tables("hearing", circuits, silicon.process).values
+    return _rest_margin(data, silicon, deviations(silicon))
+
+
+def _rest_margin(data: Mapping[str, F64], silicon: Silicon, own: F64) -> float:
+    at = temperature_weights(silicon.temperature_c)
+    shared = float(on_silicon(data, "onset_rest_margin_V", silicon, "rest_shift"))
+    ratio = _by_mismatch(data, "onset_rest_margin", silicon, own * RATIO)
+    bend = float(at @ data["onset_rest_margin_bend"])
+    return shared + _by_mismatch(data, "onset_rest_margin", silicon, own) + 0.5 * bend * ratio**2
+
+
+def _by_mismatch(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> float:
+    at = temperature_weights(silicon.temperature_c)
+    return float(np.tensordot(at, data[f"{name}_gradient"], (0, 0)) @ own)
+
+
+def _neuron(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> Hearing:
+    names = [f"{name}_{q}" for q in ("threshold_V", "latency_s", "recovery_s")]
+    threshold, latency, recovery = all_on_silicon(data, names, silicon)
+    threshold = threshold * math.exp(_by_mismatch(data, f"{name}_threshold", silicon, own))
+    knots = np.log(np.asarray(data[f"{name}_ratio"]))
+    loudness = np.log(np.asarray(data[f"{name}_peak_V"]))
+    return Hearing(float(threshold), knots, latency, loudness, recovery)
+
+
+def hear(model: HearingModel, state: HearingState, sounds: Sequence[tuple[float, float]]) -> HearingState:
+    """Add sounds (onset s, peak V), none of which begins before those that are already known."""
+    known, due, undecided, heard = state.sounds, list(state.due), state.undecided, state.heard
+    for sound in sorted(sounds):
+        known = (*(s for s in known if s[0] > sound[0] - MEMORY), sound)
+        both = model.onset, model.high_threshold
+        by = threshold_factors(model.noise, heard, *(sound[1] / m.threshold for m in both))
+        onset, high = (m._replace(threshold=m.threshold * x) for m, x in zip(both, by, strict=True))
+        *times, unsure = hear_sound(onset, high, np.array(known), len(known))
+        heard += 1
+        due += [(float(t), name) for t, name in zip(times, NEURONS, strict=True) if t < math.inf]
+        undecided += unsure
+    return HearingState(known, tuple(sorted(due)), undecided, heard)

@@ -1,0 +1,1 @@
+"""The latency chip: evaluation and choice by the time of the first spike."""

@@ -1,0 +1,226 @@
+"""What the latency chip is drawn and biased for: sizes, times and weights, and the currents that give them.
+
+Every time on the chip is a charge over a current (`chips.latency_record`), so that a bias is the nominal
+charge over the time that is wanted, at 27 degC. A bias line is one current for all its devices, or one for
+each of an array of copies: the taps, the integrating neurons, the passive currents, the charges of the goal
+by distance, the inhibitions by distance, the second layer's groups.
+
+Codes are those of the bias generator (`circuits.blocks.bias.generator`), coarse and fine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.bias import bias_voltages
+from circuits.blocks.bias.generator import COARSE, CODES
+from circuits.blocks.latency.synapse import WIDTH
+from circuits.blocks.mos import mos
+from circuits.circuit import Bias, BiasKind, Circuit, Port, PortKind
+from circuits.count import whole_number
+from circuits.errors import ParameterError
+from circuits.silicon.process import Polarity
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+REACH = 3  # paths on either side that a memory inhibits: three standard deviations of 1
+SYNAPSES = 8  # of an integrating neuron; ours, what is more is counted
+REFERENCE = 2.0  # V, of all comparators
+NAME = "latency_chip"
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """Times in s, charges and inhibitions in thresholds of the race; the network's numbers unless said.
+
+    group: ping direction of each path; share: passive current of each path over the largest; second: delay
+    of the second layer in each group; lead: of the delay line before its first tap, ours: the network's
+    neurons take that much longer from a tap to the memory's spike than this chip's.
+    """
+
+    group: tuple[int, ...]
+    share: tuple[float, ...]
+    second: tuple[float, ...]
+    taps: int = 15
+    lead: float = 4.6e-3
+    hop: float = 3e-3
+    step: float = 20e-3
+    integration: float = 8e-3
+    window: float = 3e-3
+    tonic: float = 10e-3
+    hold: float = 177e-3
+    block: float = 20e-3
+    race: float = 58e-3
+    goal: float = 0.08
+    goal_sigma: float = 8.0
+    direction: float = 0.1
+    pulse: float = 2e-3
+    suppression: float = 0.21
+    suppression_sigma: float = 1.0
+    inhibition: float = 100e-3
+    recurrent: float = 1.35e-3
+    emergency: float = 68e-3
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming what cannot be built."""
+        if len(self.group) != len(self.share) or not self.group:
+            raise ParameterError(
+                f"latency_chip.paths: {len(self.group)} groups and {len(self.share)} passive currents, must"
+                " be as many, and one at least"
+            )
+        whole_number("latency_chip.taps", self.taps)
+        if not 0 <= min(self.group) <= max(self.group) < len(self.second):
+            raise ParameterError(f"latency_chip.group: must be 0 to {len(self.second) - 1}, as `second` has")
+        for each in fields(self):
+            value = getattr(self, each.name)
+            for number in np.ravel(value) if each.name != "group" else ():
+                if not (math.isfinite(number) and number > 0.0):
+                    raise ParameterError(f"latency_chip.{each.name}: {number:g}, must be > 0 and finite")
+
+    @property
+    def paths(self) -> int:
+        """Number of memories."""
+        return len(self.group)
+
+    @property
+    def span(self) -> float:
+        """Latency of the last tap, s."""
+        return self.lead + self.taps * self.hop
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A bias line: the polarity of its devices, of 6 by 24 um unless `size` (um) says, and their currents."""
+
+    polarity: Polarity
+    current: F64  # A, shape of its array, () for one
+    size: tuple[float, float] = (6.0, 24.0)
+
+
+Lines = Mapping[str, Line]
+
+
+@dataclass(frozen=True, slots=True)
+class Charges:
+    """Nominal charges (C) to a threshold at 27 degC, and the widths (s) that come with them."""
+
+    timer: float
+    tap: float
+    tonic: float
+    integrating: float
+    race: float
+    second: float
+    recurrent: float
+    pulse_width: float
+
+
+def lines_of(design: Design, q: Charges) -> dict[str, Line]:
+    """Bias lines of a design on the nominal die."""
+    d, one = design, np.ones(())
+    race = q.race / d.race
+    apart = np.arange(REACH + 1)
+    weight = np.exp(-(apart**2) / (2.0 * d.suppression_sigma**2))
+    reach = np.arange(d.paths)
+    goal = d.goal * np.exp(-(reach**2) / d.goal_sigma**2)
+    hops, held = np.full(d.taps + 1, d.hop), np.full(d.taps + 1, q.pulse_width)
+    hops[0], held[0] = d.lead, WIDTH
+    return {
+        "tap": Line("p", q.tap / (hops - held)),
+        "integrating": Line("p", np.full(d.paths, q.integrating / d.integration)),
+        "step": Line("p", q.timer / d.step * one),
+        "cd": Line("p", 25e-9 * one),
+        "window": Line("p", q.timer / d.window * one),
+        "tonic": Line("p", q.tonic / d.tonic * one),
+        "hold": Line("p", q.timer / d.hold * one),
+        "block": Line("p", q.timer / d.block * one),
+        "passive": Line("p", race * np.array(d.share)),
+        "goal": Line("p", goal * q.race / d.pulse),
+        "direction": Line("p", d.direction * q.race / d.pulse * one),
+        "pulse": Line("p", q.timer / d.pulse * one),
+        "inhibit": Line("n", d.suppression * race * weight),
+        "inhibition": Line("p", q.timer / d.inhibition * one),
+        "second": Line("p", q.second / np.array(d.second)),
+        "kept": Line("p", q.timer / d.inhibition * one),
+        "recurrent": Line("p", np.full(2, q.recurrent / d.recurrent)),
+        "emergency": Line("p", q.race / d.emergency * one),
+        "comparator": Line("n", 50e-9 * one, (6.0, 6.0)),
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Biases:
+    """Bias lines of a chip, and how their currents are made: by fixed gates, or by a generator."""
+
+    lines: Lines
+    kind: BiasKind = "gate"
+    codes: Mapping[str, NDArray[np.int64]] = field(default_factory=lambda: MappingProxyType({}))
+
+    def with_currents(self, currents: Mapping[str, F64]) -> Biases:
+        """Biases with other currents (A) of some lines, as near as codes come, by the generator."""
+        codes = dict(self.codes)
+        lines = dict(self.lines)
+        for name, wanted in currents.items():
+            codes[name] = codes_of(wanted)
+            lines[name] = replace(lines[name], current=currents_of(codes[name]))
+        return replace(self, lines=lines, codes=codes)
+
+
+def codes_of(current: F64) -> NDArray[np.int64]:
+    """Codes whose current is nearest to each (A), int64[..., 2]: coarse and fine, the finest range first.
+
+    What is below the least current gets it, 59 fA. Raises `ParameterError` for one that no code reaches.
+    """
+    wanted = np.asarray(current, dtype=np.float64)
+    most = COARSE[0] * (CODES - 1) / CODES
+    within = (wanted > 0.0) & (wanted <= most)
+    if not within.all():
+        raise ParameterError(
+            f"bias code: {wanted[~within].ravel()[0]:g} A, must be > 0 and at most {most:.3g} A"
+        )
+    coarse = np.zeros(wanted.shape, dtype=np.int64)
+    for k, amperes in enumerate(COARSE):
+        coarse[wanted <= amperes * (CODES - 1) / CODES] = k
+    fine = np.clip(np.rint(CODES * wanted / np.array(COARSE)[coarse]), 1, CODES - 1).astype(np.int64)
+    return np.stack([coarse, fine], axis=-1)
+
+
+def currents_of(codes: NDArray[np.int64]) -> F64:
+    """Nominal currents of codes, int64[..., 2], A."""
+    return np.asarray(np.array(COARSE)[codes[..., 0]] * codes[..., 1] / CODES)
+
+
+def gate_voltages(biases: Biases, silicon: Silicon) -> dict[str, F64]:
+    """Voltages of all bias lines above the bulk's rail (V, of the line's shape) on the silicon's die.
+
+    The generator's copies stand on the chip; a fixed gate knows neither die nor temperature.
+    """
+    circuit = _bias_circuit(biases)
+    v_dd = silicon.process.v_dd
+    found = {}
+    for bias in circuit.biases:
+        volts = bias_voltages(circuit, bias, silicon)
+        name = bias.name.removeprefix("i_")
+        found[name] = v_dd - volts if biases.lines[name].polarity == "p" else volts
+    return found
+
+
+def _bias_circuit(biases: Biases) -> Circuit:
+    """A device and a port for each line, which stand for all of it."""
+    ports, devices, made = [Port("vdd", "supply")], [], []
+    kind: PortKind = "bias"
+    for name, line in biases.lines.items():
+        shape = line.current.shape
+        ports.append(Port(f"v_{name}", kind, "in", shape))
+        gate = f"v_{name}[0]" if shape else f"v_{name}"
+        rail = "vdd" if line.polarity == "p" else "0"
+        devices.append(mos(f"m_{name}", line.polarity, f"d_{name}", gate, rail, *line.size))
+        value = tuple(map(float, line.current)) if shape else float(line.current)
+        made.append(Bias(f"i_{name}", f"v_{name}", biases.kind, value, f"m_{name}"))
+    return Circuit(NAME, tuple(ports), tuple(devices), biases=tuple(made))

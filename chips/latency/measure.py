@@ -1,0 +1,140 @@
+"""Measurement of the latency chip's record: the charges behind its times, and what a comparator's devices do.
+
+Every time on the chip is a charge over the current of one device, `T = Q / I`. Measured from the blocks'
+circuits, over temperature and the threshold shift that a die's transistors of a polarity share, with currents
+of the bias generator:
+
+    timer, tap, tonic, integrating, race, second, recurrent    Q of each, C, threshold and parasitics in it
+    pulse_width                                                of a tap's event, s
+    sum                                                        Q of the coincidence detector's node
+
+and over temperature `comparator`, d ln Q / dx of each device's x, V_T0 (V) and ln beta, of the comparator
+that all of them have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
+from chips.wavefront.measure import perturbed
+from circuits.bias import die_current, rebias
+from circuits.blocks.block import Block
+from circuits.blocks.latency import coincidence as latency_coincidence
+from circuits.blocks.latency import layer as latency_layer
+from circuits.blocks.latency import neuron as latency_neuron
+from circuits.blocks.latency import race as latency_race
+from circuits.blocks.latency import tap as latency_tap
+from circuits.blocks.latency import tonic as latency_tonic
+from circuits.blocks.latency.synapse import WIDTH
+from circuits.circuit import Circuit
+from circuits.errors import SolverError
+from circuits.lowering.kernel import to_kernel
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import simulate
+
+F64 = NDArray[np.float64]
+
+SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
+SYNAPSES, EXCITATIONS, INHIBITIONS = 8, 2, 7  # of the chip's neurons and cells; ours
+COMPARATOR = tuple(f"mc{k}" for k in range(7))
+PARAMETERS = tuple(f"{d}.{x}" for d in COMPARATOR for x in ("v_t0", "beta"))
+QUANTITIES = (
+    "timer", "tap", "tonic", "integrating", "race", "second", "recurrent", "pulse_width", "sum",
+)  # fmt: skip
+FIRST = 3e-3  # s, of the integrating neuron's only input
+LAG = 2e-3  # s, of the coincidence detector's second input
+RTOL = 1e-6
+_THRESHOLD_STEP, _BETA_STEP = 5e-3, 0.05  # V, 1: of the central differences
+
+
+def circuits() -> tuple[Circuit, ...]:
+    """What the record is of."""
+    return (
+        latency_neuron.build(latency_neuron.Params(synapses=SYNAPSES)),
+        latency_race.build(latency_race.Params(excitations=EXCITATIONS, inhibitions=INHIBITIONS)),
+        latency_layer.build(),
+        latency_tap.build(),
+        latency_tonic.build(),
+        latency_coincidence.build(),
+    )
+
+
+def measure() -> xr.Dataset:
+    """Measure the record, without errors; takes half a minute on one core."""
+    data = measure_over(charges, circuits(), SHIFTS, {})
+    gradient = np.array([_gradient(Silicon(temperature_c=t)) for t in TEMPERATURES])
+    return data.assign(comparator=(("temperature", "parameter"), gradient), parameter=list(PARAMETERS))
+
+
+def charges(silicon: Silicon) -> Quantities:
+    """Quantities of the blocks on the silicon, biased by the generator."""
+    neuron, race, layer, tap, tonic, cd = (rebias(c, {}, "generator") for c in circuits())
+    heard = measured(latency_neuron.BLOCK, neuron, silicon, first=FIRST, second=None)
+    hop = measured(latency_tap.BLOCK, tap, silicon)
+    stopped = measured(latency_layer.BLOCK, layer, silicon, excite_1=None, inhibit_1=None, inhibit_2=None)
+    quiet: dict[str, float | None] = {s.name: None for s in latency_race.BLOCK.stimuli}
+    alone = measured(latency_race.BLOCK, race, silicon, **quiet)
+    spiking = measured(latency_tonic.BLOCK, tonic, silicon, inhibit=None, duration=40e-3)
+    met = measured(latency_coincidence.BLOCK, cd, silicon, second=LAG)
+    single = latency_race.build(latency_race.Params(excitations=1, inhibitions=1))
+    second = measured(latency_race.BLOCK, rebias(single, {}, "generator"), silicon, **quiet)
+
+    def times(value: float, circuit: Circuit, bias: str) -> float:
+        return value * die_current(circuit, circuit.bias(bias), silicon)
+
+    share = 2.0 - latency_coincidence.SHARE
+    return {
+        "timer": times(heard["step_s"] - WIDTH, neuron, "i_step"),
+        "tap": times(hop["delay_s"] - WIDTH, tap, "i_tap"),
+        "tonic": times(spiking["period_s"], tonic, "i_tonic"),
+        "integrating": times(heard["latency_s"] - FIRST, neuron, "i_exc"),
+        "race": times(alone["latency_s"] - WIDTH, race, "i_passive"),
+        "second": times(second["latency_s"] - WIDTH, race, "i_passive"),
+        "recurrent": times(stopped["stop_s"], layer, "i_recurrent"),
+        "pulse_width": hop["pulse_s"],
+        "sum": share * times(met["latency_s"] - LAG, cd, "i_exc"),
+    }
+
+
+def measured(
+    block: Block, circuit: Circuit, silicon: Silicon, **stimuli: float | None
+) -> Mapping[str, float]:
+    """What a block measures on the silicon; raises `SolverError` for a quantity that is not in the run."""
+    values = {s.name: s.default for s in block.stimuli} | stimuli
+    result = simulate(block.testbench(circuit, values, silicon.process.v_dd), silicon, rtol=RTOL)
+    return Found({name: value for name, value in block.measures(result).items() if value is not None})
+
+
+class Found(dict[str, float]):
+    """Quantities that a run has; asking for another is an error that names it."""
+
+    def __missing__(self, name: str) -> float:
+        raise SolverError(f"latency_chip.{name}: not in the run; give it longer or stronger currents")
+
+
+def _gradient(silicon: Silicon) -> F64:
+    """Slopes d ln Q / dx of a timer by each parameter of its comparator, float64[PARAMETERS]."""
+    block = latency_coincidence.BLOCK
+    circuit = rebias(latency_coincidence.build(), {}, "generator")
+    values = {s.name: s.default for s in block.stimuli} | {"second": None}
+    machine = to_kernel(block.testbench(circuit, values, silicon.process.v_dd), silicon)
+
+    def window(parameter: str, move: float) -> float:
+        device, _, kind = parameter.partition(".")
+        given = {"threshold": move} if kind == "v_t0" else {"log_beta": move}
+        moved = perturbed(machine, f"input0.timer.{device}", **given)
+        found = block.measures(simulate(moved, rtol=RTOL))["window_s"]
+        if found is None:
+            raise SolverError(f"latency_chip.{parameter}: no window in the run")
+        return found - WIDTH
+
+    slopes = []
+    for parameter in PARAMETERS:
+        h = _THRESHOLD_STEP if parameter.endswith("v_t0") else _BETA_STEP
+        slopes.append(np.log(window(parameter, h) / window(parameter, -h)) / (2.0 * h))
+    return np.array(slopes)

@@ -1,0 +1,101 @@
+"""Noise of the latency chip from that of its devices: why the same die does not recall alike twice.
+
+A time is a charge over a current, T = Q / I, so that shot noise of the current moves it by
+
+    sigma(T) = sqrt(phi q T / I) = T sqrt(phi q / Q),
+
+a membrane that takes up a charge Q takes it up as if it were Q (1 + xi sqrt(phi q / Q)), and inhibition of a
+cell, which as much excitation has to make up for, is off by sqrt(2 phi q / (I T)). Flicker of the current's
+device, drawn anew for every ping as for the wavefront chip's axons, moves each by psi kappa / U_T of the mean
+of its gate's wander over T. phi and psi, 1 in weak inversion (`chips.shot_noise`), are 0.81 and 0.77 for the
+3 nA of a tap. Left out: the comparators' noise, currents that a detector compares, and how the
+flicker of one ping goes on in the next.
+
+Draws are keyed by (seed, trial, quantity, ping): a ping is known by the microsecond in which it begins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.latency.design import NAME
+from chips.latency.model import SIZE, Lumped, charges_on
+from chips.noise_draw import Draws, draw, new_draws
+from chips.ranging.noise import SiliconNoise
+from chips.shot_noise import current_wander, shot_share, steepness
+from circuits.silicon.process import ELEMENTARY_CHARGE, Polarity
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+# field of `Lumped`: its charge in the record. Times first, then what membranes take up
+TIMES = {
+    "tap": "tap", "step": "timer", "window": "timer", "hold": "timer", "tonic": "tonic", "block": "timer",
+    "goal_pulse": "timer", "direction_pulse": "timer", "inhibition": "timer", "recurrent": "recurrent",
+    "emergency": "race",
+}  # fmt: skip
+CHARGES = ("integrating", "race", "second_charge")
+_AREA = SIZE[0] * SIZE[1] * 1e-12  # m^2
+_MICROSECOND = 1e-6  # s
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LatencyNoise:
+    """Relative deviations of the fields of a chip's numbers, arrays as they have, and what draws them."""
+
+    spread: dict[str, F64]
+    draws: dict[str, Draws]
+
+
+def noise_of(numbers: Lumped, silicon: Silicon, noise: SiliconNoise, area: float = 1.0) -> LatencyNoise:
+    """Noise of a chip with these numbers; area: of its devices, over the circuits'."""
+    spread = {}
+    charge = charges_on(silicon)
+    for name, kind in TIMES.items():
+        length = np.asarray(getattr(numbers, name), dtype=np.float64)
+        current = charge[kind] / length
+        spread[name] = charge_spread(silicon, noise, current, length, area)
+    lengths = {
+        "integrating": numbers.integrating / numbers.synapse.mean(axis=1),
+        "race": numbers.race / numbers.passive,
+        "second_charge": numbers.second_charge / numbers.second,
+    }
+    for name in CHARGES:
+        length = lengths[name]
+        spread[name] = charge_spread(silicon, noise, getattr(numbers, name) / length, length, area)
+    spread["inhibit"] = charge_spread(silicon, noise, numbers.inhibit, numbers.inhibition, area, "n", 2.0)
+    die = silicon.die
+    root = f"{NAME} of {die.lot}/{die.number}"
+    draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", s.size) for n, s in spread.items()}
+    return LatencyNoise(spread, draws)
+
+
+def numbers_of_ping(numbers: Lumped, noise: LatencyNoise, start: float) -> Lumped:
+    """Numbers of a chip in the ping that begins at `start`, s."""
+    found = {}
+    for name, spread in noise.spread.items():
+        fixed = noise.draws[name]
+        # working space of its own, so that a chip may answer several threads
+        own = Draws(fixed.keys, fixed.counters.copy(), fixed.words.copy(), fixed.normal.copy())
+        draw(own, round(start / _MICROSECOND), 0)
+        drawn = own.normal[: spread.size].reshape(spread.shape)
+        found[name] = getattr(numbers, name) * (1.0 + spread * drawn)
+    found["emergency"] = float(found["emergency"])
+    return numbers._replace(**found)
+
+
+def charge_spread(
+    silicon: Silicon, noise: SiliconNoise, current: F64, length: F64, area: float = 1.0,
+    polarity: Polarity = "p", devices: float = 1.0,
+) -> F64:  # fmt: skip
+    """Relative deviation of what currents (A) bring in `length` (s), arrays of one shape.
+
+    area: as of `noise_of`; devices: how many make the shot noise, of a mirror two.
+    """
+    specific = silicon.law(polarity).square_current * SIZE[0] / SIZE[1]
+    shot = devices * ELEMENTARY_CHARGE * shot_share(current, specific) / (current * length)
+    steep = steepness(current, specific)
+    return np.asarray(np.sqrt(shot + current_wander(silicon, noise, polarity, _AREA * area, length, steep)))

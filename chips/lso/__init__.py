@@ -1,0 +1,1 @@
+"""Level units and LSO neurons of two ears, whose spikes tell a direction."""

@@ -1,0 +1,217 @@
+"""Measurement of the sonar head's record: charges, delays and offsets of its level units and LSO neurons.
+
+With the transistor-level solver, over temperature and the threshold shift that a die's transistors of a
+polarity share, with currents of the bias generator:
+
+    timer, membrane     Q of a synapse's step and of a spike, C, threshold and parasitics in it
+    onset, dead         charges (C) over the comparator's current: from an event to its current on the
+                        membrane with the spike's own delay, and of the membrane at ground after a spike
+    mirror              what an inhibitory current takes over what the same excitatory one gives
+    turn                charge of the mirror's gate, before which it takes nothing, C
+    level_offset        of a level unit's threshold, V
+    level_charge        Q of its axon's input, C
+
+From the first spikes t(n) of n equal inputs and the interval after, `t(n) = Q / (n I) + t_onset`, `Q / (n I)
++ t_dead`; mirror and turn from two inputs against one, and of a level unit on ramps of two slopes, by the
+laws of `chips.lso.law`. And over temperature `comparator`, d ln Q / dx of each device's x, V_T0 (V) and ln
+beta, of the comparator that ends all charges, and `level`, slopes of level_offset by the level unit's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from chips.lso.law import Membrane, ramp_delay, rise_time
+from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
+from chips.wavefront.measure import perturbed
+from circuits.bias import die_current, rebias
+from circuits.blocks.latency.synapse import WIDTH
+from circuits.blocks.latency.tonic import START
+from circuits.blocks.lso import lso_neuron
+from circuits.blocks.lso.lso_neuron import REFERENCE
+from circuits.blocks.sonar import high_threshold_neuron
+from circuits.circuit import Circuit
+from circuits.devices import Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import SolverError
+from circuits.lowering.kernel import to_kernel
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import Result, simulate
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+
+LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
+SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 3))  # V
+COMPARATOR = tuple(f"mc{k}" for k in range(7))
+LEVEL_COMPARATOR = ("mc1", "mc2", "mc4", "mc5")
+QUANTITIES = ("timer", "membrane", "onset", "dead", "mirror", "turn", "level_offset", "level_charge")
+SLOW, FAST = 200.0, 5e3  # V/s, of a level unit's ramps; an echo's edge has 600 to 30,000
+FROM, TO = -0.05, 1.0  # V about the threshold, of a ramp
+THRESHOLD = 0.6  # V, of the level unit that is measured: offset and charge do not depend on it
+RTOL = 1e-5
+STOP = 6e-3  # s, of the LSO neuron's runs: its steps last 4.6 ms at -10 degC
+_STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
+
+
+def parameters(devices: tuple[str, ...]) -> tuple[str, ...]:
+    """Deviations of these devices, in the order of the record."""
+    return tuple(f"{d}.{x}" for d in devices for x in _STEPS)
+
+
+def circuits() -> tuple[Circuit, ...]:
+    """What the record is of."""
+    return (
+        lso_neuron.build(lso_neuron.Params(excitations=LEVELS, inhibitions=LEVELS)),
+        high_threshold_neuron.build(),
+    )
+
+
+def measure() -> xr.Dataset:
+    """Measure the record, without errors; takes three minutes on one core."""
+    data = measure_over(quantities, circuits(), SHIFTS, {})
+    silicons = [Silicon(temperature_c=t) for t in TEMPERATURES]
+    names, level_names = parameters(COMPARATOR), parameters(LEVEL_COMPARATOR)
+    return data.assign(
+        comparator=(("temperature", "parameter"), np.array([_timer_slopes(s) for s in silicons])),
+        level=(("temperature", "level_parameter"), np.array([_level_slopes(s) for s in silicons])),
+        parameter=list(names),
+        level_parameter=list(level_names),
+    )
+
+
+def quantities(silicon: Silicon) -> Quantities:
+    """Quantities of the circuits on the silicon, biased by the generator."""
+    lso, level = (rebias(c, {}, "generator") for c in circuits())
+    current, comparator, step = (
+        die_current(lso, lso.bias(name), silicon) for name in ("i_exc", "i_cmp", "i_step")
+    )
+    at = 0.5e-3
+    one = _heard(lso, silicon, excite_1=at)
+    two = _heard(lso, silicon, excite_1=at, excite_2=at)
+    turned = _heard(lso, silicon, excite_1=at, excite_2=at, inhibit_1=at)
+    first, second, slow = (r.spikes["spike"] for r in (one, two, turned))
+    if min(first.size, second.size - 1, slow.size - 1) < 1:
+        raise SolverError("sonar_head.membrane: too few spikes in the run; give it stronger currents")
+    charge = 2.0 * current * float(first[0] - second[0])
+    half = charge / (2.0 * current)
+    dead = float(second[1] - second[0]) - half
+    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, silicon.thermal_voltage, 0.0)
+    taken = _taken(membrane, 2.0 * current, float(slow[1] - slow[0]) - dead)
+    onset = float(second[0]) - START - at - half
+    turned_on = float(slow[0]) - START - at - onset - rise_time(membrane, 0.0, 2.0 * current, taken)
+    lasted = lso_neuron.measures(one)["step_s"] or np.nan
+    offset, axon = level_numbers(level, silicon, lambda s: level_delay(level, silicon, s))
+    return {
+        "timer": (lasted - WIDTH) * step,
+        "membrane": charge,
+        "onset": onset * comparator,
+        "dead": dead * comparator,
+        "mirror": taken / current,
+        # without its gate's charge the first spike would be later, at 2 I - 0 in the place of 2 I - I
+        "turn": -turned_on * (2.0 * current - taken),
+        "level_offset": offset,
+        "level_charge": axon,
+    }
+
+
+def _taken(membrane: Membrane, given: float, time: float) -> float:
+    """Inhibitory current (A) with which the membrane rises from ground to the reference in a time (s)."""
+
+    def later(taken: float) -> float:
+        return rise_time(membrane, 0.0, given, taken) - time
+
+    return float(brentq(later, 0.01 * given, 0.99 * given, xtol=1e-18))
+
+
+def level_numbers(level: Circuit, silicon: Silicon, delay: Callable[[float], float]) -> tuple[float, float]:
+    """Offset (V) and charge (C) of a level unit from its delays (s) on ramps of `SLOW` and `FAST`."""
+    law, current = silicon.law("p"), die_current(level, level.bias("i_cmp"), silicon)
+    slow, fast = delay(SLOW), delay(FAST)
+
+    def apart(charge: float) -> float:
+        over = [
+            (d - float(ramp_delay(s, charge, current, law.kappa, law.u_t))) * s
+            for d, s in ((slow, SLOW), (fast, FAST))
+        ]
+        return over[0] - over[1]
+
+    charge = float(brentq(apart, 1e-13, 5e-11, xtol=1e-18))
+    return (slow - float(ramp_delay(SLOW, charge, current, law.kappa, law.u_t))) * SLOW, charge
+
+
+def level_delay(level: Circuit, silicon: Silicon, slope: float, device: str = "", move: float = 0.0) -> float:
+    """From a ramp's crossing of the level unit's threshold to its spike, s; a parameter of a device moved."""
+    bench = ramp_bench(rebias(level, {"v_threshold": THRESHOLD}), slope, silicon.process.v_dd)
+    machine = to_kernel(bench, silicon)
+    name, _, kind = device.partition(".")
+    if device:
+        given = {"threshold": move} if kind == "v_t0" else {"log_beta": move}
+        machine = perturbed(machine, f"generator.comparator.{name}", **given)
+    spikes = simulate(machine, rtol=RTOL, record=()).spikes["spike"]
+    if not spikes.size:
+        raise SolverError("sonar_head.level: no spike in the run; give it a higher ramp")
+    return float(spikes[0]) - crossing(slope)
+
+
+def ramp_bench(level: Circuit, slope: float, v_dd: float) -> Testbench:
+    """A level unit's testbench: its envelope passes `THRESHOLD` at `crossing(slope)` (s), slope in V/s."""
+    start, end = crossing(slope) + FROM / slope, crossing(slope) + TO / slope
+    wave = PiecewiseLinear((0.0, start, end), (THRESHOLD + FROM, THRESHOLD + FROM, THRESHOLD + TO))
+    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("envelope", "envelope", wave))
+    return Testbench("level unit", level, sources, end + 1e-4, watch=("spike",))
+
+
+def crossing(slope: float) -> float:
+    """When the ramp of `ramp_bench` passes the threshold, s."""
+    return 0.2e-3 - FROM / slope
+
+
+def _heard(lso: Circuit, silicon: Silicon, **stimuli: float) -> Result:
+    quiet: dict[str, float | None] = {s.name: None for s in lso_neuron.BLOCK.stimuli}
+    bench = lso_neuron.testbench(lso, quiet | stimuli | {"duration": STOP}, silicon.process.v_dd)
+    return simulate(bench, silicon, rtol=RTOL)
+
+
+def _timer_slopes(silicon: Silicon) -> F64:
+    """Slopes d ln Q / dx of a timer by each parameter of its comparator."""
+    circuit = rebias(lso_neuron.build(), {}, "generator")
+    quiet: dict[str, float | None] = {s.name: None for s in lso_neuron.BLOCK.stimuli}
+    bench = lso_neuron.testbench(
+        circuit, quiet | {"excite_1": 0.5e-3, "duration": STOP}, silicon.process.v_dd
+    )
+    machine = to_kernel(bench, silicon)
+
+    def lasted(parameter: str, move: float) -> float:
+        device, _, kind = parameter.partition(".")
+        given = {"threshold": move} if kind == "v_t0" else {"log_beta": move}
+        moved = perturbed(machine, f"excite0.timer.{device}", **given)
+        found = lso_neuron.measures(simulate(moved, rtol=RTOL))["step_s"]
+        if found is None:
+            raise SolverError(f"sonar_head.{parameter}: no step in the run")
+        return float(np.log(found - WIDTH))
+
+    return _slopes(lasted, parameters(COMPARATOR))
+
+
+def _level_slopes(silicon: Silicon) -> F64:
+    """Slopes (V/V or V) of a level unit's offset by each parameter of its comparator."""
+    level = rebias(high_threshold_neuron.build(), {}, "generator")
+
+    def offset(parameter: str, move: float) -> float:
+        return level_delay(level, silicon, SLOW, parameter, move) * SLOW
+
+    return _slopes(offset, parameters(LEVEL_COMPARATOR))
+
+
+def _slopes(value: Callable[[str, float], float], names: tuple[str, ...]) -> F64:
+    found = []
+    for name in names:
+        h = _STEPS[name.rpartition(".")[2]]
+        found.append((value(name, h) - value(name, -h)) / (2.0 * h))
+    return np.array(found)

@@ -1,0 +1,246 @@
+"""Noise of the sonar head's level units and LSO neurons from that of their devices.
+
+Membrane: every current that a transistor lets onto it or takes from it brings shot noise, the inhibitory sum
+three times, since its sources, and both sides of the mirror that turns it, make their own; and a reset leaves
+k T C. With phi of `chips.shot_noise` the charge's variance since the reset is
+
+    V = q int [phi I_exc + phi sum I_inh + phi_in (taken^2 / sum I_inh) + phi_out taken] dt + k T C
+
+and a spike comes where the membrane passes V_ref + xi sqrt(V) / C. Step: sigma(T) = T sqrt(q phi / Q_t).
+Level unit: on a ramp the pair's currents I_1, I_2 part, z = psi kappa S t / U_T (psi: how steep the pair is
+beside weak inversion), and its axon's input takes up
+
+    int (1/2) S dt,  S = 2 q [4 phi I_1 I_2 / I + 2 phi_m I_1 + phi_t I tanh^2(z / 2)]
+
+(pair, mirror, tail), which over the current at the spike, I tanh(z / 2), is its jitter. Flicker, drawn anew
+for each ping: of the currents' devices over their steps, and of a level unit's pair and mirror as an offset.
+Left out: comparators of neurons and timers (1 % of the variance), noise before a ramp's crossing, how the
+flicker of one ping goes on in the next, and a membrane that is balanced so well that it creeps.
+
+Draws are keyed by (seed, trial, quantity, ping).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chips.lso.law import Membrane, Mirror, Steps, mirrored, moved, rise_time, segments
+from chips.lso.measure import circuits
+from chips.lso.model import RECORD, SIDES, Head, side_inputs
+from chips.lso.place import NAME, area_of, square_of
+from chips.noise_draw import Draws, draw, new_draws
+from chips.ranging.noise import SiliconNoise
+from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
+from chips.table_record import all_on_silicon, matching_tables
+from circuits.silicon.process import ELEMENTARY_CHARGE
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+LEVEL, SPIKES = "level", "spikes"
+_COMPARATOR = "generator.comparator"
+_ROOM = 64  # spikes of a neuron that a draw is for; more take another
+
+
+class Grain(NamedTuple):
+    """Of a neuron's currents. exciting: C, q phi; the mirror's devices are its own."""
+
+    exciting: float
+    inhibiting: float
+
+
+class LevelGrain(NamedTuple):
+    """Shares phi of a level unit's pair, mirror and tail; psi kappa / U_T of the pair, 1/V."""
+
+    pair: float
+    mirror: float
+    tail: float
+    per_volt: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LsoNoise:
+    """Relative deviations of fields of a head's numbers, arrays as they have, and what draws them.
+
+    offset: V, of level units' thresholds; grain: of the neurons' currents; level: of the level units'.
+    """
+
+    spread: dict[str, F64]
+    offset: F64
+    grain: Grain
+    level: LevelGrain
+    draws: dict[str, Draws]
+
+
+def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.0) -> LsoNoise:
+    """Noise of a head with these numbers; area: of the drawn devices over the circuits'."""
+    lso, _ = circuits()
+    tables = matching_tables(RECORD, circuits, silicon.process).values
+    (timer,) = all_on_silicon(tables, ("timer",), silicon)
+    square = silicon.law("p").square_current
+    source, counter = (square * square_of(lso, f"excite0.{d}") for d in ("me", "mt"))
+    spread = {}
+    for name in ("excite", "inhibit"):
+        current, lasts = getattr(head, name), getattr(head, f"{name}_step")
+        drawn = float(timer) / lasts
+        spread[name] = np.sqrt(
+            current_wander(
+                silicon, noise, "p", area * area_of(lso, "excite0.me"), lasts, steepness(current, source)
+            )
+        )
+        slow = current_wander(
+            silicon, noise, "p", area * area_of(lso, "excite0.mt"), lasts, steepness(drawn, counter)
+        )
+        shot = ELEMENTARY_CHARGE * shot_share(drawn, counter) / float(timer)
+        spread[f"{name}_step"] = np.sqrt(shot + slow)
+    grain = Grain(*(
+        ELEMENTARY_CHARGE * float(shot_share(getattr(head, n).mean(), source)) for n in ("excite", "inhibit")
+    ))  # fmt: skip
+    root = f"{NAME} of {silicon.die.lot}/{silicon.die.number}"
+    count = {**{n: s.size for n, s in spread.items()}, "offset": head.offset.size, LEVEL: head.offset.size}
+    count |= {f"{SPIKES}{side}": _ROOM for side in range(SIDES)}
+    draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", size) for n, size in count.items()}
+    own = level_grain(float(head.level_current.mean()), silicon)
+    return LsoNoise(spread, _offsets(head, silicon, noise, area), grain, own, draws)
+
+
+def head_of_ping(head: Head, noise: LsoNoise, number: int) -> Head:
+    """Numbers of a head in ping `number`."""
+    found = {
+        name: getattr(head, name) * (1.0 + spread * normals(noise.draws[name], number, spread))
+        for name, spread in noise.spread.items()
+    }
+    offset = head.offset + noise.offset * normals(noise.draws["offset"], number, noise.offset)
+    return head._replace(offset=offset, **found)
+
+
+def normals(fixed: Draws, number: int, like: F64, stream: int = 0) -> F64:
+    """Draws of ping `number` in the shape of `like`."""
+    # working space of its own, so that one noise may serve several threads
+    own = Draws(fixed.keys, fixed.counters.copy(), fixed.words.copy(), fixed.normal.copy())
+    draw(own, number, stream)
+    return np.asarray(own.normal[: like.size].reshape(like.shape), dtype=np.float64)
+
+
+def level_jitter(head: Head, noise: LsoNoise, number: int, delay: F64, slope: F64) -> F64:
+    """What is added to level units' spikes in ping `number`, s, float64[SIDES, LEVELS].
+
+    delay: s from a ramp's crossing to the spike, inf for none; slope: V/s, of the ramp.
+    """
+    spread = np.zeros(delay.shape)
+    on = np.isfinite(delay)
+    spread[on] = level_spread(noise.level, delay[on], slope[on], head.level_current[on])
+    return spread * normals(noise.draws[LEVEL], number, spread)
+
+
+def level_spread(grain: LevelGrain, delay: F64, slope: F64, current: ArrayLike) -> F64:
+    """Deviation (s) of a level unit's spike, arrays of one shape.
+
+    delay: s after a ramp of `slope` V/s passed the threshold; current: of the tail, A.
+    """
+    steep = grain.per_volt * slope
+    z = steep * delay
+    pair = 0.5 - 1.0 / (1.0 + np.exp(z))
+    mirror = z - np.logaddexp(z, 0.0) + math.log(2.0)
+    tail = z - 2.0 * np.tanh(0.5 * z)
+    whole = np.asarray(current, dtype=np.float64)
+    taken = 4.0 * grain.pair * pair + 2.0 * grain.mirror * mirror + grain.tail * tail
+    return np.asarray(np.sqrt(ELEMENTARY_CHARGE / whole / steep * taken) / np.tanh(0.5 * z))
+
+
+def noisy_side_spikes(
+    head: Head, noise: LsoNoise, number: int, side: int, level: F64, *, inhibited: bool = True
+) -> F64:
+    """Spikes (s) of an LSO neuron in ping `number`, as `chips.lso.model.side_spikes`."""
+    excitation, inhibition, membrane, mirror = side_inputs(head, side, level, inhibited=inhibited)
+    return noisy_spikes(excitation, inhibition, membrane, mirror, noise.grain, _Normals(noise, side, number))
+
+
+class _Normals:
+    """Draws of a neuron's spikes in a ping, by their number."""
+
+    def __init__(self, noise: LsoNoise, side: int, number: int) -> None:
+        self.fixed, self.number = noise.draws[f"{SPIKES}{side}"], number
+        self.block = np.zeros(0)
+
+    def __call__(self, spike: int) -> float:
+        """Of spike `spike`, asked for in their order."""
+        if spike % _ROOM == 0:
+            self.block = normals(self.fixed, self.number, np.zeros(_ROOM), spike // _ROOM)
+        return float(self.block[spike % _ROOM])
+
+
+def noisy_spikes(
+    excitation: Steps, inhibition: Steps, membrane: Membrane, mirror: Mirror, grain: Grain, drawn: _Normals
+) -> F64:
+    """Spikes (s) as of `chips.lso.law.lso_spikes`, with noise."""
+    edges, given, sums = segments(excitation, inhibition, membrane)
+    emptied = ELEMENTARY_CHARGE * membrane.u_t * membrane.capacitance  # k T C
+    spikes: list[float] = []
+    volts, free, variance, normal = 0.0, -math.inf, emptied, drawn(0)
+    for begin, end, exc, inh in zip(edges[:-1], edges[1:], given, sums, strict=True):
+        taken, rate = mirrored(mirror, inh), shot_rate(grain, mirror, exc, inh)
+        now = max(begin, free)
+        while now < end:
+            reached = now + rise_time(membrane, volts, exc, taken)
+            if reached == math.inf:  # it rests, and forgets
+                volts, variance = moved(membrane, volts, exc, taken, end - now), emptied
+                break
+            moved_by = normal * math.sqrt(variance + rate * (reached - now)) / membrane.capacitance
+            other = membrane._replace(reference=membrane.reference + moved_by)
+            reached = max(now, now + rise_time(other, volts, exc, taken))
+            if reached > end:
+                volts, variance = moved(membrane, volts, exc, taken, end - now), variance + rate * (end - now)
+                break
+            spikes.append(reached)
+            volts, free, variance, normal = 0.0, reached + membrane.dead, emptied, drawn(len(spikes))
+            now = free
+    return np.array(spikes)
+
+
+def shot_rate(grain: Grain, mirror: Mirror, given: float, inhibition: float) -> float:
+    """Variance of the membrane's charge a second, C^2/s, with currents (A) of both sides."""
+    taken = mirrored(mirror, inhibition)
+    rate = grain.exciting * given
+    if inhibition > 0.0:
+        within = shot_share(inhibition, mirror.specific_in) * taken**2 / inhibition
+        out = shot_share(taken, mirror.specific_out) * taken
+        rate += grain.inhibiting * taken**2 / inhibition + ELEMENTARY_CHARGE * float(within + out)
+    return rate
+
+
+def _offsets(head: Head, silicon: Silicon, noise: SiliconNoise, area: float) -> F64:
+    """Deviation (V) of each level unit's threshold by flicker of pair and mirror while it charges."""
+    _, level = circuits()
+    time = head.level_charge / head.level_current
+    pair, mirror = (area * area_of(level, f"{_COMPARATOR}.{d}") for d in ("mc1", "mc4"))
+    half = 0.5 * head.level_current
+    steep = []
+    for polarity, name in (("p", "mc1"), ("n", "mc4")):
+        law = silicon.law("p" if polarity == "p" else "n")
+        specific = law.square_current * square_of(level, f"{_COMPARATOR}.{name}")
+        steep.append(law.kappa * steepness(half, specific))
+    own, turned = gate_wander(silicon, noise, "p", pair, time), gate_wander(silicon, noise, "n", mirror, time)
+    return np.asarray(np.sqrt(2.0 * own + 2.0 * turned * (steep[1] / steep[0]) ** 2))
+
+
+def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
+    """Noise of a level unit with this current (A) of its tail; pair and mirror carry half of it each."""
+    _, level = circuits()
+    half = 0.5 * whole
+    specific = {
+        name: silicon.law("n" if name == "mc4" else "p").square_current
+        * square_of(level, f"{_COMPARATOR}.{name}")
+        for name in ("mc1", "mc3", "mc4")
+    }
+    pair, mirror, tail = (
+        float(shot_share(i, specific[name])) for name, i in (("mc1", half), ("mc4", half), ("mc3", whole))
+    )
+    law = silicon.law("p")
+    steep = float(steepness(half, specific["mc1"])) * law.kappa / silicon.thermal_voltage
+    return LevelGrain(pair, mirror, tail, steep)

@@ -1,0 +1,1 @@
+"""The NEF chip: neurons whose tuning curves are those of its die."""

@@ -1,0 +1,313 @@
+"""The NEF chip: thousands of neurons whose curves a die sets, encoder stages, filters, and an AER router.
+
+A signal in a slot of a population, a number x, is at the full scale of its line where x is `full`:
+
+    z = x / full, in steps of the converters,   s = low-pass of 1 + z,   Y = gain s^power
+    pos = above max(Y - zero, 0), neg = below max(zero - Y, 0)
+    J_i = sum over slots (a_i pos + b_i neg) + bias_i
+
+with a and b the currents of the stage's two banks at the neuron's code, of unlike signs, one of them through
+the mirror. Filters beyond a slot's first add what they are above their middle.
+
+Calibration, at one temperature, is what a laboratory does with a chip before anything is run on it: biases
+are trimmed in steps until the die's median neuron has the design's leak and refractory period and its
+reference the design's current; converters are set so that every filter's middle is the reference. What a
+neuron's own devices deviate stays, as its tuning curve. Codes are chosen for the median neuron; curves are
+then measured by counting spikes for `WINDOW`, and decoders solved from what was counted.
+
+Limits and numbers of bits are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.nef.circuit import COLUMNS, FILTERS, NEURONS, chip_biases
+from chips.nef.model import (
+    Biases,
+    Column,
+    Filters,
+    Lines,
+    NeuronLaw,
+    column_on,
+    filters_on,
+    lines_on,
+    neurons_on,
+    unit_of,
+)
+from chips.ranging.noise import SiliconNoise
+from circuits.blocks.nef.encoder import BITS
+from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError, unknown_name
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+REFERENCE_C = 27.0  # degC, where a chip is calibrated unless said
+INPUT_BITS, WEIGHT_BITS = 10, 10  # of the converters and of decoding weights, sign included
+HEADROOM = 2.0  # full scale of a slot, in radii
+CODE = 2**BITS - 1  # highest code of a stage
+MOST_COLUMNS = 4  # that one slot of currents takes together
+EVENTS = 1000  # that the router passes a ms
+FIFO = 256  # events that wait for it
+WINDOW = 1.0  # s, in which spikes are counted where curves are measured
+TRIM_STEP = 0.01  # of a bias, in its logarithm
+FASTEST, SLOWEST = 0.5e-3, 0.5  # s, time constants of filters; a shorter one is set to the fastest
+_SAMPLED = 1024  # neurons whose median is trimmed
+
+
+@dataclass(frozen=True, slots=True)
+class NefChip:
+    """A chip: die, kind of its biases, values (A, V) of some by name, temperature (degC) of its calibration.
+
+    area: of all devices, relative: mismatch and flicker go as its root; nothing else changes. neurons: that
+    it has. noise: of its devices where a network is run, None for none.
+    """
+
+    die: Die = NOMINAL
+    bias_kind: BiasKind = "gate"
+    biases: Mapping[str, float] = field(default_factory=dict)
+    calibration_c: float = REFERENCE_C
+    neurons: int = NEURONS
+    area: float = 1.0
+    noise: SiliconNoise | None = None
+
+    def __post_init__(self) -> None:
+        known = [b.name for b in chip_biases()]
+        for name, value in self.biases.items():
+            if name not in known:
+                raise unknown_name("bias of the NEF chip", name, known)
+            if not 0.0 < value < math.inf:
+                raise ParameterError(f"nef-chip.{name}: {value:g}, must be above 0 and finite")
+        if not 1 <= self.neurons <= NEURONS:
+            raise ParameterError(f"nef-chip.neurons: {self.neurons}, must be from 1 to {NEURONS}")
+        if not 0.01 <= self.area <= 1e4:
+            raise ParameterError(f"nef-chip.area: {self.area:g}, must be from 0.01 to 1e4")
+        self.silicon(self.calibration_c)
+
+    def silicon(self, temperature_c: float) -> Silicon:
+        """What it is made of, at a temperature."""
+        root = math.sqrt(self.area)
+        process = replace(
+            ROLLS_180, pair_a_vt=ROLLS_180.pair_a_vt / root, pair_a_beta=ROLLS_180.pair_a_beta / root
+        )
+        return Silicon(process, temperature_c, self.die)
+
+    def at(self, temperature_c: float) -> Conditions:
+        """The calibrated chip at a temperature."""
+        return Conditions(self, temperature_c, _trimmed(self))
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """A chip at a temperature with its biases as calibrated. `Curves` of its neurons, in thresholds."""
+
+    chip: NefChip
+    temperature_c: float
+    biases: Biases
+
+    @property
+    def silicon(self) -> Silicon:
+        """What it is made of."""
+        return self.chip.silicon(self.temperature_c)
+
+    @property
+    def law(self) -> NeuronLaw:
+        """All neurons of the chip."""
+        return _law(self.silicon, self.chip.neurons, self.biases)
+
+    @property
+    def unit(self) -> float:
+        """Current of a code of 1 at y = 1, thresholds."""
+        return _unit(self.silicon, self.biases)
+
+    def column(self, column: int) -> Column:
+        """Stages of a column."""
+        return _stages(self.silicon, column, self.chip.neurons, self.biases)
+
+    def filters(self, taus: F64) -> Filters:
+        """Filters set to time constants, s."""
+        return filters_on(self.silicon, np.clip(taus, FASTEST, SLOWEST), self.biases)
+
+    def rates(self, first: int, current: F64) -> F64:
+        """Rates, Hz, of neurons from `first` on at currents, float64[points, neurons]."""
+        return self.law.rates(first, current)
+
+    def currents(self, first: int, rate: F64) -> F64:
+        """Currents at which the median neuron of the die fires at rates, Hz; NaN where it cannot."""
+        typical = NeuronLaw(*(np.asarray(np.median(a[:_SAMPLED])) for a in self.law))
+        charging = 1.0 / np.maximum(rate, 1e-9) - typical.refractory
+        reached = charging > 0.0
+        found = typical.leak + typical.charge / np.where(reached, charging, 1.0)
+        return np.where(rate > 0.0, np.where(reached, found, np.nan), typical.leak)
+
+    @property
+    def lines(self) -> Lines:
+        """All lines of the chip."""
+        return _lines(self.silicon, self.biases)
+
+    def split(self, line: int, z: F64) -> tuple[F64, F64]:
+        """What a line gives above and below its middle at a steady z, which converters cut at 1."""
+        own = Lines(*(a[line] for a in self.lines))
+        total = own.zero * ((1.0 + np.clip(z, -1.0, 1.0)) ** POWER - 1.0)
+        return own.above * np.maximum(total, 0.0), own.below * np.maximum(-total, 0.0)
+
+    def highest_gain(self, headroom: float) -> float:
+        """Highest gain, thresholds a radius, that a stage has where full scale is so many radii."""
+        return float(CODE * POWER * self.unit / headroom)
+
+    def codes(self, row: F64, full: float, columns: int) -> I64:
+        """Codes of stages for the currents `row` (thresholds a unit of x), int64[columns, n]."""
+        wanted = np.rint(row * full / (POWER * self.unit))
+        most = CODE * columns
+        total = np.clip(wanted, -most, most)
+        share = [np.trunc(total * (k + 1) / columns) - np.trunc(total * k / columns) for k in range(columns)]
+        return np.stack(share).astype(np.int64)
+
+    def stage(self, first: int, column: int, codes: I64) -> tuple[F64, F64]:
+        """Of stages with codes, int64[columns, n]: thresholds of a line's full scale above and below."""
+        above, below = np.zeros(codes.shape[1]), np.zeros(codes.shape[1])
+        for k, own in enumerate(codes):
+            a, b, mirror = self._banks(first, column + k, own)
+            positive = own >= 0
+            above += np.where(positive, a, -mirror * a)
+            below += np.where(positive, -mirror * b, b)
+        return above, below
+
+    def bias_codes(self, bias: F64) -> I64:
+        """Codes of column 0 for bias currents, thresholds."""
+        return np.asarray(np.clip(np.rint(bias / self.unit), -CODE, CODE).astype(np.int64))
+
+    def bias(self, first: int, codes: I64) -> F64:
+        """Bias currents of codes, thresholds."""
+        a, _, mirror = self._banks(first, 0, codes)
+        return np.where(codes >= 0, a, -mirror * a)
+
+    def _banks(self, first: int, column: int, codes: I64) -> tuple[F64, F64, F64]:
+        stages, own = self.column(column), slice(first, first + len(codes))
+        on = (np.abs(codes)[:, None] >> np.arange(BITS)) & 1
+        signal = np.where(on, stages.signal[own], 0.0).sum(axis=1)
+        reference = np.where(on, stages.reference[own], 0.0).sum(axis=1)
+        return signal, reference, stages.mirror[own]
+
+
+POWER = ROLLS_180.p.kappa / ROLLS_180.n.kappa  # of a filter's output
+
+
+def check_room(name: str, neurons: int, columns: int, chip: NefChip) -> None:
+    """Raise `ParameterError` for neurons or columns beyond the chip's."""
+    if neurons > chip.neurons:
+        raise ParameterError(
+            f"{name}: neurons up to number {neurons}, the chip has {chip.neurons}; take fewer neurons"
+        )
+    if columns > COLUMNS:
+        raise ParameterError(
+            f"{name}: {columns} encoder columns, the chip has {COLUMNS}; take fewer dimensions"
+        )
+
+
+def check_filters(count: int) -> None:
+    """Raise `ParameterError` for more filters than the chip has."""
+    if count > FILTERS:
+        raise ParameterError(
+            f"nef-chip: {count} filters, the chip has {FILTERS}; take fewer slots or time constants"
+        )
+
+
+@lru_cache(maxsize=16)
+def _trimmed_cached(
+    silicon: Silicon, kind: BiasKind, values: tuple[tuple[str, float], ...], neurons: int
+) -> Biases:
+    given = dict(values)
+    biases = tuple(
+        b if b.kind == "voltage" and b.name not in given else
+        replace(b, value=given.get(b.name, b.value), kind=b.kind if b.kind == "voltage" else kind)
+        for b in chip_biases()
+    )  # fmt: skip
+    for _ in range(4):  # a gate voltage that stands for 27 degC gives a power of its current elsewhere
+        law = neurons_on(silicon, min(_SAMPLED, neurons), biases)
+        filter_ = filters_on(silicon, np.full(16, 5e-3), biases)
+        unit = unit_of(silicon, biases)
+        wanted = {
+            "i_leak": (given.get("i_leak", LEAK) / LEAK) / float(np.median(law.leak)),
+            "i_rfr": float(np.median(law.refractory)) / _refractory(given.get("i_rfr", REFRACTORY_CURRENT)),
+            "i_pos": _unit_wanted(given) / unit,
+            "i_thr": 1.0 / float(np.median(filter_.gain)),
+            "i_ref": 1.0 / float(np.median(lines_on(silicon, 64, biases).zero)),
+            "i_tau": float(np.median(filter_.tau)) / _tau_wanted(given),
+        }
+        biases = tuple(replace(b, value=_scaled(b.value, wanted.get(b.name, 1.0))) for b in biases)
+    return biases
+
+
+def _trimmed(chip: NefChip) -> Biases:
+    values = tuple(sorted(chip.biases.items()))
+    return _trimmed_cached(chip.silicon(chip.calibration_c), chip.bias_kind, values, chip.neurons)
+
+
+def _scaled(value: float | tuple[float, ...], by: float) -> float:
+    """A bias times a factor that the trim's steps can give."""
+    step = round(math.log(by) / TRIM_STEP)
+    return float(np.ravel(value)[0]) * math.exp(TRIM_STEP * step)
+
+
+@lru_cache(maxsize=1)
+def _design() -> tuple[float, float, float]:
+    """Refractory period (s), unit (thresholds) and time constant (s) of the nominal chip at 27 degC."""
+    silicon = Silicon(ROLLS_180, REFERENCE_C)
+    biases = chip_biases()
+    law = neurons_on(silicon, 1, biases)
+    tau = filters_on(silicon, np.array([5e-3]), biases).tau[0]
+    return float(law.refractory[0]), unit_of(silicon, biases), float(tau)
+
+
+def _refractory(current: float) -> float:
+    return _design()[0] * REFRACTORY_CURRENT / current
+
+
+def _unit_wanted(given: Mapping[str, float]) -> float:
+    nominal = next(b for b in chip_biases() if b.name == "i_pos")
+    return (
+        _design()[1]
+        * given.get("i_pos", float(np.ravel(nominal.value)[0]))
+        / float(np.ravel(nominal.value)[0])
+    )
+
+
+def _tau_wanted(given: Mapping[str, float]) -> float:
+    nominal = next(b for b in chip_biases() if b.name == "i_tau")
+    return (
+        _design()[2]
+        * float(np.ravel(nominal.value)[0])
+        / given.get("i_tau", float(np.ravel(nominal.value)[0]))
+    )
+
+
+@lru_cache(maxsize=8)
+def _law(silicon: Silicon, neurons: int, biases: Biases) -> NeuronLaw:
+    return neurons_on(silicon, neurons, biases)
+
+
+@lru_cache(maxsize=8)
+def _lines(silicon: Silicon, biases: Biases) -> Lines:
+    return lines_on(silicon, FILTERS, biases)
+
+
+@lru_cache(maxsize=8)
+def _unit(silicon: Silicon, biases: Biases) -> float:
+    return unit_of(silicon, biases)
+
+
+@lru_cache(maxsize=2 * COLUMNS)
+def _stages(silicon: Silicon, column: int, neurons: int, biases: Biases) -> Column:
+    return column_on(silicon, column, neurons, biases)

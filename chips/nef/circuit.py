@@ -1,0 +1,101 @@
+"""The NEF chip as a circuit: neurons, columns of encoder stages, filters with their lines.
+
+* `neuron[8192]`: its membrane takes the currents of the neuron's stages;
+* `column[64]`: a column is `stage[8192]`, one a neuron; in column 0 a fixed current stands in the signal's
+  place, which is the neurons' bias;
+* `filter[512]`, each with its converter's middle, and `line[512]`, which adds up filters of one signal.
+
+Which line drives a column of which neurons, and which filters a line adds up, are switches that have no
+circuit here: stages and filters whose connections are open have nodes of their own. Sizes of the arrays are
+ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from circuits.blocks.nef import encoder as nef_encoder
+from circuits.blocks.nef import neuron as nef_neuron
+from circuits.blocks.nef import synapse as nef_synapse
+from circuits.circuit import Bias, Circuit, InstanceArray, Node, Port
+
+NAME = "nef_chip"
+NEURONS, COLUMNS, FILTERS = 8192, 64, 512
+SUPPLY = Port("vdd", "supply")
+
+
+def converter_filter() -> Circuit:
+    """A low-pass with the middle of its converter, and its biases: ports i_in, i_sum, v_syn."""
+    whole = nef_synapse.build()
+    filter_ = next(i for i in whole.instances if i.name == "filter")
+    connections = dict(filter_.connections)
+    connections["i_out"] = "i_sum"
+    return replace(
+        whole,
+        name="nef_filter",
+        ports=(
+            *(p for p in whole.ports if p.name not in ("v_pos", "v_neg", "v_ref", "v_split")),
+            Port("v_syn", "analog", "out"),
+            Port("i_sum", "analog", "out"),
+        ),
+        instances=(replace(filter_, connections=connections),),
+        biases=tuple(b for b in whole.biases if b.name not in ("i_ref", "v_split")),
+    )
+
+
+def neurons(count: int) -> Circuit:
+    """The chip with its first neurons alone."""
+    part = nef_neuron.build()
+    ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))
+    nodes = (Node("v_mem", (count,)), Node("spike", (count,)))
+    biases = tuple(replace(b, device=f"neuron.{b.device}" if b.device else None) for b in part.biases)
+    array = InstanceArray("neuron", part, (count,), {p.name: p.name for p in part.ports})
+    return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
+
+
+def column(count: int) -> Circuit:
+    """A column with its first stages alone; the bits and signs of each are nodes of its own."""
+    part = nef_encoder.build()
+    shared = ("v_pos", "v_neg")
+    own = [p.name for p in part.ports if p.name not in ("vdd", *shared)]
+    ports = (SUPPLY, *(Port(name, "bias") for name in shared))
+    nodes = tuple(Node(name, (count,)) for name in own)
+    biases = tuple(
+        replace(b, device=f"stage.{b.device}") for b in part.biases if b.name == "i_pos" and b.device
+    )
+    array = InstanceArray("stage", part, (count,), {p.name: p.name for p in part.ports})
+    return Circuit("nef_column", ports, (), (array,), nodes, biases=biases)
+
+
+def filters(count: int) -> Circuit:
+    """The chip with its first filters alone; i_tau and i_thr are each filter's own."""
+    part = converter_filter()
+    own = [p.name for p in part.ports if p.name not in ("vdd", "v_mid", "v_tau", "v_thr")]
+    ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))
+    nodes = tuple(Node(name, (count,)) for name in own)
+    biases = tuple(replace(b, device=f"filter.{b.device}") for b in part.biases)
+    array = InstanceArray("filter", part, (count,), {p.name: p.name for p in part.ports})
+    return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
+
+
+def lines(count: int) -> Circuit:
+    """The chip with its first lines alone."""
+    part = nef_synapse.line()
+    nodes = tuple(Node(name, (count,)) for name in ("i_sum", "v_pos", "v_neg"))
+    array = InstanceArray("line", part, (count,), {p.name: p.name for p in part.ports})
+    ports = (SUPPLY, *(Port(name, "bias") for name in ("v_ref", "v_split")))
+    biases = tuple(
+        replace(b, device=f"line.{b.device.removeprefix('line.')}" if b.device else None)
+        for b in nef_synapse.BIASES
+        if b.name in ("i_ref", "v_split")
+    )
+    return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
+
+
+def chip_biases() -> tuple[Bias, ...]:
+    """Biases of the chip by the names of its blocks; a stage's bits and signs are no biases here."""
+    return (
+        *nef_neuron.BIASES,
+        *(b for b in nef_encoder.BIASES if b.name == "i_pos"),
+        *nef_synapse.BIASES,
+    )

@@ -1,0 +1,229 @@
+"""Compiled loop of a network on the NEF chip (`chips.nef.chip`): converters, filters, neurons, router.
+
+A time step of `DT`:
+
+* a lane's accumulator takes what spikes and nodes have put on it; the converter gives the nearest of its
+  levels, and the rest stays, so that nothing is lost by rounding; beyond full scale the rest stays too, up
+  to another full scale, and what is above that is lost and counted;
+* filters, `Y = gain s^power`, added up in slots, and lines, which split a slot's Y in what is above and below
+  their reference; lanes that are read are low-passed by numbers;
+* neurons go up by (J - leak) / charge a second from the end of their refractory period on, and down to the
+  floor; a spike is placed where they reach 1. Inputs stand for a step, within which this is exact;
+* the router passes up to `budget` spikes, those that waited first; others wait in a ring, and those for which
+  it has no room are dropped and counted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.nef.network import kernel as nef_kernel
+from chips.nef.network.kernel import DT, Net, State
+from chips.nef.noise_kernel import NefNoise, begin_noise, disturb_filters, disturb_neurons
+from circuits.compiled import compiled
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+SPIKES, DROPPED, WAITING, CLIPPED, LOST = range(5)  # of the counters: events, and most that ever waited
+COUNTERS = ("spikes", "dropped", "most_waiting", "clipped", "lost")
+_compiled = compiled()
+
+
+class ChipNet(NamedTuple):
+    """A network on a chip.
+
+    net: biases, decoders and, for what is above a line's reference, rows as the chip has them (tau_rc and
+    tau_ref are not used); below: as net.encoder, for what is below; lines: float64[3, slots], as `Lines`;
+    first: bool[lanes], the first filter of a slot, which brings the middle; leak, speed (1 /
+    charge), refractory, floor: float64[neurons]; step: float64[lanes], value of a converter's step, 0 where a
+    lane is read; levels: highest level; scale, gain: float64[lanes], of a filter's input and output; power;
+    home: int64[neurons], population of each; budget: events a step.
+    """
+
+    net: Net
+    below: F64
+    lines: F64
+    first: NDArray[np.bool_]
+    leak: F64
+    speed: F64
+    refractory: F64
+    floor: F64
+    step: F64
+    levels: float
+    scale: F64
+    gain: F64
+    power: float
+    home: I64
+    budget: int
+
+
+class ChipState(NamedTuple):
+    """State of a chip.
+
+    base: as of ideal neurons; s: float64[lanes], filters; rest: float64[lanes], accumulators; queue:
+    int64[ring]; ends: int64[2], where the ring begins and how many wait; counters: int64[5], by `COUNTERS`.
+    """
+
+    base: State
+    s: F64
+    rest: F64
+    queue: I64
+    ends: I64
+    counters: I64
+
+
+def new_chip_state(chip: ChipNet, ring: int) -> ChipState:
+    """A chip at rest, its filters at their middle."""
+    lanes = len(chip.scale)
+    return ChipState(
+        nef_kernel.new_state(chip.net), chip.scale.copy(), np.zeros(lanes), np.zeros(ring, dtype=np.int64),
+        np.zeros(2, dtype=np.int64), np.zeros(len(COUNTERS), dtype=np.int64),
+    )  # fmt: skip
+
+
+@_compiled
+def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = None) -> None:
+    """Take time steps; without noise numba compiles nothing of it."""
+    for _ in range(steps):
+        if noise is not None:
+            begin_noise(noise)
+            disturb_filters(noise, s.s)
+        convert(c, s)
+        left = deliver(c, s)
+        for p in range(c.net.begin.size - 1):
+            draw(c, s, p)
+            if noise is not None:
+                disturb_neurons(noise, c.net, s.base, c.lines, c.leak, c.speed, c.refractory, p)
+            left = fire(c, s, p, left)
+
+
+@_compiled
+def convert(c: ChipNet, s: ChipState) -> None:
+    """Converters, filters and lines; adds up in slots."""
+    b = s.base
+    for k in range(b.x.size):
+        b.x[k] = 0.0
+    for k in range(b.y.size):
+        given = b.raw[k] + b.held[k]
+        b.raw[k] = 0.0
+        step = c.step[k]
+        if step == 0.0:
+            b.y[k] = given + c.net.keep[k] * (b.y[k] - given)
+            continue
+        total = s.rest[k] + given
+        level = math.floor(total / step + 0.5)
+        if abs(level) > c.levels:
+            level = math.copysign(c.levels, level)
+            s.counters[CLIPPED] += 1
+        rest = total - level * step
+        most = (c.levels + 0.5) * step
+        if abs(rest) > most:
+            rest = math.copysign(most, rest)
+            s.counters[LOST] += 1
+        s.rest[k] = rest
+        z = c.scale[k] * (1.0 + level / (c.levels + 1.0))
+        s.s[k] = z + c.net.keep[k] * (s.s[k] - z)
+        b.y[k] = c.gain[k] * math.exp(c.power * math.log(max(s.s[k], 1e-9)))
+        b.x[c.net.goes[k]] += b.y[k] if c.first[k] else b.y[k] - 1.0
+
+
+@_compiled
+def draw(c: ChipNet, s: ChipState, p: int) -> None:
+    """Currents of a population's neurons: their biases, and of each slot what its line gives."""
+    n, b = c.net, s.base
+    begin, count = n.begin[p], n.begin[p + 1] - n.begin[p]
+    current, bias = b.current[begin : begin + count], n.bias[begin : begin + count]
+    for i in range(count):
+        current[i] = bias[i]
+    for k in range(n.slot[p], n.slot[p + 1]):
+        y = b.x[k] - c.lines[0, k]
+        if y > 0.0:
+            add_scaled(current, n.encoder[n.row[k] : n.row[k] + count], c.lines[1, k] * y)
+        else:
+            add_scaled(current, c.below[n.row[k] : n.row[k] + count], -c.lines[2, k] * y)
+
+
+@_compiled
+def add_scaled(current: F64, row: F64, x: float) -> None:
+    """Add a row times a number."""
+    for i in range(current.size):
+        current[i] += x * row[i]
+
+
+@_compiled
+def deliver(c: ChipNet, s: ChipState) -> int:
+    """Pass the spikes that wait; returns what is left of the step's budget."""
+    left = c.budget
+    while left > 0 and s.ends[1] > 0:
+        route(c, s, s.queue[s.ends[0]])
+        s.ends[0] = (s.ends[0] + 1) % s.queue.size
+        s.ends[1] -= 1
+        left -= 1
+    return left
+
+
+@_compiled
+def fire(c: ChipNet, s: ChipState, p: int, left: int) -> int:
+    """Step a population's neurons and send its spikes; returns what is left of the budget."""
+    b, first, last = s.base, c.net.begin[p], c.net.begin[p + 1]
+    count = last - first
+    v, r, j = b.u[first:last], b.rest[first:last], b.current[first:last]
+    leak, speed, floor = c.leak[first:last], c.speed[first:last], c.floor[first:last]
+    for i in range(count):
+        free = min(max(DT - r[i], 0.0), DT)
+        v[i] = max(v[i] + (j[i] - leak[i]) * speed[i] * free, floor[i])
+        r[i] -= DT
+    found = 0
+    for i in range(count):
+        if v[i] >= 1.0:
+            b.fired[found] = i
+            found += 1
+    for k in range(found):
+        i = b.fired[k]
+        slope = (j[i] - leak[i]) * speed[i]
+        over = (v[i] - 1.0) / slope  # s since the spike, at the end of the step
+        left = send(c, s, first + i, left)
+        while over >= c.refractory[first + i]:
+            over -= c.refractory[first + i]
+            if over * slope < 1.0:
+                break
+            over -= 1.0 / slope
+            left = send(c, s, first + i, left)
+        else:
+            v[i], r[i] = 0.0, c.refractory[first + i] - over
+            continue
+        v[i], r[i] = over * slope, 0.0
+    return left
+
+
+@_compiled
+def send(c: ChipNet, s: ChipState, neuron: int, left: int) -> int:
+    """Route a spike, or let it wait, or drop it; returns what is left of the budget."""
+    s.base.spikes[neuron] += 1
+    s.counters[SPIKES] += 1
+    if left > 0:
+        route(c, s, neuron)
+        return left - 1
+    if s.ends[1] >= s.queue.size:
+        s.counters[DROPPED] += 1
+        return 0
+    s.queue[(s.ends[0] + s.ends[1]) % s.queue.size] = neuron
+    s.ends[1] += 1
+    s.counters[WAITING] = max(s.counters[WAITING], s.ends[1])
+    return 0
+
+
+@_compiled
+def route(c: ChipNet, s: ChipState, neuron: int) -> None:
+    """Put a spike's decoders on its population's lanes."""
+    n = c.net
+    p = c.home[neuron]
+    lane, count = n.lane[p], n.lane[p + 1] - n.lane[p]
+    begin = n.block[p] + (neuron - n.begin[p]) * count
+    for q in range(count):
+        s.base.raw[n.reaches[lane + q]] += n.decoder[begin + q]

@@ -1,0 +1,273 @@
+"""Neurons, encoder stages and filters of the NEF chip on a die, lumped from their own transistors.
+
+Each is a closed form of the devices' law, with the deviations that the transistor level has at the same
+places; currents are in units of the design's threshold, `LEAK`, voltages in volt:
+
+* neuron: `leak` of mf1 at v_leak; `charge = C (V_th - v_reset) / LEAK`, V_th where mc1 carries mc2's current,
+  C of the membrane's node with all others held; `refractory = C_ref (V_dd - V_inv) / I_rfr`; a membrane that
+  is drawn down ends at ground, `floor = -v_reset / (V_th - v_reset)`. The rate at a current J is
+  `1 / (refractory + charge / (J - leak))`;
+* stage: the current of each bit of both banks at a unit's gate voltage, and the mirror's ratio;
+* filter: `s = I_in / I_mid` low-passed with `tau (1 + 1 / S)`, and an output of `gain s^power` full scales,
+  gain from the pair, I_th and the output;
+* line: of a sum Y, `above max(Y - zero, 0)` and `below max(zero - Y, 0)`, in full scales.
+
+Left out, all measured small beside the circuits in `system.papers.checks.nef_chip`: what switches that are
+off let through, the feedback of the neuron's threshold, and the time in which a spike resets its membrane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import (
+    DieDevices,
+    Part,
+    capacitance_matrix,
+    devices_on,
+    inverter_threshold_of,
+    part_of,
+)
+from chips.nef import circuit as nef_circuit
+from circuits.blocks.nef.encoder import BITS
+from circuits.blocks.nef.neuron import LEAK
+from circuits.blocks.nef.synapse import LINE_UNITS
+from circuits.circuit import Bias, Circuit
+from circuits.silicon.die import Place
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+Biases = tuple[Bias, ...]
+
+PLACE: Place = ((nef_circuit.NAME, ()),)
+_STAGE_DEVICES = (*(f"m{bank}{k}" for bank in "dr" for k in range(BITS)), "mm1", "mm2")
+
+
+class NeuronLaw(NamedTuple):
+    """Neurons, float64[n] each: leak (thresholds), charge (thresholds s), refractory (s), floor (1)."""
+
+    leak: F64
+    charge: F64
+    refractory: F64
+    floor: F64
+
+    def rates(self, first: int, current: F64) -> F64:
+        """Rates, Hz, of neurons from `first` on at currents, float64[..., n], thresholds."""
+        own = slice(first, first + current.shape[-1])
+        above = current - self.leak[own]
+        fires = above > 0.0
+        period = self.refractory[own] + self.charge[own] / np.where(fires, above, 1.0)
+        return np.where(fires, 1.0 / period, 0.0)
+
+    def head(self, count: int) -> NeuronLaw:
+        """The first neurons."""
+        return NeuronLaw(*(a[:count] for a in self))
+
+
+class Column(NamedTuple):
+    """Stages of a column: currents of the bits, thresholds, float64[n, bits], and the mirror's ratio."""
+
+    signal: F64
+    reference: F64
+    mirror: F64
+
+
+class Lines(NamedTuple):
+    """Lines, float64[n] each: where a sum is the reference, and slopes of what they give above and below."""
+
+    zero: F64
+    above: F64
+    below: F64
+
+
+class Filters(NamedTuple):
+    """Filters, float64[n] each: time constant, s; output at the middle, full scales; and the power."""
+
+    tau: F64
+    gain: F64
+    power: float
+
+
+def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
+    """The chip's first neurons."""
+    part = _with_biases(_neurons(count), biases, "neuron")
+    d = devices_on(part, replace(silicon, place=PLACE))
+    matrix = _neuron_capacitances()
+    buffer = d.saturated("mc2", d.below("v_buf"))
+    reset = float(np.ravel(d.gate["v_reset"])[0])
+    swing = _gate_at(d, "mc1", buffer) - reset
+    fall = d.v_dd - inverter_threshold_of(d, "mk6")
+    return NeuronLaw(
+        d.saturated("mf1", d.gate["v_leak"]) / LEAK,
+        matrix[0, 0] * swing / LEAK,
+        matrix[1, 1] * fall / d.saturated("mk5", d.gate["v_rfr"]),
+        -reset / swing,
+    )
+
+
+def neuron_charges(silicon: Silicon, count: int, biases: Biases) -> tuple[float, F64]:
+    """Capacitance of a membrane, F, and what a refractory period takes from C_ref, float64[n], C."""
+    d = devices_on(_with_biases(_neurons(count), biases, "neuron"), replace(silicon, place=PLACE))
+    matrix = _neuron_capacitances()
+    return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - inverter_threshold_of(d, "mk6")))
+
+
+def filter_capacitance() -> float:
+    """Capacitance of a filter's v_syn, F."""
+    return float(_filter_capacitances()[0, 0])
+
+
+def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Column:
+    """The first stages of a column."""
+    part = _with_biases(_column(count), biases, "stage")
+    place = (*PLACE, ("column", (column,)))
+    d = devices_on(part, replace(silicon, place=place))
+    gate = d.below("v_pos")
+    signal, reference = (
+        np.stack([d.saturated(f"m{bank}{k}", gate) for k in range(BITS)], axis=1) / LEAK for bank in "dr"
+    )
+    a, b = d.fet["mm1"], d.fet["mm2"]
+    mirror = b.current / a.current * np.exp(a.kappa * (a.threshold - b.threshold) / d.u_t)
+    return Column(signal, reference, mirror)
+
+
+def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
+    """The chip's first filters, set to nominal time constants `taus` (s) of 27 degC."""
+    count = len(taus)
+    gain, tau = np.empty(count), np.empty(count)
+    unit = _unit_current(silicon, biases)
+    capacitance = float(_filter_capacitances()[0, 0])
+    power = 1.0
+    for value in np.unique(taus):
+        set_to = tuple(_set_tau(b, float(value)) for b in biases)
+        d = devices_on(_with_biases(_filters(count), set_to, "filter"), replace(silicon, place=PLACE))
+        own = taus == value
+        found = _filter(d, capacitance, unit)
+        tau[own], gain[own], power = found.tau[own], found.gain[own], found.power
+    return Filters(tau, gain, power)
+
+
+def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:
+    """The chip's first lines."""
+    part = _with_biases(_lines(count), biases, "line")
+    d = devices_on(part, replace(silicon, place=PLACE))
+    scale = LINE_UNITS * _unit_current(silicon, biases)
+    laws = devices_on(part, replace(silicon, die=replace(silicon.die, mismatch=False), place=PLACE))
+    up, down = (_ratio(d, name, laws, "mu1") for name in ("mu1", "mu2"))
+    copied = _ratio(d, "ml1", d, "ml2")
+    taken = d.saturated("mr1", d.below("v_ref")) / scale
+    return Lines(taken / copied, copied * up, copied * _ratio(d, "mr2", d, "mr3") * down)
+
+
+def _ratio(d: DieDevices, diode: str, other: DieDevices, copy: str) -> F64:
+    """Current of a copy over that of its diode, both in weak inversion."""
+    a, b = d.fet[diode], other.fet[copy]
+    return np.asarray(b.current / a.current * np.exp(a.kappa * (a.threshold - b.threshold) / d.u_t))
+
+
+def unit_of(silicon: Silicon, biases: Biases) -> float:
+    """Current of a stage's unit in a device without a deviation of its own, thresholds."""
+    return _unit_current(silicon, biases) / LEAK
+
+
+def _filter(d: DieDevices, capacitance: float, unit: float) -> Filters:
+    """Filters with devices `d`; unit: A, of a stage without mismatch."""
+    md1, md2, md5 = (d.fet[f"filter.{name}"] for name in ("md1", "md2", "md5"))
+    middle = d.saturated("mv1", d.gate["v_mid"])
+    leak = d.saturated("filter.md3", d.below("v_tau"))
+    ratio = middle / leak - 1.0  # S at the middle
+    power = md5.kappa / md1.kappa
+    across = md5.kappa * (d.below("v_thr") - md5.threshold + md1.threshold - md2.threshold) / d.u_t
+    weak = np.exp(across) * (ratio * md2.current / md1.current) ** power
+    out = md5.current * np.log1p(np.sqrt(weak)) ** 2
+    tau = capacitance * d.u_t / (md1.kappa * leak) * (1.0 + 1.0 / ratio)
+    return Filters(np.asarray(tau), np.asarray(out / (LINE_UNITS * unit)), power)
+
+
+def _unit_current(silicon: Silicon, biases: Biases) -> float:
+    part = _with_biases(_column(1), biases, "stage")
+    alone = replace(silicon, die=replace(silicon.die, mismatch=False), place=(*PLACE, ("column", (0,))))
+    d = devices_on(part, alone)
+    return float(d.saturated("md0", d.below("v_pos"))[0])
+
+
+def _set_tau(bias: Bias, tau: float) -> Bias:
+    """I_tau of a time constant, and the I_th that leaves the middle where it is."""
+    share = design_tau() / tau
+    if bias.name == "i_tau":
+        return replace(bias, value=_number(bias.value) * share)
+    if bias.name == "i_thr":
+        return replace(bias, value=_number(bias.value) * share ** (ROLLS_180.p.kappa / ROLLS_180.n.kappa))
+    return bias
+
+
+@lru_cache(maxsize=1)
+def design_tau() -> float:
+    """Time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
+    silicon = Silicon(ROLLS_180, place=PLACE)
+    d = devices_on(_filters(1), silicon)
+    leak = float(d.saturated("filter.md3", d.below("v_tau"))[0])
+    return float(_filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180.n.kappa * leak)
+
+
+def _number(value: float | tuple[float, ...]) -> float:
+    return float(np.ravel(value)[0])
+
+
+def _gate_at(d: DieDevices, device: str, current: F64) -> F64:
+    """Gate voltage at which a device, saturated, carries a current: the law, inverted, V."""
+    fet = d.fet[device]
+    u = 2.0 * np.log(np.expm1(np.sqrt(current / fet.current)))
+    return np.asarray(fet.threshold + d.u_t * u / fet.kappa)
+
+
+def _with_biases(part: Part, biases: Biases, array: str) -> Part:
+    """The part with the chip's biases on the ports that it has."""
+    given = {b.name: b for b in biases}
+    own = tuple(
+        replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b
+        for b in part.circuit.biases
+    )
+    circuit: Circuit = replace(part.circuit, biases=own)
+    return replace(part, circuit=circuit)
+
+
+def _named(part: Part, names: tuple[str, ...]) -> Part:
+    return replace(part, transistors={n: g for n, g in part.transistors.items() if n in names})
+
+
+@lru_cache(maxsize=8)
+def _neurons(count: int) -> Part:
+    used = ("mf1", "mc1", "mc2", "mk5", "mk6p", "mk6n")
+    return _named(part_of(nef_circuit.neurons(count), ROLLS_180, "neuron"), used)
+
+
+@lru_cache(maxsize=8)
+def _column(count: int) -> Part:
+    return _named(part_of(nef_circuit.column(count), ROLLS_180, "stage"), _STAGE_DEVICES)
+
+
+@lru_cache(maxsize=8)
+def _filters(count: int) -> Part:
+    return part_of(nef_circuit.filters(count), ROLLS_180, "filter")
+
+
+@lru_cache(maxsize=8)
+def _lines(count: int) -> Part:
+    return part_of(nef_circuit.lines(count), ROLLS_180, "line")
+
+
+@lru_cache(maxsize=1)
+def _neuron_capacitances() -> F64:
+    return capacitance_matrix(_neurons(1), ["v_mem", "v_ref"])
+
+
+@lru_cache(maxsize=1)
+def _filter_capacitances() -> F64:
+    return capacitance_matrix(_filters(1), ["v_syn"])

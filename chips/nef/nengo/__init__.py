@@ -1,0 +1,1 @@
+"""Networks of nengo, unmodified, on the NEF chip."""

@@ -1,0 +1,139 @@
+"""nengo networks on the NEF chip: `Simulator` with nengo's interface; it and its parts alone import nengo.
+
+An unmodified `nengo.Network` is put on our neurons: encoders, intercepts, highest rates and evaluation points
+are drawn by nengo's rules from its seeds, decoders solved by each connection's own solver from the curves
+that are measured on the chip (`LstsqL2`, nengo's default, by our fixed-order least squares). Nodes run in
+Python every step of 1 ms, pass-throughs and nodes that follow each other without a synapse in order within
+it. A spike acts a step later, as in nengo; so does a number that a node reads without a synapse.
+
+`chip=None` stands for an ideal die: nengo's own neurons, LIF with their time constants. What cannot be done
+is refused by name: other neurons than LIF, learning, noise, other synapses than a low-pass, sparse and
+convolutional transforms, solvers for weights, another time step, probes of anything but outputs and spikes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import nengo
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.nef.build import build
+from chips.nef.chip import REFERENCE_C, NefChip
+from chips.nef.nengo.live import Live, size_of_probe
+from chips.nef.nengo.plan import Plan
+from chips.nef.network.kernel import DT
+from chips.nef.simulation import Simulation
+from circuits.errors import ParameterError, TopologyError
+
+F64 = NDArray[np.float64]
+
+NOMINAL_CHIP = NefChip()
+
+
+class Simulator:
+    """A network in time.
+
+    network: nengo.Network; dt: 1 ms; seed: in the place of the network's; progress_bar: taken as nengo's and
+    not drawn; chip: what it runs on, None for an ideal die; temperature_c: degC, where the chip is calibrated
+    and runs. `data[probe]`: float64[samples, size].
+    """
+
+    def __init__(
+        self,
+        network: nengo.Network,
+        dt: float = DT,
+        seed: int | None = None,
+        progress_bar: object = None,
+        *,
+        chip: NefChip | None = NOMINAL_CHIP,
+        temperature_c: float = REFERENCE_C,
+    ) -> None:
+        if dt != DT:
+            raise ParameterError(f"dt: {dt:g} s, must be {DT:g} s, the chip's; leave it out")
+        self.dt, self.n_steps, self.closed = dt, 0, False
+        self.seed = network.seed if seed is None else seed
+        if self.seed is None:
+            self.seed = int(np.random.default_rng().integers(2**31 - 1))
+        self._network = network
+        self._plan = Plan(network, self.seed)
+        curves = self._plan.ideal if chip is None else _calibrated(chip, temperature_c).at(temperature_c)
+        taus = self._plan.ideal.tau_rc, self._plan.ideal.tau_ref
+        self._built = build(self._plan.network(), curves, self.seed, taus)
+        self._samples: dict[Any, list[F64]] = {}
+        self.reset()
+
+    def __enter__(self) -> Simulator:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def data(self) -> Mapping[Any, F64]:
+        """What probes have seen, float64[samples, size] each."""
+        size = {p: size_of_probe(p) for p in self._samples}
+        return {p: np.array(seen).reshape(-1, size[p]) for p, seen in self._samples.items()}
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return self.n_steps * self.dt
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """The chip's: spikes, those dropped, those that waited, and what converters clipped."""
+        return self._run.counters
+
+    def reset(self, seed: int | None = None) -> None:
+        """Go back to the start; raises `ParameterError` for a seed, which is the network's."""
+        if seed is not None:
+            raise ParameterError(f"seed: {seed}, neurons are drawn already; make another Simulator")
+        self._run = Simulation(self._built, DT)
+        self.n_steps = 0
+        self._live = Live(self._plan, self._run)
+        self.clear_probes()
+
+    def clear_probes(self) -> None:
+        """Forget what probes have seen."""
+        self._samples = {p: [] for p in self._network.all_probes}
+
+    def close(self) -> None:
+        """Refuse to run on."""
+        self.closed = True
+
+    def run(self, time_in_seconds: float, progress_bar: object = None) -> None:
+        """Run for a time, s."""
+        if time_in_seconds < 0.0:
+            raise ParameterError(f"time_in_seconds: {time_in_seconds:g} s, must be >= 0")
+        self.run_steps(round(time_in_seconds / self.dt))
+
+    def run_steps(self, steps: int, progress_bar: object = None) -> None:
+        """Take steps."""
+        for _ in range(steps):
+            self.step()
+
+    def step(self) -> None:
+        """Take one step."""
+        if self.closed:
+            raise TopologyError("Simulator: closed; make another one")
+        self.n_steps += 1
+        self._live.step(self.n_steps * self.dt)
+        for probe, read in self._live.probes.items():
+            every = 1 if probe.sample_every is None else probe.sample_every / self.dt
+            value = read()
+            if self.n_steps % every < 1.0:
+                self._samples[probe].append(value)
+
+    def trange(self, sample_every: float | None = None) -> F64:
+        """Times of the samples, s."""
+        every = 1.0 if sample_every is None else sample_every / self.dt
+        steps = np.arange(1, self.n_steps + 1)
+        return np.asarray(self.dt * steps[steps % every < 1.0])
+
+
+def _calibrated(chip: NefChip, temperature_c: float) -> NefChip:
+    """The chip, calibrated where it runs."""
+    return NefChip(chip.die, chip.bias_kind, chip.biases, temperature_c, chip.neurons, chip.area)

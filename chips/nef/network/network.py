@@ -1,0 +1,241 @@
+"""Networks of the Neural Engineering Framework as plain data: what is represented, and what is computed.
+
+An `Ensemble` of neurons represents a vector x; a `Connection` decodes a function f of it, transforms it by a
+matrix T, low-passes it, and adds it to what another represents; a recurrent one makes dynamics. `Node`s are
+the world: their values come from outside, or from a Python function of what is connected to them; a `Probe`
+reads. Parts name each other, so that networks are joined by `join` and said once for any neurons:
+`chips.nef.build` puts them on tuning curves.
+
+Source: Stöckel 2017, section II.B; Eliasmith and Anderson, "Neural Engineering" (2003).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from circuits.errors import ParameterError, TopologyError, UnknownNameError, unknown_name
+
+F64 = NDArray[np.float64]
+Function = Callable[[F64], F64]  # float64[points, dimensions] -> float64[points, results]
+REGULARISATION = 0.1  # nengo's default
+Solver = Callable[[F64, F64], F64]
+Callback = Callable[[float, F64], F64]  # time in s, float64[size_in] -> float64[size_out]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """Neurons one by one, in the place of draws.
+
+    rate, intercept: float64[n], as of an ensemble; encoders: float64[n, d], of any length above 0; points:
+    float64[m, d], where functions are fitted.
+    """
+
+    rate: F64
+    intercept: F64
+    encoders: F64
+    points: F64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ensemble:
+    """Neurons that represent a vector.
+
+    A neuron with unit encoder e, gain and bias from its maximum rate and its intercept gets the current
+
+        J = gain <e, x> / radius + bias
+
+    neurons: how many; radius: largest length of x that is represented well; max_rates: Hz at <e, x> = radius,
+    drawn evenly from low to high; intercepts: <e, x> / radius where it begins to fire, likewise; encoders:
+    float64[k, dimensions], of any length above 0, taken in turn; drawn evenly in all directions if empty.
+    drawn: its neurons, if they are chosen already.
+    """
+
+    name: str
+    neurons: int
+    dimensions: int = 1
+    radius: float = 1.0
+    max_rates: tuple[float, float] = (200.0, 400.0)
+    intercepts: tuple[float, float] = (-1.0, 0.9)
+    encoders: Sequence[Sequence[float]] = ()
+    drawn: Drawn | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("neurons", "dimensions"):
+            if getattr(self, name) < 1:
+                raise ParameterError(f"{self.name}.{name}: {getattr(self, name)}, must be at least 1")
+        if not 0.0 < self.radius < np.inf:
+            raise ParameterError(f"{self.name}.radius: {self.radius:g}, must be above 0 and finite")
+        low, high = self.max_rates
+        if not 0.0 < low <= high < np.inf:
+            raise ParameterError(f"{self.name}.max_rates: {low:g} to {high:g} Hz, must be above 0, low first")
+        low, high = self.intercepts
+        if not -1.0 <= low <= high < 1.0:
+            raise ParameterError(f"{self.name}.intercepts: {low:g} to {high:g}, must be from -1 to below 1")
+        given = np.asarray(self.encoders, dtype=float)
+        if given.size and (given.ndim != 2 or given.shape[1] != self.dimensions):
+            raise ParameterError(f"{self.name}.encoders: shape {given.shape}, must be (k, {self.dimensions})")
+        if given.size and not (np.hypot.reduce(given, axis=1) > 0.0).all():
+            raise ParameterError(f"{self.name}.encoders: one of length 0, must point somewhere")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EnsembleArray:
+    """Ensembles alike, of a dimension each; together they represent a vector of as many numbers.
+
+    A function on a connection from it takes each number by itself. `each`: what they are like; its name is
+    the array's.
+    """
+
+    each: Ensemble
+    ensembles: int
+
+    def __post_init__(self) -> None:
+        if self.ensembles < 1 or self.each.dimensions != 1:
+            raise ParameterError(
+                f"{self.each.name}: {self.ensembles} ensembles of {self.each.dimensions} dimensions, must be"
+                " at least one, of one dimension"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name of the array."""
+        return self.each.name
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """The world's end of a network.
+
+    size_in: of what is connected to it, size_out: of what it gives; output: makes the one from the other, at
+    the time in s; without it the value is set from outside, 0 at first.
+    """
+
+    name: str
+    size_out: int = 0
+    size_in: int = 0
+    output: Callback | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Neurons:
+    """The neurons of an ensemble or array themselves, as the end of a connection: currents, not a vector.
+
+    A current of 1 is an ideal neuron's threshold. A transform of one row acts on all neurons alike. scaled: a
+    neuron gets the current times its gain, as nengo has it: -2 then silences any within its radius.
+    """
+
+    name: str
+    scaled: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Connection:
+    """What `post` gets of `pre`: T f(x), low-passed with the time constant `synapse` (s; 0: not at all).
+
+    pre: ensemble, array or node; function: of an ensemble's vector, the vector itself if None; transform:
+    number, or float64[size of post, size of f]; points: float64[n, dimensions] where f is fitted, else drawn
+    evenly in the ensemble's ball; regularisation: of the fit, a share of the highest rate; solver: makes
+    decoders, float64[neurons, k], of rates in Hz at the points, float64[m, neurons], and values there,
+    float64[m, k], in the place of regularised least squares; decoders: value a Hz, float64[neurons, k], in
+    the place of a function.
+    """
+
+    pre: str
+    post: str | Neurons
+    function: Function | None = None
+    transform: ArrayLike = 1.0
+    synapse: float = 0.005
+    points: F64 | None = None
+    regularisation: float = REGULARISATION
+    solver: Solver | None = None
+    decoders: F64 | None = None
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.synapse < np.inf:
+            raise ParameterError(f"{label(self)}.synapse: {self.synapse:g} s, must be >= 0 and finite")
+        if not 0.0 < self.regularisation < np.inf:
+            raise ParameterError(f"{label(self)}.regularisation: {self.regularisation:g}, must be above 0")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Probe:
+    """Reads T f(x) of an ensemble or array, low-passed; fields as of a connection."""
+
+    name: str
+    target: str
+    function: Function | None = None
+    transform: ArrayLike = 1.0
+    synapse: float = 0.01
+    points: F64 | None = None
+    regularisation: float = REGULARISATION
+    solver: Solver | None = None
+    decoders: F64 | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Network:
+    """Parts by name, and what joins them."""
+
+    ensembles: tuple[Ensemble | EnsembleArray, ...] = ()
+    nodes: tuple[Node, ...] = ()
+    connections: tuple[Connection, ...] = ()
+    probes: tuple[Probe, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [p.name for p in (*self.ensembles, *self.nodes, *self.probes)]
+        for name in names:
+            if names.count(name) > 1:
+                raise TopologyError(f"{name}: twice in a network; give each part a name of its own")
+
+    @property
+    def neurons(self) -> int:
+        """How many neurons it takes."""
+        return sum(neurons_of(e) for e in self.ensembles)
+
+    def ensemble(self, name: str) -> Ensemble | EnsembleArray:
+        """The ensemble or array of this name; raises `UnknownNameError`."""
+        for found in self.ensembles:
+            if found.name == name:
+                return found
+        raise self._unknown("ensemble", name)
+
+    def node(self, name: str) -> Node:
+        """The node of this name; raises `UnknownNameError`."""
+        for found in self.nodes:
+            if found.name == name:
+                return found
+        raise self._unknown("node", name)
+
+    def _unknown(self, kind: str, name: str) -> UnknownNameError:
+        return unknown_name(kind, name, [p.name for p in (*self.ensembles, *self.nodes)])
+
+
+def join(parts: Iterable[Network]) -> Network:
+    """One network of several, whose connections may name parts of the others."""
+    held = list(parts)
+    return Network(
+        tuple(e for p in held for e in p.ensembles),
+        tuple(n for p in held for n in p.nodes),
+        tuple(c for p in held for c in p.connections),
+        tuple(r for p in held for r in p.probes),
+    )
+
+
+def neurons_of(part: Ensemble | EnsembleArray) -> int:
+    """How many neurons it has."""
+    return part.neurons if isinstance(part, Ensemble) else part.ensembles * part.each.neurons
+
+
+def dimensions_of(part: Ensemble | EnsembleArray) -> int:
+    """How many numbers it represents."""
+    return part.dimensions if isinstance(part, Ensemble) else part.ensembles
+
+
+def label(connection: Connection) -> str:
+    """What errors call a connection."""
+    post = connection.post
+    return f"{connection.pre}->{post if isinstance(post, str) else f'{post.name}.neurons'}"

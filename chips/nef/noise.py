@@ -1,0 +1,87 @@
+"""Noise of a network on the NEF chip from that of its devices: why the same die does not run alike twice.
+
+* neuron: shot noise of its leak and of the currents of its stages, each once, and three times where a stage's
+  mirror turns it round; the jitter of the refractory period, `sqrt(q t_ref / I_rfr)`, and k T C of the reset;
+* filter: shot noise of I_tau and of what the pair passes, `q kappa_n / (C U_T)` of the output's logarithm
+  squared, which forgets with the filter's time constant;
+* flicker of leak and refractory current, of relative density `(kappa / U_T)^2 K_F / (W L Cox f)`.
+
+Left out: the comparator (0.5 us at 40 V/s), lines and drivers (a tenth of the filter's density), flicker of
+stages and filters (0.02 to 0.03 %); decoders and curves are those of a chip without noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.nef.chip import Conditions
+from chips.nef.circuit import NAME
+from chips.nef.kernel import ChipNet
+from chips.nef.model import filter_capacitance, neuron_charges
+from chips.nef.network.kernel import DT
+from chips.nef.noise_kernel import NefNoise
+from chips.noise_draw import Slow, new_draws, new_slow
+from circuits.blocks.nef.neuron import LEAK, Params
+from circuits.devices.noise import gate_flicker, noise_model
+from circuits.silicon.process import ELEMENTARY_CHARGE
+
+F64 = NDArray[np.float64]
+
+MIRRORED = 3.0  # noise currents of a current that passes a mirror, each like its own
+
+
+def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
+    """Noise of a network on a chip as it is `where`, from its first step on; None of a chip without."""
+    noise = where.chip.noise
+    if noise is None:
+        return None
+    silicon, neurons = where.silicon, chip.leak.size
+    capacitance, emptied = neuron_charges(silicon, neurons, where.biases)
+    grain = ELEMENTARY_CHARGE / LEAK
+    keep = chip.net.keep
+    filters = ELEMENTARY_CHARGE * silicon.law("n").kappa / (filter_capacitance() * silicon.thermal_voltage)
+    analog = (chip.step > 0.0) & (keep > 0.0)
+    name = f"{NAME} of {silicon.die.lot}/{silicon.die.number}"
+    return NefNoise(
+        _shots(chip.net.encoder),
+        _shots(chip.below),
+        _shots(chip.net.bias),
+        grain,
+        ELEMENTARY_CHARGE * chip.refractory**2 / emptied,
+        capacitance * grain * silicon.thermal_voltage / LEAK,
+        # what a step adds fades with the filter before it is read
+        np.sqrt(np.where(analog, filters * (1.0 / np.where(analog, keep, 1.0) ** 2 - 1.0), 0.0)),
+        np.zeros(neurons),
+        _slow(where, neurons),
+        new_draws(noise.seed, noise.trial, f"{name}, neurons", neurons),
+        new_draws(noise.seed, noise.trial, f"{name}, filters", keep.size),
+        np.zeros(1, np.int64),
+    )
+
+
+def copied(noise: NefNoise) -> NefNoise:
+    """The same noise from its first step on, with working space of its own."""
+    old = noise.slow
+    slow = Slow(old.deviation, old.held.copy(), old.value.copy(), np.full(1, -1, np.int64))
+    draws = [d._replace(**{n: getattr(d, n).copy() for n in ("counters", "words", "normal")})
+             for d in (noise.neurons, noise.filters)]  # fmt: skip
+    return noise._replace(
+        slow=slow, neurons=draws[0], filters=draws[1], total=noise.total.copy(), step=np.zeros(1, np.int64)
+    )
+
+
+def _shots(current: F64) -> F64:
+    """Currents as often as their noise is that of an electron's; what is below 0 has passed a mirror."""
+    return np.where(current >= 0.0, current, -MIRRORED * current)
+
+
+def _slow(where: Conditions, neurons: int) -> Slow:
+    """Flicker of mf1 and of mk5, 1 um x 2 um."""
+    noise, silicon, sizes = where.chip.noise, where.silicon, Params()
+    flicker = None if noise is None else noise.flicker
+    model = noise_model(silicon.process) if flicker is None else flicker
+    area = 1e-12 * np.array([sizes.leak_width * sizes.leak_length, 2.0]) * where.chip.area
+    gates = gate_flicker(model, silicon.process, np.ones(2, np.bool_), area)
+    slope = silicon.law("n").kappa / silicon.thermal_voltage
+    return new_slow(slope**2 * gates, model, DT, neurons)

@@ -1,0 +1,182 @@
+"""A network's codes on the NEF chip, and what they are at a temperature.
+
+Codes are chosen where the chip is calibrated and then stay: at another temperature the same codes are other
+currents, the same filters have other time constants, and decoders are those that were solved before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.nef.chip import (
+    CODE,
+    EVENTS,
+    INPUT_BITS,
+    MOST_COLUMNS,
+    POWER,
+    WEIGHT_BITS,
+    Conditions,
+    check_filters,
+    check_room,
+)
+from chips.nef.kernel import ChipNet
+from chips.nef.network.kernel import DT, Net
+from chips.nef.population import Population
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+_LEVELS = 2 ** (INPUT_BITS - 1)
+_FINE = 16 * _LEVELS  # of a middle: accumulators have four bits more than converters, which follow on average
+
+
+class Row(NamedTuple):
+    """A slot's stages: currents a unit of x, thresholds, float64[n]; its full scale; columns it takes."""
+
+    values: F64
+    full: float
+    columns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A network's codes: of biases, int64[n] a population, and of stages, int64[columns, n] a slot.
+
+    calibrated: where they were chosen; net: with the decoders as quantised; tau: float64[lanes], s; analog:
+    whether a lane is a filter of the chip; full: float64[lanes], full scale; line: int64[slots], of a slot;
+    cut: how many stages should give more than their highest code does.
+    """
+
+    calibrated: Conditions
+    net: Net
+    bias: tuple[I64, ...]
+    stages: tuple[tuple[I64, ...], ...]
+    tau: F64
+    analog: NDArray[np.bool_]
+    full: F64
+    line: I64
+    cut: int
+
+
+def row_of_currents(values: F64, unit: float) -> Row:
+    """Stages of a slot of currents: full scale where the neuron that takes most gets all that it can."""
+    most = float(np.abs(values).max(initial=0.0))
+    return Row(values, CODE * MOST_COLUMNS * POWER * unit / most if most else 1.0, MOST_COLUMNS)
+
+
+def place(
+    net: Net, populations: Sequence[Population], rows: Sequence[Sequence[Row]], tau: F64, chip: Conditions
+) -> Placed:
+    """Choose codes. Raises `ParameterError` for what the chip has no room for."""
+    names = [p.ensemble.name for p in populations]
+    for name, p, held in zip(names, populations, rows, strict=True):
+        columns = 1 + sum(r.columns for r in held)
+        check_room(name, p.first + p.ensemble.neurons, columns, chip.chip)
+    analog = net.goes >= 0
+    check_filters(int(analog.sum()))
+    stages = tuple(tuple(chip.codes(r.values, r.full, r.columns) for r in held) for held in rows)
+    cut = sum(
+        int((np.abs(r.values) * r.full > (CODE * r.columns + 0.5) * POWER * chip.unit).sum())
+        for held in rows
+        for r in held
+    )
+    full_of_slot = np.array([r.full for held in rows for r in held])
+    full = np.where(analog, full_of_slot[np.maximum(net.goes, 0)] if full_of_slot.size else 1.0, 1.0)
+    return Placed(
+        chip, net._replace(decoder=_quantised(net)), tuple(chip.bias_codes(p.bias) for p in populations),
+        stages, tau, analog, full, _lines_of(populations, stages), cut,
+    )  # fmt: skip
+
+
+def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> ChipNet:
+    """What the codes are on the chip as it is now."""
+    net, law = placed.net, chip.law.head(len(placed.net.bias))
+    bias, above, below = np.empty_like(net.bias), np.empty_like(net.encoder), np.empty_like(net.encoder)
+    at_row = 0
+    for p, codes, held in zip(populations, placed.bias, placed.stages, strict=True):
+        n, column = p.ensemble.neurons, 1
+        bias[p.first : p.first + n] = chip.bias(p.first, codes)
+        for stage in held:
+            own = slice(at_row, at_row + n)
+            above[own], below[own] = chip.stage(p.first, column, stage)
+            at_row += n
+            column += len(stage)
+    where = placed.analog
+    tau, gain, scale = np.where(where, placed.tau, 1.0), np.ones(len(where)), np.ones(len(where))
+    now = chip.filters(placed.tau[where])
+    tau[where], gain[where] = now.tau, now.gain
+    scale[where] = _middles(placed)
+    lines = np.stack([part[placed.line] for part in chip.lines])
+    lines[1:, np.setdiff1d(np.arange(lines.shape[1]), net.goes)] = 0.0  # of no signal: switched off
+    return ChipNet(
+        net=net._replace(bias=bias, encoder=above, keep=np.where(where, np.exp(-DT / tau), net.keep)),
+        below=below,
+        lines=lines,
+        first=_firsts(net.goes),
+        leak=law.leak,
+        speed=1.0 / law.charge,
+        refractory=law.refractory,
+        floor=law.floor,
+        step=np.where(where, placed.full / _LEVELS, 0.0),
+        levels=_LEVELS - 1.0,
+        scale=scale,
+        gain=gain,
+        power=POWER,
+        home=np.repeat(np.arange(len(populations)), [p.ensemble.neurons for p in populations]).astype(
+            np.int64
+        ),
+        budget=round(EVENTS * DT / 1e-3),
+    )
+
+
+def _lines_of(populations: Sequence[Population], stages: Sequence[Sequence[I64]]) -> I64:
+    """Numbers of the slots' lines: vectors have the first ones, and currents into neurons what follows."""
+    after = sum(p.ensemble.dimensions for p in populations)
+    found: list[int] = []
+    for p, held in zip(populations, stages, strict=True):
+        d = p.ensemble.dimensions
+        found += [p.line + k for k in range(d)]
+        found += [after + k for k in range(len(held) - d)]
+        after += len(held) - d
+    return np.array(found, dtype=np.int64)
+
+
+def _firsts(goes: I64) -> NDArray[np.bool_]:
+    """Whether a lane is the first filter of its slot."""
+    found = np.zeros(len(goes), dtype=np.bool_)
+    found[np.unique(goes, return_index=True)[1]] = True
+    return found & (goes >= 0)
+
+
+def _middles(placed: Placed) -> F64:
+    """What converters are set to, so that each filter's middle is its line's reference, in their steps.
+
+    A slot's first filter makes up for the line as well; lines and filters are as they were calibrated.
+    """
+    where, chip = placed.analog, placed.calibrated
+    gain = chip.filters(placed.tau[where]).gain
+    number = placed.line[placed.net.goes[where]]
+    wanted = np.where(_firsts(placed.net.goes)[where], chip.lines.zero[number], 1.0)
+    return np.asarray(np.rint((wanted / gain) ** (1.0 / POWER) * _FINE) / _FINE)
+
+
+def with_decoders(placed: Placed, net: Net) -> Placed:
+    """The same codes with decoders that were solved anew."""
+    return replace(placed, net=net._replace(decoder=_quantised(net)))
+
+
+def _quantised(net: Net) -> F64:
+    """Decoding weights in the steps that the chip's memory has, a scale for each population and lane."""
+    found = net.decoder.copy()
+    most = 2 ** (WEIGHT_BITS - 1) - 1
+    for p in range(len(net.begin) - 1):
+        lanes, n = net.lane[p + 1] - net.lane[p], net.begin[p + 1] - net.begin[p]
+        block = found[net.block[p] : net.block[p] + n * lanes].reshape(n, lanes)
+        step = np.abs(block).max(axis=0, initial=0.0) / most
+        block[:] = np.rint(block / np.where(step > 0.0, step, 1.0)) * step
+    return found

@@ -1,0 +1,70 @@
+"""A network on neurons, run: nodes set from outside or called, probes read.
+
+Every `interval` the functions of nodes are called with the time and what is connected to them, and what nodes
+give is put on the lanes, where it stays for the interval. A robot's 10 ms is such an interval.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chips.nef.build import Built
+from chips.nef.chip import FIFO
+from chips.nef.kernel import COUNTERS, ChipState, advance_chip, new_chip_state
+from chips.nef.network.kernel import DT, advance, new_state
+from chips.nef.noise import copied
+from circuits.errors import ParameterError
+
+F64 = NDArray[np.float64]
+
+
+class Simulation:
+    """A network in time; `interval`: s between calls of nodes, a whole number of steps of `DT`."""
+
+    __slots__ = ("_chip", "_drive", "_noise", "_steps", "_values", "built", "interval", "state", "time")
+
+    def __init__(self, built: Built, interval: float = DT) -> None:
+        steps = round(interval / DT)
+        if steps < 1 or abs(steps * DT - interval) > 1e-9:
+            raise ParameterError(f"interval: {interval:g} s, must be a whole number of steps of {DT:g} s")
+        self.built, self.interval, self._steps = built, interval, steps
+        self._chip: ChipState | None = None if built.chip is None else new_chip_state(built.chip, FIFO)
+        self._noise = None if built.noise is None else copied(built.noise)
+        self.state = new_state(built.net) if self._chip is None else self._chip.base
+        self.time = 0.0
+        self._values = np.zeros(built.drive.shape[1])
+        self._drive = built.drive
+
+    def set(self, name: str, values: ArrayLike) -> None:
+        """Set what a node gives from now on."""
+        self._values[self.built.given[name]] = values
+
+    def read(self, name: str) -> F64:
+        """What a probe shows or a node gets, float64[size]."""
+        return self.state.y[self.built.read[name]].copy()
+
+    def advance(self, duration: float) -> None:
+        """Go on for a time, s, in whole intervals."""
+        for _ in range(round(duration / self.interval)):
+            for node in self.built.network.nodes:
+                if node.output is not None:
+                    self.set(node.name, node.output(self.time, self.read(node.name)))
+            np.einsum("kj,j->k", self._drive, self._values, out=self.state.held)
+            if self.built.chip is None or self._chip is None:
+                advance(self.built.net, self.state, self._steps)
+            else:
+                advance_chip(self.built.chip, self._chip, self._steps, self._noise)
+            self.time += self.interval
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Of a chip: spikes, those dropped, most that waited, lanes' steps clipped, and with a loss."""
+        if self._chip is None:
+            return {}
+        return {name: int(k) for name, k in zip(COUNTERS, self._chip.counters, strict=True)}
+
+    @property
+    def spikes(self) -> int:
+        """Spikes of all neurons since the start."""
+        return int(self.state.spikes.sum())

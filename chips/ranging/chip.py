@@ -1,0 +1,244 @@
+"""The ranging chip at behavioural level, as a part of a running system.
+
+Same ports and same silicon as the circuit: events call and echo in, spike[k] out, v_ex_max analog in. The
+neurons are those of `chips.ranging.model`; outside the validity box of their record the chip refuses, or
+warns, with the instance path. Temperature is an analog input too (port `temperature`, degC); a release under
+way moves in proportion to t_inh.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
+from chips.ranging import circuit as ranging_chip
+from chips.ranging.law import Neurons
+from chips.ranging.model import ReboundModel, model_of, neurons_on, outside
+from chips.ranging.neuron_kernel import (
+    COLUMNS,
+    NEAR,
+    RELEASE,
+    UNDECIDED,
+    advance_all,
+    begin,
+    call,
+    echo,
+)
+from chips.ranging.noise import Jitter, SiliconNoise, copied, new_jitter, next_durations
+from chips.ranging.record import Record
+from circuits.circuit import Circuit
+from circuits.devices.source import Polyline
+from circuits.errors import ParameterError, unknown_name
+from circuits.silicon.process import Process
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+TEMPERATURE_STEP = 0.1  # degC, to which a running temperature is rounded; ours
+_PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second event merges into the first
+_INPUTS = ("call", "echo")
+ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
+
+
+Wander = tuple[F64, F64, NDArray[np.int64]]  # relaxations, time of the last call (s), calls
+
+
+class OutsideBox(UserWarning):
+    """A behavioural model is used where it was not measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChipState:
+    """neurons: float64[n, columns] of the kernel; pending: events to come; last: of each input, s.
+
+    lines: analog inputs in force; merged: events that fell into the pulse of the one before. wander: what the
+    noise of the silicon carries from call to call, None without noise.
+    """
+
+    time: float
+    neurons: F64
+    temperature_c: float
+    pending: tuple[Event, ...] = ()
+    last: tuple[float, float] = (-math.inf, -math.inf)
+    lines: Mapping[str, Polyline] | None = None
+    merged: int = 0
+    wander: Wander | None = None
+
+    @property
+    def undecided(self) -> int:
+        """Moments so far at which a spike was too near to call; each could be asked of the transistors."""
+        return int(self.neurons[:, UNDECIDED].sum() + self.neurons[:, NEAR].sum())
+
+
+@lru_cache(maxsize=8)
+def _shipped_model(process: Process) -> ReboundModel:
+    return model_of(ranging_chip.build(), process)
+
+
+class RangingChip:
+    """13 rebound neurons, or any array of them (or one), on `silicon`.
+
+    path: the instance path named in warnings; outside_box: what to do outside the record's validity box;
+    noise: what varies from call to call on one die, nothing unless given.
+    """
+
+    def __init__(
+        self,
+        silicon: Silicon,
+        circuit: Circuit | None = None,
+        path: str = "ranging_chip",
+        outside_box: Literal["refuse", "warn"] = "refuse",
+        record: Record | None = None,
+        noise: SiliconNoise | None = None,
+    ) -> None:
+        """Prepare the neurons; raises `ParameterError` outside the box unless it is to warn."""
+        self.silicon, self.path, self.outside_box, self.noise = silicon, path, outside_box, noise
+        if circuit is None and record is None:
+            self.model = _shipped_model(silicon.process)
+        else:
+            self.model = model_of(circuit or ranging_chip.build(), silicon.process, record)
+        self.spikes = self.model.circuit.port("spike").elements()
+        self.analog: tuple[str, ...] = ()
+        self._at: dict[float, Neurons] = {}
+        self._jitter: dict[float, Jitter] = {}
+        self.neurons_at(silicon.temperature_c)
+
+    def begin(self, time: float = 0.0) -> ChipState:
+        """At rest at `time` s, at the silicon's temperature."""
+        states = np.zeros((len(self.spikes), COLUMNS))
+        neurons = self.neurons_at(self.silicon.temperature_c)
+        for k in range(len(self.spikes)):
+            begin(neurons, k, states[k], time)
+        jitter = self.jitter_at(self.silicon.temperature_c)
+        return ChipState(time, states, self.silicon.temperature_c, wander=_wander(jitter))
+
+    def next_time(self, state: ChipState) -> float:
+        """The next event to come that was handed in early, else inf: spikes are found by advancing."""
+        return state.pending[0][1] if state.pending else math.inf
+
+    def advance(
+        self,
+        state: ChipState,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[ChipState, float, Output]:
+        """Advance to `until` (s) or to the first spike; returns (state, time reached, output)."""
+        for port, _ in events:
+            if port not in _INPUTS:
+                raise unknown_name(f"{self.path} event port", port, _INPUTS)
+        lines = {**(state.lines or {}), **(analog or {})}
+        self._check(lines)
+        pending = sorted([*state.pending, *events], key=lambda e: e[1])
+        state = self._at_temperature(replace(state, lines=lines), lines)
+        neurons = self.neurons_at(state.temperature_c)
+        now, states = state.time, state.neurons.copy()
+        saved, fired = np.empty_like(states), np.full(len(self.spikes), math.inf)
+        last, merged = list(state.last), state.merged
+        jitter = self.jitter_at(state.temperature_c)
+        if jitter is not None and state.wander is not None:
+            relaxation, called, calls = state.wander
+            jitter = copied(jitter._replace(relaxation=relaxation, last=called, calls=calls))
+        while True:
+            while pending and pending[0][1] <= now:
+                port, time = pending.pop(0)
+                which = _INPUTS.index(port)
+                if time <= last[which] + _PULSE:
+                    merged += 1
+                    continue
+                last[which] = time
+                self._apply(neurons, states, port, now, lines, jitter)
+            if now >= until:
+                break
+            now = advance_all(neurons, states, min([until, *(t for _, t in pending[:1])]), saved, fired)
+            if fired.min() < math.inf:
+                break
+        state = replace(
+            state, time=now, neurons=states, pending=tuple(pending), last=(last[0], last[1]), merged=merged,
+            wander=_wander(jitter),
+        )  # fmt: skip
+        found = tuple((self.spikes[k], float(fired[k])) for k in np.flatnonzero(np.isfinite(fired)))
+        return state, now, Output(found, np.array([state.time]), np.zeros((1, 0)))
+
+    def _apply(
+        self,
+        neurons: Neurons,
+        states: F64,
+        port: str,
+        now: float,
+        lines: Mapping[str, Polyline],
+        jitter: Jitter | None,
+    ) -> None:
+        if port == "call" and jitter is not None:
+            neurons = neurons._replace(t_inh=neurons.t_inh.copy())
+            next_durations(jitter, now, neurons.t_inh)
+        for k in range(len(states)):
+            if port == "call":
+                call(neurons, k, states[k])
+            elif "v_ex_max" in lines:
+                echo(neurons, k, states[k], float(np.interp(now, *lines["v_ex_max"])))
+            else:
+                echo(neurons, k, states[k], float(neurons.v_ex_max[k]))
+
+    def _at_temperature(self, state: ChipState, lines: Mapping[str, Polyline]) -> ChipState:
+        if "temperature" not in lines:
+            return state
+        temperature = float(np.interp(state.time, *lines["temperature"]))
+        temperature = TEMPERATURE_STEP * round(temperature / TEMPERATURE_STEP)
+        if temperature == state.temperature_c:
+            return state
+        ratio = self.neurons_at(temperature).t_inh / self.neurons_at(state.temperature_c).t_inh
+        states = state.neurons.copy()
+        ahead = states[:, RELEASE] > state.time
+        left = states[ahead, RELEASE] - state.time
+        states[ahead, RELEASE] = state.time + left * ratio[ahead]
+        return replace(state, neurons=states, temperature_c=temperature)
+
+    def neurons_at(self, temperature: float) -> Neurons:
+        """The neurons at a temperature (degC), checked against the box once."""
+        if temperature not in self._at:
+            silicon = replace(self.silicon, temperature_c=temperature)
+            for text in outside(self.model, silicon, self.path):
+                self._tell(text)
+            self._at[temperature] = neurons_on(self.model, silicon)
+        return self._at[temperature]
+
+    def jitter_at(self, temperature: float) -> Jitter | None:
+        """Jitter at a temperature (degC), before any call and a state of its own; None without noise."""
+        if self.noise is None:
+            return None
+        if temperature not in self._jitter:
+            neurons, silicon = self.neurons_at(temperature), replace(self.silicon, temperature_c=temperature)
+            shortest = float(self.neurons_at(self.silicon.temperature_c).t_inh.min())
+            self._jitter[temperature] = new_jitter(self.model, neurons, silicon, self.noise, shortest)
+        return copied(self._jitter[temperature])
+
+    def _check(self, lines: Mapping[str, Polyline]) -> None:
+        if "v_ex_max" in lines:
+            v_dd = self.silicon.process.v_dd
+            low, high = v_dd - self.model.record.box.v_ex_max, v_dd + ABOVE_SUPPLY
+            level = lines["v_ex_max"][1]
+            if not (level.min() >= low and level.max() <= high):
+                self._tell(
+                    f"{self.path}.v_ex_max: {level.min():.3g} to {level.max():.3g} V,"
+                    f" must be {low:g} to {high:g} V"
+                )
+
+    def _tell(self, text: str) -> None:
+        text = f"{text}, where the behavioural model was measured; use the transistor level"
+        if self.outside_box == "refuse":
+            raise ParameterError(text)
+        warnings.warn(text, OutsideBox, stacklevel=4)
+
+
+def _wander(jitter: Jitter | None) -> Wander | None:
+    """The part of the jitter that is state."""
+    return None if jitter is None else (jitter.relaxation, jitter.last, jitter.calls)

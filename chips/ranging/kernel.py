@@ -1,0 +1,405 @@
+"""Compiled ranging chip: rebound neurons that are integrated only while an input can make them fire.
+
+A neuron that rests, and is known to stay silent after a call alone and after an echo alone, may sleep. It
+wakes for an echo that comes between `early` after the call and `settle` after the release. One at `early` is
+surely without a spike, and the earlier one comes, the more has v_ex recovered at every later moment; after
+`settle` v_mem is back at rest. A call puts the neuron to sleep again, because inhibition lasts longer than it
+takes to forget what was before (`hold`). What it was when it wakes stands in states kept from the call alone.
+All these spans are measured on this very die, by the equations of `chips.ranging.neuron_kernel`, to within
+their tolerance of a step. Every other neuron stays awake.
+
+A waking neuron is integrated once, up to its next spike or until it falls back to rest, and again only where
+an input comes before that.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.ranging.law import Neurons
+from chips.ranging.neuron_kernel import (
+    COLUMNS,
+    DOZE,
+    ECHO_END,
+    ECHO_START,
+    MAY_DOZE,
+    NEAR,
+    NOW,
+    RELEASE,
+    RESET_END,
+    SETTLED,
+    TOLERANCE,
+    UNDECIDED,
+    V_EX,
+    V_MEM,
+    V_R,
+    WAKE,
+    advance,
+    begin,
+    call,
+    copy_state,
+    echo,
+    excitation,
+)
+from chips.ranging.noise import Jitter, next_durations, no_jitter
+from circuits.compiled import compiled
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+KEPT = 80  # states kept after the release
+SPACING = 100e-6  # s, between them
+WATCHED = 5e-3  # s, looked ahead of a neuron that may not sleep
+LOOKED = 20e-3  # s after the release, looked ahead of a neuron that may
+ROOM = 64  # echoes remembered; more than come in any `recover`
+PULSE = 10.1e-6  # s, within which a second event merges into the first
+_EARLIEST = 8e-3  # s before the release, from where `early` is looked for
+_EARLY_WITHIN = 0.25e-3  # s, to which `early` is found
+_PIECES = 64  # of inhibition, in which `hold` is found
+
+_compiled = compiled()
+
+ASLEEP, QUIET, LOOKING, FIRING = range(4)
+ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`
+
+
+class Plan(NamedTuple):
+    """What is known of n neurons beforehand; s and V."""
+
+    certain: NDArray[np.bool_]  # bool[n], that it may sleep
+    hold: F64  # s after a call, when v_mem and v_r have settled
+    early: F64  # s after a call, up to which an echo is surely too early
+    settle: F64  # s after the release, when all is at rest again
+    recover: F64  # s after an echo at rest, when all is at rest again
+    rest: F64  # float64[n, COLUMNS], state at rest
+    held: F64  # float64[n, COLUMNS], state under inhibition
+    kept: F64  # float64[n, KEPT, COLUMNS], states after the release, at rest from the call to it
+
+
+class Chip(NamedTuple):
+    """State of a chip of n neurons; all of it is overwritten in place."""
+
+    base: F64  # float64[n, COLUMNS], after the last input or spike
+    ahead: F64  # float64[n, COLUMNS], at the next spike, or where nothing more will come
+    due: F64  # float64[n], s, of the next spike, or of the next look
+    mood: I64  # int64[n]: ASLEEP, QUIET, LOOKING or FIRING
+    last: F64  # float64[2], s, of the last call and the last echo
+    echoes: F64  # float64[ROOM, 2], time (s) and level (V) of the last echoes, round and round
+    counts: I64  # int64[3]: echoes so far, merged inputs, spikes too near to call
+    jitter: Jitter  # of inhibition: each call writes the neurons' t_inh anew, unless it is of none
+
+
+def new_plan(neurons: Neurons) -> Plan:
+    """The plan of `neurons`, worked out."""
+    n = neurons.t_inh.size
+    hold, early, settle, recover = np.zeros((4, n))
+    rest, held = np.zeros((2, n, COLUMNS))
+    kept = np.zeros((n, KEPT, COLUMNS))
+    plan = Plan(np.zeros(n, dtype=np.bool_), hold, early, settle, recover, rest, held, kept)
+    prepare(neurons, plan, np.zeros(COLUMNS))
+    return plan
+
+
+def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | None = None) -> Chip:
+    """All neurons at rest at `time` s; with jitter, their t_inh are written anew at every call."""
+    n = neurons.t_inh.size
+    chip = Chip(
+        plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(2, -np.inf),
+        np.full((ROOM, 2), -np.inf), np.zeros(3, np.int64), no_jitter() if jitter is None else jitter,
+    )  # fmt: skip
+    start(neurons, plan, chip, time)
+    return chip
+
+
+@_compiled
+def _differ(m: Neurons, k: int, a: F64, b: F64) -> bool:
+    """Whether two states are apart by more than a step's error, v_ex by what it does to v_mem."""
+    apart = max(abs(a[V_MEM] - b[V_MEM]), abs(a[V_R] - b[V_R]))
+    return bool(apart > TOLERANCE or abs(excitation(m, k, a) - excitation(m, k, b)) > SETTLED)
+
+
+@_compiled
+def prepare(m: Neurons, p: Plan, s: F64) -> None:
+    """Fill the plan; s: float64[COLUMNS], scratch."""
+    for k in range(p.certain.size):
+        above = begin(m, k, p.rest[k], 0.0)
+        p.certain[k] = above < -m.margin[k] and _inhibited(m, k, p, s) and _released(m, k, p, s)
+        p.certain[k] = p.certain[k] and _excited(m, k, p, s) and _too_early(m, k, p, s)
+
+
+@_compiled
+def _silent(m: Neurons, k: int, s: F64, until: float) -> bool:
+    """Advance to `until` (s); whether surely no spike came."""
+    spike = advance(m, k, s, until)
+    return bool(spike == np.inf and s[UNDECIDED] == 0.0 and s[NEAR] == 0.0)
+
+
+@_compiled
+def _inhibited(m: Neurons, k: int, p: Plan, s: F64) -> bool:
+    """Find the state under inhibition, and when it is reached; False where it never is."""
+    last = m.t_inh[k] * (1.0 - 1e-6)
+    copy_state(p.rest[k], p.held[k])
+    call(m, k, p.held[k])
+    if not _silent(m, k, p.held[k], last):
+        return False
+    copy_state(p.rest[k], s)
+    call(m, k, s)
+    p.hold[k] = 0.0
+    for j in range(1, _PIECES):
+        advance(m, k, s, last * j / _PIECES)
+        if _differ(m, k, s, p.held[k]):
+            p.hold[k] = last * (j + 1) / _PIECES
+    return bool(p.hold[k] < last)
+
+
+@_compiled
+def _released(m: Neurons, k: int, p: Plan, s: F64) -> bool:
+    """Keep states after the release, and find when it rests; False where it never does or may fire."""
+    copy_state(p.held[k], s)
+    advance(m, k, s, m.t_inh[k])
+    p.settle[k] = 0.0
+    for j in range(KEPT):
+        if not _silent(m, k, s, m.t_inh[k] + j * SPACING):
+            return False
+        copy_state(s, p.kept[k, j])
+        if _differ(m, k, s, p.rest[k]):
+            p.settle[k] = (j + 1) * SPACING
+    return bool(p.settle[k] < (KEPT - 1) * SPACING)
+
+
+@_compiled
+def _excited(m: Neurons, k: int, p: Plan, s: F64) -> bool:
+    """Find when an echo at rest is forgotten; False where it never is, or may fire."""
+    copy_state(p.rest[k], s)
+    echo(m, k, s, m.v_ex_max[k])
+    p.recover[k] = 0.0
+    for j in range(1, KEPT):
+        if not _silent(m, k, s, j * SPACING):
+            return False
+        if _differ(m, k, s, p.rest[k]):
+            p.recover[k] = (j + 1) * SPACING
+    return bool(p.recover[k] < (KEPT - 1) * SPACING)
+
+
+@_compiled
+def _too_early(m: Neurons, k: int, p: Plan, s: F64) -> bool:
+    """Bisect the delay up to which an echo is surely too early; False where there is none."""
+    late = m.t_inh[k]
+    early = max(late - _EARLIEST, 0.0)
+    if not _silent_after(m, k, p, s, early):
+        return False
+    while late - early > _EARLY_WITHIN:
+        middle = 0.5 * (early + late)
+        if _silent_after(m, k, p, s, middle):
+            early = middle
+        else:
+            late = middle
+    p.early[k] = early
+    return True
+
+
+@_compiled
+def _silent_after(m: Neurons, k: int, p: Plan, s: F64, delay: float) -> bool:
+    """Whether an echo during inhibition, `delay` s after a call at 0, surely makes no spike."""
+    if delay >= p.hold[k]:
+        copy_state(p.held[k], s)
+        s[NOW] = delay
+    else:
+        copy_state(p.rest[k], s)
+        call(m, k, s)
+        advance(m, k, s, delay)
+    s[DOZE] = MAY_DOZE
+    echo(m, k, s, m.v_ex_max[k])
+    return _silent(m, k, s, m.t_inh[k] + KEPT * SPACING)
+
+
+@_compiled
+def start(m: Neurons, p: Plan, c: Chip, time: float) -> None:
+    """Put all neurons to rest at `time` s; those that may not sleep are watched."""
+    for k in range(c.due.size):
+        begin(m, k, c.base[k], time)
+        c.mood[k], c.due[k] = ASLEEP, np.inf
+        if not p.certain[k]:
+            _look(m, p, c, k)
+
+
+@_compiled
+def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
+    """Integrate from `base` to the next spike, or until it is known that none comes."""
+    s = c.ahead[k]
+    copy_state(c.base[k], s)
+    s[DOZE] = MAY_DOZE if p.certain[k] else WAKE
+    until = max(s[NOW], s[RELEASE]) + LOOKED
+    if not p.certain[k]:  # not beyond the release, before which an echo may come, nor far beyond it
+        until = s[RELEASE] if s[NOW] < s[RELEASE] else s[NOW] + WATCHED
+    spike = advance(m, k, s, until)
+    if spike < np.inf:
+        c.mood[k], c.due[k] = FIRING, spike
+    elif p.certain[k]:
+        c.mood[k], c.due[k] = QUIET, np.inf
+    else:
+        c.mood[k], c.due[k] = LOOKING, until
+
+
+@_compiled
+def next_due(c: Chip) -> tuple[float, int]:
+    """Time (s, inf for none) and number of the neuron that spikes, or is to be looked at, next."""
+    which = 0
+    for k in range(1, c.due.size):
+        if c.due[k] < c.due[which]:
+            which = k
+    return c.due[which], which
+
+
+@_compiled
+def take(m: Neurons, p: Plan, c: Chip, k: int) -> bool:
+    """Go on beyond the neuron's due time; whether that was a spike."""
+    fired = bool(c.mood[k] == FIRING)
+    copy_state(c.ahead[k], c.base[k])
+    _look(m, p, c, k)
+    return fired
+
+
+@_compiled
+def _roll(m: Neurons, c: Chip, k: int, time: float) -> None:
+    """Bring `base` of a neuron that is awake to `time` s."""
+    s = c.ahead[k]
+    if c.mood[k] != FIRING and s[NOW] <= time:
+        copy_state(s, c.base[k])
+    c.base[k, DOZE] = WAKE
+    advance(m, k, c.base[k], time)
+
+
+@_compiled
+def _wake(m: Neurons, p: Plan, c: Chip, k: int, time: float) -> None:
+    """Put into `base` what a sleeping neuron is at `time` s; older echoes than those told are forgotten."""
+    s = c.base[k]
+    since, release = c.last[0], c.last[0] + m.t_inh[k]
+    if time >= release + p.settle[k]:
+        copy_state(p.rest[k], s)
+        s[NOW] = time
+        return
+    if time >= release:
+        j = int((time - release) / SPACING)
+        copy_state(p.kept[k, j], s)
+        s[NOW] = release + j * SPACING
+    elif time >= since + p.hold[k]:
+        copy_state(p.held[k], s)
+        s[NOW] = time
+    else:
+        copy_state(p.rest[k], s)
+        s[NOW] = since
+        call(m, k, s)
+    s[RELEASE] = release
+    s[RESET_END] = -np.inf
+    s[ECHO_START], s[ECHO_END] = np.inf, -np.inf
+    advance(m, k, s, time)
+
+
+@_compiled
+def _sleep(m: Neurons, c: Chip, k: int, time: float) -> None:
+    """Put a neuron to sleep at `time` s, and count what was too near to call before."""
+    if c.mood[k] != ASLEEP:
+        if c.ahead[k, NOW] > time:
+            _roll(m, c, k, time)
+            copy_state(c.base[k], c.ahead[k])
+        c.counts[DOUBTS] += int(c.ahead[k, UNDECIDED] + c.ahead[k, NEAR])
+    c.mood[k], c.due[k] = ASLEEP, np.inf
+
+
+@_compiled
+def on_call(m: Neurons, p: Plan, c: Chip, time: float) -> None:
+    """A call at `time` s, not before the last input nor beyond the next spike."""
+    if time <= c.last[0] + PULSE:
+        c.counts[MERGED] += 1
+        return
+    next_durations(c.jitter, time, m.t_inh)
+    for k in range(c.due.size):
+        if p.certain[k]:
+            _sleep(m, c, k, time)
+            continue
+        _roll(m, c, k, time)
+        call(m, k, c.base[k])
+        _look(m, p, c, k)
+    c.last[0] = time
+
+
+@_compiled
+def _replay(m: Neurons, p: Plan, c: Chip, k: int, time: float) -> None:
+    """Wake a neuron at the last echo, which it slept through, and bring it to `time` s."""
+    i = (c.counts[ECHOES] - 1) % ROOM
+    s, before = c.base[k], c.echoes[i, 0]
+    if before >= c.last[0]:
+        _wake(m, p, c, k, before)
+    else:
+        copy_state(p.rest[k], s)
+        s[NOW] = before
+    echo(m, k, s, _own(m, k, c.echoes[i, 1]))
+    if before < c.last[0]:
+        advance(m, k, s, c.last[0])
+        call(m, k, s)
+    advance(m, k, s, time)
+
+
+@_compiled
+def on_echo(m: Neurons, p: Plan, c: Chip, time: float, level: float) -> None:
+    """An echo at `time` s, not before the last input nor beyond a spike.
+
+    level: v_ex_max, V; NaN for the neurons' own.
+    """
+    if time <= c.last[1] + PULSE:
+        c.counts[MERGED] += 1
+        return
+    for k in range(c.due.size):
+        if _does_not_matter(m, p, c, k, time, _own(m, k, level)):
+            continue
+        if c.mood[k] != ASLEEP:
+            _roll(m, c, k, time)
+        elif _still_excited(m, p, c, k, time):
+            _replay(m, p, c, k, time)
+        else:
+            _wake(m, p, c, k, time)
+        echo(m, k, c.base[k], _own(m, k, level))
+        _look(m, p, c, k)
+    i = c.counts[ECHOES] % ROOM
+    c.echoes[i, 0], c.echoes[i, 1] = time, level
+    c.counts[ECHOES] += 1
+    c.last[1] = time
+
+
+@_compiled
+def _still_excited(m: Neurons, p: Plan, c: Chip, k: int, time: float) -> bool:
+    """Whether the last echo, slept through, matters to a neuron that is free at `time` s."""
+    release = c.last[0] + m.t_inh[k]
+    over = release if time <= release + p.settle[k] else time
+    return bool(time > release and c.last[1] + p.recover[k] > over)
+
+
+@_compiled
+def _own(m: Neurons, k: int, level: float) -> float:
+    own: float = m.v_ex_max[k] if np.isnan(level) else level
+    return own
+
+
+@_compiled
+def _does_not_matter(m: Neurons, p: Plan, c: Chip, k: int, time: float, level: float) -> bool:
+    """Whether an echo cannot bring a neuron nearer to a spike, or take one from it."""
+    if c.mood[k] == LOOKING or c.mood[k] == FIRING:
+        return False
+    if level >= p.rest[k, V_EX] - TOLERANCE and m.echo_step[k] >= -TOLERANCE:
+        return True  # it excites less than nothing does
+    if c.mood[k] == QUIET or level < m.v_ex_max[k] - TOLERANCE:
+        return False  # awake, or more than what was tried
+    since = time - c.last[0]
+    if since < m.t_inh[k]:
+        return bool(since <= p.early[k])
+    return bool(since > m.t_inh[k] + p.settle[k] and c.last[1] + p.recover[k] <= time)
+
+
+def doubts(chip: Chip) -> int:
+    """Moments so far at which a spike was too near to call."""
+    awake = chip.mood != ASLEEP
+    return int(chip.counts[DOUBTS] + chip.ahead[awake, UNDECIDED].sum() + chip.ahead[awake, NEAR].sum())

@@ -1,0 +1,391 @@
+"""Behavioural model of the rebound neuron: the neuron's own equations with this die's devices.
+
+What decides (a spike or none) is integrated: v_mem, v_r and v_ex with the die's EKV currents and the
+circuit's capacitances (`chips.ranging.law`). What is smooth comes from the record that
+`chips.ranging.measure` makes with the transistor-level solver, by gradients over the devices' deviations x:
+
+    q = q0(ln I_inh, T) + sum_d [g_d(ln I_inh, T) x_d + h_d(ln I_inh, T) x_d^2 / 2]
+
+for ln(t_inh I_inh), the comparator's threshold, the charge that fires the axon, the width of a spike and the
+step of v_ex at the end of an echo; I_inh is the current of this die's mi5. x: V_T0 (V) and ln beta of each
+device, what all of a polarity share, and by how much the gate voltage of a bias differs from the record's.
+What these neurons do is `chips.ranging.response`'s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from chips.model_law import check_law
+from chips.ranging.law import F64, Neurons, Pull, pull_low
+from chips.ranging.record import Record, record_key, record_of
+from chips.record_file import stale
+from circuits.bias import bias_voltages, saturation_current
+from circuits.blocks.sonar import rebound_neuron
+from circuits.circuit import Circuit, InstanceArray
+from circuits.devices import Source, Transistor
+from circuits.devices.source import Constant
+from circuits.lowering.flatten import DeviceGroup, flatten
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.place import circuit_at
+from circuits.silicon.process import POLARITIES, Process
+from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
+from circuits.testbench import Testbench
+
+NODES = ("v_mem", "membrane.v_r", "excitation.v_ex")
+
+# Devices whose gate is a bias port: the port's difference from the record's counts as their threshold's.
+GATED = {
+    "inhibition.mi6": "i_lim",
+    "inhibition.mi9": "i_lim",
+    "axon.ma1": "i_lim",
+    "comparator.mc3": "i_cmp",
+    "axon.ma7": "i_pw",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ReboundModel:
+    """The model of a circuit: a rebound neuron, or an array of them, with its record.
+
+    transistors: by path inside the neuron; reference: gate voltages (V) of the biases in the record;
+    inverse_capacitance, follow: as in `Neurons`; rebound_capacitance: C_r, F; fixed: gate voltages, V, of
+    the biases that neither temperature nor die moves; tables: value, gradient and curvature of the record's
+    quantities side by side, float64[currents or 1, temperatures, 1 + 2 parameters].
+    """
+
+    circuit: Circuit
+    process: Process
+    record: Record
+    transistors: Mapping[str, DeviceGroup]
+    reference: Mapping[str, float]
+    inverse_capacitance: F64
+    follow: F64
+    rebound_capacitance: float
+    fixed: Mapping[str, F64]
+    tables: Mapping[str, F64]
+
+
+class Devices(NamedTuple):
+    """Transistors of n neurons on a die, by path inside the neuron, float64[n] each.
+
+    current: specific current, A; threshold: V; shift: local deviation of the threshold, V, the bias's
+    included; log_beta: local deviation of the current factor. Under `n` and `p` what the die's devices of a
+    polarity share.
+    """
+
+    current: dict[str, F64]
+    threshold: dict[str, F64]
+    shift: dict[str, F64]
+    log_beta: dict[str, F64]
+
+
+def model_of(circuit: Circuit, process: Process, record: Record | None = None) -> ReboundModel:
+    """Prepare the model of `circuit`, a rebound neuron or an array of them.
+
+    Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
+    `ParameterError` where the process's law is not the model's.
+    """
+    record = record or record_of()
+    check_law(process)
+    neuron = neuron_of(circuit)
+    if record_key(neuron, process, record.grid) != record.key:
+        raise stale("rebound_neuron")
+    array = "" if neuron is circuit else circuit.instances[0].name
+    groups = [g for g in flatten(circuit).groups if not array or g.path[0][0] == array]
+    lone = rebound_neuron.build()
+    nominal = Silicon(process)
+    inverse, follow = _capacitances(neuron, process)
+    ports = {b.port: b.name for b in neuron.biases}
+    return ReboundModel(
+        circuit,
+        process,
+        record,
+        {
+            ".".join([*(n for n, _ in g.path[1 if array else 0 :]), g.device.name]): g
+            for g in groups
+            if isinstance(g.device, Transistor)
+        },
+        {b.name: float(bias_voltages(lone, b, nominal)) for b in lone.biases},
+        inverse,
+        follow,
+        next(float(g.parameters["capacitance"][0]) for g in groups if g.device.name == "c_r"),
+        {
+            ports[b.port]: bias_voltages(circuit, b, nominal)
+            for b in circuit.biases
+            if b.port in ports and b.kind != "generator"
+        },
+        {
+            name: np.concatenate([q.value[..., None], q.gradient, q.curvature], axis=-1)
+            for name, q in record.quantities.items()
+        },
+    )
+
+
+def neuron_of(circuit: Circuit) -> Circuit:
+    """The rebound neuron of a circuit that is one, or that is an array of them."""
+    first = circuit.instances[0] if circuit.instances else None
+    return first.circuit if isinstance(first, InstanceArray) else circuit
+
+
+def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
+    """All neurons of the model on `silicon`: the same devices as at transistor level."""
+    gate = gates_on(model, silicon)
+    d = devices_on(model, silicon, gate)
+    u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
+    n, p = silicon.law("n"), silicon.law("p")
+    every = np.ones_like(d.current["membrane.m1"])
+
+    def saturated(device: str, bias: str) -> F64:
+        pinch = p.kappa * (v_dd - gate[bias] - d.threshold[device])
+        return np.asarray(d.current[device] * _interpolation(pinch / u_t))
+
+    resets = ("inhibition.mi12", "axon.ma8")
+    off = sum(d.current[r] * _interpolation(-n.kappa * d.threshold[r] / u_t) for r in resets)
+    i_rslope, i_rtau = saturated("membrane.mr1", "i_rslope"), saturated("membrane.mr2", "i_rtau")
+    i_inh = inhibition_current(d, gate["i_inh_tau"], silicon)
+    smooth = evaluate(model, d, gate["v_th"], i_inh, silicon)
+    nominal_rtau = saturation_current(model.circuit, model.circuit.bias("i_rtau"), silicon)
+    return Neurons(
+        inverse_2ut=every / (2.0 * u_t),
+        kappa_n=every * n.kappa,
+        kappa_p=every * p.kappa,
+        v_dd=every * v_dd,
+        v_rest=every * gate["v_rest"],
+        v_ex_max=every * gate["v_ex_max"],
+        m1_current=d.current["membrane.m1"],
+        m1_threshold=d.threshold["membrane.m1"],
+        m2_current=d.current["membrane.m2"],
+        m2_threshold=d.threshold["membrane.m2"],
+        me4_current=d.current["excitation.me4"],
+        me4_pinch=every * p.kappa * (v_dd - gate["i_ex_tau"] - d.threshold["excitation.me4"]),
+        me4_forward=saturated("excitation.me4", "i_ex_tau"),
+        me5_current=d.current["excitation.me5"],
+        me5_threshold=d.threshold["excitation.me5"],
+        i_rslope=i_rslope - off,
+        i_rtau=i_rtau,
+        t_inh=np.exp(smooth["log_charge"]) / i_inh,
+        v_threshold=smooth["threshold"],
+        axon_charge=np.exp(smooth["log_axon_charge"]),
+        pulse_width=np.exp(smooth["log_pulse_width"]),
+        v_held=_held(d, every * gate["v_rest"], i_rslope, i_rtau, silicon),
+        echo_step=smooth["echo_step"],
+        margin=every * model.record.margin,
+        rebound_bound=model.rebound_capacitance * v_dd / np.minimum(i_rtau, nominal_rtau),
+        inverse_capacitance=model.inverse_capacitance,
+        follow=model.follow,
+    )
+
+
+def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
+    """Voltages of the neurons' bias ports by bias, V: one, or one a neuron.
+
+    What no bias port of the circuit sets comes from its bias network, its other instances, solved on the die.
+    """
+    circuit = model.circuit
+    needed = {b.port: b.name for b in neuron_of(circuit).biases}
+    found = {
+        needed[b.port]: bias_voltages(circuit, b, silicon)
+        for b in circuit.biases
+        if b.port in needed and needed[b.port] not in model.fixed
+    }
+    found.update(model.fixed)
+    if len(found) == len(needed):
+        return found
+    for instance in circuit.instances[1:]:
+        network, place = circuit_at(circuit, ((instance.name, ()),))
+        supply = Source("vdd", "vdd", Constant(silicon.process.v_dd))
+        bench = Testbench(network.name, network, (supply,), np.inf)
+        point = operating_point(bench, replace(silicon, place=place))
+        for port in network.ports:
+            node = instance.connections[port.name]
+            if node in needed and needed[node] not in found:
+                found[needed[node]] = np.array([point[e] for e in port.elements()])
+    return found
+
+
+def devices_on(model: ReboundModel, silicon: Silicon, gate: Mapping[str, F64]) -> Devices:
+    """Transistors of all neurons of the model on `silicon`; gate: voltages of the bias ports, V."""
+    typical = Silicon(silicon.process, silicon.temperature_c)
+    d = Devices({}, {}, {}, {})
+    for polarity in POLARITIES:
+        law, nominal = silicon.law(polarity), typical.law(polarity)
+        d.shift[polarity] = np.array(law.v_t0 - nominal.v_t0)
+        d.log_beta[polarity] = np.log(law.square_current / nominal.square_current)
+    laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
+    groups = [
+        (name, g, g.device) for name, g in model.transistors.items() if isinstance(g.device, Transistor)
+    ]
+    width = np.array([g.parameters["multiplicity"] * g.parameters["width"] for _, g, _ in groups])
+    length = np.array([g.parameters["length"] for _, g, _ in groups])
+    paths = [(*g.path, (device.name, ())) for _, g, device in groups]
+    local = silicon.deviations(model.circuit.name, paths, (width * length).ravel())
+    v_t0, beta = (np.broadcast_to(x, width.size).reshape(width.shape) for x in local)
+    for k, (name, _, device) in enumerate(groups):
+        law = laws[device.polarity]
+        d.current[name] = law.square_current * width[k] / length[k] * (1.0 + beta[k])
+        d.threshold[name] = law.v_t0 + v_t0[k]
+        d.log_beta[name] = np.log1p(beta[k])
+        d.shift[name] = v_t0[k]
+        if name in GATED:
+            sign = 1.0 if device.polarity == "p" else -1.0
+            d.shift[name] = v_t0[k] + sign * (gate[GATED[name]] - model.reference[GATED[name]])
+    return d
+
+
+def inhibition_current(d: Devices, gate: F64, silicon: Silicon) -> F64:
+    """I_inh_tau of this die's mi5 in saturation, float64[n], A; gate: V."""
+    mi5, law = "inhibition.mi5", silicon.law("n")
+    pinch = law.kappa * (gate - d.threshold[mi5])
+    return np.asarray(d.current[mi5] * _interpolation(pinch / silicon.thermal_voltage))
+
+
+def evaluate(model: ReboundModel, d: Devices, v_th: F64, i_inh: F64, silicon: Silicon) -> dict[str, F64]:
+    """The smooth quantities of n neurons by name; v_th: V; i_inh: float64[n], A."""
+    grid = model.record.grid
+    weight = _lagrange(grid.temperature, silicon.temperature_c)
+    share = _cardinal_splines(grid.current)(np.log(i_inh))
+    result = {}
+    for name, q in model.record.quantities.items():
+        count = len(q.parameters)
+        x = np.empty((i_inh.size, count))
+        for k, parameter in enumerate(q.parameters):
+            x[:, k] = _deviation(model, d, parameter, v_th)
+        table = _over_current(np.tensordot(weight, model.tables[name], (0, 1)), share)
+        gradient, curvature = table[:, 1 : count + 1], table[:, count + 1 :]
+        result[name] = table[:, 0] + ((gradient + 0.5 * curvature * x) * x).sum(axis=-1)
+    return result
+
+
+def _over_current(table: F64, share: F64) -> F64:
+    """Table at n currents; share: float64[n, currents]."""
+    return table if table.shape[0] == 1 else np.asarray(share @ table)
+
+
+@lru_cache(maxsize=16)
+def _cardinal_splines(grid: tuple[float, ...]) -> CubicSpline:
+    """Splines over ln(current), each one at one current of the grid and zero at the others."""
+    return CubicSpline(np.log(grid), np.eye(len(grid)))
+
+
+def _deviation(model: ReboundModel, d: Devices, parameter: str, v_th: F64) -> F64:
+    """Of n neurons, or of all of them."""
+    if parameter == "v_th":
+        return v_th - model.reference["v_th"]
+    device, _, name = parameter.rpartition(".")
+    return (d.shift if name == "v_t0" else d.log_beta)[device]
+
+
+@lru_cache(maxsize=256)
+def _lagrange(nodes: tuple[float, ...], x: float) -> F64:
+    """Weights at x of the polynomial through all nodes; not to be written to."""
+    at = np.array(nodes)
+    others = [np.delete(at, i) for i in range(at.size)]
+    weights = np.array([np.prod((x - o) / (a - o)) for a, o in zip(at, others, strict=True)])
+    weights.setflags(write=False)
+    return weights
+
+
+def _interpolation(u: F64) -> F64:
+    """`F(u) = ln^2(1 + e^(u/2))`."""
+    return np.asarray(np.logaddexp(0.0, 0.5 * u) ** 2)
+
+
+def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon) -> F64:
+    """v_mem while mi12, its gate at the supply, sinks what m1 brings from v_rest, V."""
+    u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
+    n, p = silicon.law("n"), silicon.law("p")
+    m1, m2, mi12 = "membrane.m1", "membrane.m2", "inhibition.mi12"
+    # v_r where m2, its gate at v_mem, carries I_rtau: q(x) = sqrt(I / I_S), v_r = V_dd - v_p + 2 U_T x
+    drive = 2.0 * u_t * np.log(np.expm1(np.sqrt(i_rtau / d.current[m2])))
+    full = n.kappa * (v_dd - d.threshold[mi12])
+    v_r = v_dd - p.kappa * (v_dd - d.threshold[m2]) + drive
+    found = np.empty_like(v_rest)
+    pull = Pull(v_rest, d.current[m1], d.threshold[m1], d.current[mi12], full, v_r, i_rslope)
+    pull_low(pull, u_t, n.kappa, p.kappa, found)
+    return found
+
+
+def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
+    """Inverse capacitance for each set of held nodes, and how free nodes follow a step of a held one.
+
+    The comparator's tail follows v_mem as a source follower by kappa_p while mc1 conducts, and takes that
+    share off the overlap between them.
+    """
+    c = capacitance_matrix(stimulated(neuron, Silicon(process)))
+    mc1 = neuron.device("comparator.mc1")
+    if isinstance(mc1, Transistor):
+        c[0, 0] -= process.p.kappa * process.p.overlap_capacitance * mc1.width * mc1.multiplicity
+    inverse = np.zeros((4, 3, 3))
+    for held in range(4):
+        free = [i for i in range(3) if not (i == 0 and held & 1) and not (i == 2 and held & 2)]
+        inverse[held][np.ix_(free, free)] = np.linalg.inv(c[np.ix_(free, free)])
+    follow = -c / c.diagonal()[:, None]
+    np.fill_diagonal(follow, 0.0)
+    return inverse, follow
+
+
+def capacitance_matrix(machine: Machine) -> F64:
+    """Capacitance matrix of v_mem, v_r and v_ex, float64[3, 3], F, all other nodes held."""
+    charge = machine.kernel.charge
+    columns = [machine.column_of(node) for node in NODES]
+    matrix = np.zeros((3, 3))
+    for a, row in enumerate(columns):
+        for entry in range(charge.start[row], charge.start[row + 1]):
+            column = int(charge.column[entry])
+            if column in columns:
+                matrix[a, columns.index(column)] = charge.value[entry]
+    return matrix
+
+
+def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) -> Machine:
+    """The neuron lowered with its supply and `extra` sources; call and echo are silent unless among them."""
+    taken = {s.node for s in extra}
+    rest = (("vdd", silicon.process.v_dd), ("call", 0.0), ("echo", 0.0))
+    sources = (*(Source(n, n, Constant(v)) for n, v in rest if n not in taken), *extra)
+    return to_kernel(Testbench("rebound neuron", neuron, sources, np.inf, watch=("spike",)), silicon)
+
+
+def outside(model: ReboundModel, silicon: Silicon, path: str = "") -> list[str]:
+    """What leaves the record's validity box, a line each with the instance path; nothing inside it."""
+    grid, box = model.record.grid, model.record.box
+    name = path or model.circuit.name
+    low, high = grid.temperature[0], grid.temperature[-1]
+    found = []
+    if not low <= silicon.temperature_c <= high:
+        found.append(f"{name}.temperature: {silicon.temperature_c:g} degC, must be {low:g} to {high:g} degC")
+        return found
+    gate = gates_on(model, silicon)
+    d = devices_on(model, silicon, gate)
+    current = inhibition_current(d, gate["i_inh_tau"], silicon)
+    for k, i in enumerate(current):
+        if not grid.current[0] <= i <= grid.current[-1]:
+            limits = f"must be {grid.current[0]:.3g} to {grid.current[-1]:.3g} A"
+            found.append(f"{_element(model, name, k)}.i_inh_tau: {i:.3g} A, {limits}")
+    used = {p.rpartition(".")[0] for q in model.record.quantities.values() for p in q.parameters} - {""}
+    for device in sorted(used):
+        for label, values, largest, unit in (
+            ("v_t0 shift", d.shift[device], box.threshold, " V"),
+            ("ln beta shift", d.log_beta[device], box.log_beta, ""),
+        ):
+            each = np.atleast_1d(values)
+            for k in np.flatnonzero(~(np.abs(each) <= largest)).tolist():
+                place = _element(model, name, k)
+                found.append(f"{place}.{device}: {label} {each[k]:.3g}{unit}, must be within {largest:g}")
+    shift = float(np.abs(gate["v_th"] - model.reference["v_th"]).max())
+    if shift > box.v_th:
+        found.append(f"{name}.v_th: {shift:.3g} V from the record's, must be within {box.v_th:g} V")
+    return found
+
+
+def _element(model: ReboundModel, name: str, k: int) -> str:
+    if neuron_of(model.circuit) is model.circuit:
+        return name
+    return f"{name}.{model.circuit.instances[0].name}[{k}]"

@@ -1,0 +1,296 @@
+"""Compiled model of the rebound neuron: states, inputs, and the way to the next spike (`chips.ranging.law`).
+
+While the call inhibits and while a spike resets, v_mem is held at v_held; for 10 us of an echo v_ex is held
+at v_ex_max. The axon fires when w reaches `axon_charge`, w' = v_mem - v_threshold, w >= 0. The same w for the
+threshold moved by the margin either way tells what is too near to call.
+
+Where the error of a step outgrows the last one's, the next is shortened in advance (Gustafsson 1994).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.ranging.law import (
+    F64,
+    I64,
+    Neurons,
+    Three,
+    currents,
+    matrix_of,
+    numbers_of,
+    rates,
+    softplus,
+    stepped,
+)
+from circuits.compiled import compiled
+
+TOLERANCE = 1e-4  # V, local error of a step; ours: moves a peak by up to 0.35 mV, inside the measured margin
+ECHO_HELD = (0.05e-6, 10.15e-6)  # s, half-supply crossings of an event's pulse
+# First steps, s, after v_mem is pulled low, after it is let go, and after an echo's pulse begins or ends. The
+# last is short: v_ex keeps its errors, and 0.1 mV of it is some millivolts of a later peak of v_mem.
+_PULLED_STEP, _RELEASED_STEP, _EXCITED_STEP = 5e-8, 4e-9, 1e-6
+_SAFETY = 0.9  # of the step that the error allows
+_LEEWAY = 100.0  # largest ratio of the tolerance to an error that the next step is judged by
+_NO_STEP = 1e-30  # s, before the first one
+_PARTS = 8  # of a step, over which w is summed
+_LOOKAHEAD = 2e-3  # s, for which a spike's certainty is looked for beyond it
+SETTLED = 0.1  # V/s, of every node: nothing happens any more
+_FALLEN = 0.1  # V below the threshold, from which v_mem falls on to rest while v_r and v_ex only rise
+_RECOVERED = 20e-3  # V, of v_ex below the supply: less excitation than the coupling of v_mem makes
+
+# Columns of a state.
+V_MEM, V_R, V_EX, NOW, STEP, CHARGE, CHARGE_LOW, NEAR, RELEASE, RESET_END, ECHO_START, ECHO_END, ECHO_LEVEL, \
+    UNDECIDED, PEAK, DOZE = range(16)  # fmt: skip
+COLUMNS = 16
+WAKE, MAY_DOZE, DOZING = 0.0, 1.0, 2.0  # a neuron that may doze stops where it only falls back to rest
+
+_compiled = compiled(fastmath={"contract"})
+
+
+@_compiled
+def excitation(m: Neurons, k: int, s: F64) -> float:
+    """Rate at which me5 raises a free v_mem, V/s."""
+    e = softplus(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
+    return float(m.me5_current[k] * e * e * m.inverse_capacitance[0, 0, 0])
+
+
+@_compiled
+def copy_state(source: F64, target: F64) -> None:
+    """Copy the columns of a neuron."""
+    for i in range(source.size):
+        target[i] = source[i]
+
+
+@_compiled
+def _hold(m: Neurons, s: F64, column: int, level: float) -> None:
+    """Move a node to a level; the free ones follow through the coupling capacitances."""
+    move = level - s[column]
+    s[column] = level
+    for row in range(3):
+        if row != column:
+            s[row] += m.follow[row, column] * move
+
+
+@_compiled
+def begin(m: Neurons, k: int, s: F64, time: float) -> float:
+    """Rest state into `s`; returns the distance of v_mem from the threshold, V (above 0: no rest)."""
+    v, r = m.v_rest[k], m.v_rest[k] + 1.0
+    x = m.v_dd[k]
+    numbers = numbers_of(m, k)
+    for _ in range(200):
+        i = currents(numbers, v, r, x)
+        determinant = i[3] * i[7] - i[4] * i[6]
+        dv = (i[0] * i[7] - i[4] * i[1]) / determinant
+        dr = (i[3] * i[1] - i[6] * i[0]) / determinant
+        v -= min(max(dv, -0.05), 0.05)
+        r -= min(max(dr, -0.05), 0.05)
+        if abs(dv) + abs(dr) < 1e-9:
+            break
+    s[:] = 0.0
+    s[V_MEM], s[V_R], s[V_EX], s[NOW], s[STEP] = v, r, x, time, _EXCITED_STEP
+    s[RELEASE], s[RESET_END] = -np.inf, -np.inf
+    s[ECHO_START], s[ECHO_END] = np.inf, -np.inf
+    s[PEAK] = -np.inf
+    above: float = v - m.v_threshold[k]
+    return above
+
+
+@_compiled
+def call(m: Neurons, k: int, s: F64) -> None:
+    """A call now: v_mem is held low for t_inh."""
+    s[RELEASE] = s[NOW] + m.t_inh[k]
+    s[CHARGE], s[CHARGE_LOW] = 0.0, 0.0
+    _hold(m, s, V_MEM, m.v_held[k])
+    s[STEP] = _PULLED_STEP
+
+
+@_compiled
+def echo(m: Neurons, k: int, s: F64, level: float) -> None:
+    """An echo now: v_ex is held at `level` (V) while the pulse lasts."""
+    s[ECHO_START], s[ECHO_END] = s[NOW] + ECHO_HELD[0], s[NOW] + ECHO_HELD[1]
+    s[ECHO_LEVEL] = level
+
+
+@_compiled
+def advance(m: Neurons, k: int, s: F64, until: float) -> float:
+    """Advance `s` to `until` (s) or to the first spike; returns its time, else inf."""
+    while s[NOW] < until:
+        t = s[NOW]
+        stop = until
+        for column in (RELEASE, RESET_END, ECHO_START, ECHO_END):
+            if t < s[column] < stop:
+                stop = s[column]
+        held = t < s[RELEASE] or t < s[RESET_END]
+        mode = (1 if held else 0) + (2 if s[ECHO_START] <= t < s[ECHO_END] else 0)
+        spike = _integrate(m, k, mode, s, stop)
+        if spike < np.inf:
+            _hold(m, s, V_MEM, m.v_held[k])
+            s[RESET_END] = spike + m.pulse_width[k]
+            s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _PULLED_STEP
+            return spike
+        if s[DOZE] == DOZING:
+            return np.inf
+        s[NOW] = stop
+        if stop == s[RELEASE] or stop == s[RESET_END]:
+            s[STEP] = _RELEASED_STEP
+        if stop == s[ECHO_START]:
+            _hold(m, s, V_EX, s[ECHO_LEVEL])
+            if held:
+                s[V_MEM] = m.v_held[k]
+            s[STEP] = _EXCITED_STEP
+        if stop == s[ECHO_END]:
+            s[V_EX] += m.echo_step[k]
+            s[STEP] = _EXCITED_STEP
+    return np.inf
+
+
+@_compiled
+def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # noqa: C901, PLR0912, PLR0915 - one loop with its scalars
+    """Integrate in one mode to `stop` or to a spike (its time, else inf)."""
+    y = (s[V_MEM], s[V_R], s[V_EX])
+    t, h = s[NOW], s[STEP]
+    numbers, matrix = numbers_of(m, k), matrix_of(m, mode)
+    i = currents(numbers, y[0], y[1], y[2])
+    d = rates(matrix, i)
+    threshold, enough, margin = m.v_threshold[k], m.axon_charge[k], m.margin[k]
+    charge, low, high, near = s[CHARGE], s[CHARGE_LOW], 0.0, s[NEAR]
+    spike, end = np.inf, stop
+    kept = y
+    earlier_step, earlier_room = _NO_STEP, 1.0
+    while t < end:
+        if spike == np.inf and max(abs(d[0]), abs(d[1]), abs(d[2])) < SETTLED and y[0] < threshold - 0.05:
+            break
+        last = h >= end - t
+        step = min(h, end - t)
+        n, error = stepped(numbers, matrix, step, y, i)
+        room = TOLERANCE / max(error, 1e-12)
+        if not error <= TOLERANCE:
+            h = step * (max(_SAFETY * np.cbrt(room), 0.1) if error > TOLERANCE else 0.1)  # else a NaN
+            continue
+        i = currents(numbers, n[0], n[1], n[2])
+        e = rates(matrix, i)
+        if mode & 1 == 0:
+            s[PEAK] = max(s[PEAK], n[0])
+            top = max(y[0], n[0]) + 0.15 * step * max(d[0] - e[0], 0.0)
+            if top > threshold - margin or low > 0.0:
+                part, before = step / _PARTS, y[0]
+                for j in range(1, _PARTS + 1):
+                    z = j / _PARTS
+                    after = _hermite(z, step, y[0], n[0], d[0], e[0])
+                    s[PEAK] = max(s[PEAK], after)
+                    mean = 0.5 * (before + after) - threshold
+                    if spike == np.inf:
+                        grown = max(charge + part * mean, 0.0)
+                        low = max(low + part * (mean + margin), 0.0)
+                        if low >= enough:
+                            near = 1.0
+                        elif low == 0.0 and near > 0.0:
+                            s[UNDECIDED] += 1.0
+                            near = 0.0
+                        high = max(high + part * (mean - margin), 0.0)
+                        if grown >= enough:
+                            share = (enough - charge) / (grown - charge)
+                            spike = t + step * (z - (1.0 - share) / _PARTS)
+                            kept = (before + share * (after - before), n[1], n[2])
+                            end = spike + _LOOKAHEAD
+                        charge = grown
+                    else:
+                        high = max(high + part * (mean - margin), 0.0)
+                    before = after
+                if spike < np.inf and (high >= enough or n[0] < threshold - margin):
+                    break
+            else:
+                charge, low, high = 0.0, 0.0, 0.0
+                if near > 0.0:
+                    s[UNDECIDED] += 1.0
+                    near = 0.0
+        t += step
+        y, d = n, e
+        if s[DOZE] == MAY_DOZE and spike == np.inf and _falls_back(m, k, mode, s, t, y, e):
+            s[DOZE] = DOZING
+            end = t
+        # an error that grows from step to step goes on growing (Gustafsson 1994)
+        trend = (step / earlier_step) ** 3 * room / earlier_room
+        earlier_step, earlier_room = step, min(room, _LEEWAY)
+        factor = _SAFETY * np.cbrt(room * min(trend, 1.0))
+        h = step * min(max(factor, 0.2), 5.0) if not last else max(h, step * min(factor, 5.0))
+    if spike < np.inf:
+        if high < enough:
+            s[UNDECIDED] += 1.0
+        s[V_MEM], s[V_R], s[V_EX] = kept
+        s[NOW] = spike
+        return spike
+    s[V_MEM], s[V_R], s[V_EX] = y
+    s[NOW], s[STEP], s[CHARGE], s[CHARGE_LOW], s[NEAR] = end, h, charge, low, near
+    return np.inf
+
+
+@_compiled
+def _falls_back(m: Neurons, k: int, mode: int, s: F64, t: float, y: Three, d: Three) -> bool:
+    """Whether nothing but the way back to rest lies ahead until the next input.
+
+    Free of pulses, v_mem falling well below the threshold, v_r and v_ex rising: the current into v_mem falls
+    with all three, so that it never turns again.
+    """
+    if mode != 0 or s[ECHO_END] > t or s[RELEASE] > t or s[RESET_END] > t or s[NEAR] > 0.0:
+        return False
+    falling = d[0] < 0.0 and y[0] < m.v_threshold[k] - _FALLEN and d[1] >= 0.0
+    return falling and (d[2] >= 0.0 or y[2] > m.v_dd[k] - _RECOVERED)
+
+
+@_compiled
+def _hermite(z: float, h: float, a: float, b: float, da: float, db: float) -> float:
+    """Cubic through both ends of a step with their slopes, at share z."""
+    c = 1.0 - z
+    return a * c * c * (1.0 + 2.0 * z) + b * z * z * (3.0 - 2.0 * z) + h * z * c * (c * da - z * db)
+
+
+@_compiled
+def advance_all(m: Neurons, states: F64, until: float, saved: F64, spikes: F64) -> float:
+    """Advance all neurons to `until` (s) or to their first spike; returns the time reached.
+
+    states: float64[n, COLUMNS]; saved: scratch of that shape; spikes: float64[n], filled with the time of a
+    neuron's spike, or inf.
+    """
+    n = states.shape[0]
+    reached = until
+    for k in range(n):
+        copy_state(states[k], saved[k])
+        spikes[k] = advance(m, k, states[k], reached)
+        reached = min(reached, spikes[k])
+    for k in range(n):
+        if states[k, NOW] > reached:
+            copy_state(saved[k], states[k])
+            spikes[k] = advance(m, k, states[k], reached)
+    return reached
+
+
+@_compiled
+def respond_all(
+    m: Neurons, times: F64, is_call: NDArray[np.bool_], until: float, s: F64, spikes: F64, counts: I64
+) -> None:
+    """Spikes of every neuron, at rest at first, to calls and echoes at sorted times.
+
+    times: float64[events], s; s: float64[COLUMNS], scratch; spikes: float64[n, room], filled; counts:
+    int64[n, 2], spikes and undecided moments, filled; spikes beyond the room are counted only.
+    """
+    for k in range(counts.shape[0]):
+        first = times[0] if times.size else 0.0
+        above = begin(m, k, s, min(first, 0.0))
+        counts[k, 0] = 0
+        for j in range(times.size + 1):
+            stop = times[j] if j < times.size else until
+            while s[NOW] < stop:
+                spike = advance(m, k, s, stop)
+                if spike < np.inf:
+                    if counts[k, 0] < spikes.shape[1]:
+                        spikes[k, counts[k, 0]] = spike
+                    counts[k, 0] += 1
+            if j < times.size:
+                if is_call[j]:
+                    call(m, k, s)
+                else:
+                    echo(m, k, s, m.v_ex_max[k])
+        counts[k, 1] = int(s[UNDECIDED]) + int(s[NEAR]) + int(abs(above) < m.margin[k])

@@ -1,0 +1,181 @@
+"""Jitter of the rebound neuron's inhibition: why the same die answers two calls at two times.
+
+Inhibition lasts while I_inh empties a capacitor. The shot noise of mi5 makes a charge whose variance is q
+times itself, so that `sigma(t_inh) = sqrt(q t_inh / I_inh)` from call to call; its flicker moves its
+threshold, `dt_inh = t_inh kappa_n dV_T0 / U_T`, by the mean over t_inh of a sum of relaxations that go on
+from call to call (`circuits.solver.noise.transient.relaxations`). The mean over T of a relaxation of rate
+lambda and variance 1 has the variance `2 (l - 1 + e^-l) / l^2`, l = lambda T; between the means of two calls
+it is taken to decay as the relaxation does. Left out: the noise of the membrane and of the comparator, kT/C
+at the release; against the transistors in the experiment `device-noise`.
+
+Draws are keyed by (seed, trial, neuron's place, call): the same in any order, another seed or trial is
+another run of the same die.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.ranging.law import F64, I64, Neurons
+from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current
+from circuits.compiled import compiled
+from circuits.devices import Transistor
+from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
+from circuits.errors import ParameterError
+from circuits.silicon.die import philox
+from circuits.silicon.process import ELEMENTARY_CHARGE
+from circuits.silicon.silicon import Silicon
+from circuits.solver.noise.steps import normal_pair
+from circuits.solver.noise.transient import noise_keys, noise_place, relaxations
+
+U32 = NDArray[np.uint32]
+
+_DEVICE = "inhibition.mi5"
+_FASTEST = 10.0  # relaxations in the shortest inhibition up to which they are told apart; ours
+_PER_BLOCK = 4  # normals of a Philox block
+SURE = 6.0  # deviations beyond which jitter is not looked for
+
+_compiled = compiled()
+
+
+@dataclass(frozen=True, slots=True)
+class SiliconNoise:
+    """That a chip makes noise.
+
+    flicker: None for that of the process, `circuits.devices.noise.WHITE_ONLY` for none.
+    """
+
+    seed: int = 0
+    trial: int = 0
+    flicker: NoiseModel | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse negative numbers."""
+        for name, value in (("seed", self.seed), ("trial", self.trial)):
+            if value < 0:
+                raise ParameterError(f"noise.{name}: {value}, must be at least 0; give a whole number")
+
+
+class Jitter(NamedTuple):
+    """What t_inh of n neurons does from call to call; n is 0 for neurons without noise.
+
+    t_inh, white: float64[n], s; amplitude: float64[n, r], s, of each relaxation; rate: float64[r], 1/s;
+    relaxation: float64[n, r], unit normals, and last: float64[1], s, and calls: int64[1] are the state.
+    """
+
+    t_inh: F64
+    white: F64
+    amplitude: F64
+    rate: F64
+    relaxation: F64
+    last: F64
+    calls: I64
+    keys: U32  # [2, n * blocks], the blocks of a neuron side by side
+    counters: U32  # [4, n * blocks]
+    words: U32  # [4, n * blocks]
+
+
+def no_jitter() -> Jitter:
+    """Neurons without noise."""
+    none, words = np.zeros(0), np.zeros((4, 0), np.uint32)
+    return Jitter(
+        none, none, np.zeros((0, 0)), none, np.zeros((0, 0)), np.zeros(1), np.zeros(1, np.int64), words[:2],
+        words, words,
+    )  # fmt: skip
+
+
+def new_jitter(
+    model: ReboundModel, neurons: Neurons, silicon: Silicon, noise: SiliconNoise, shortest: float,
+    area: float = 1.0,
+) -> Jitter:  # fmt: skip
+    """Jitter of the neurons of `model` on `silicon`, before any call.
+
+    shortest: s, an inhibition that says how fast relaxations are told apart: the same for all temperatures
+    between which a state goes on. area: of the drawn devices over the circuit's, for flicker.
+    """
+    gate = gates_on(model, silicon)
+    devices = devices_on(model, silicon, gate)
+    current = inhibition_current(devices, gate["i_inh_tau"], silicon)
+    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
+    rate, variance = relaxations(flicker, shortest / _FASTEST)
+    mean = mean_variance(rate * neurons.t_inh[:, None])
+    slope = neurons.t_inh * neurons.kappa_n / silicon.thermal_voltage
+    at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), area * _areas(model))
+    n, blocks = slope.size, 1 + -(-rate.size // _PER_BLOCK)
+    keys = noise_keys(noise.seed, noise.trial, _paths(model, silicon))
+    counters = np.zeros((4, n * blocks), np.uint32)
+    counters[1] = np.tile(np.arange(blocks), n)
+    return Jitter(
+        neurons.t_inh.copy(),
+        np.sqrt(ELEMENTARY_CHARGE * neurons.t_inh / current),
+        slope[:, None] * np.sqrt(at_gate[:, None] * variance * mean),
+        rate,
+        np.zeros((n, rate.size)),
+        np.full(1, -math.inf),
+        np.zeros(1, np.int64),
+        np.repeat(keys, blocks, axis=1),
+        counters,
+        np.zeros((4, n * blocks), np.uint32),
+    )
+
+
+def mean_variance(length: F64) -> F64:
+    """Variance of the mean of a relaxation of variance 1 over `length` of its time constants."""
+    return np.asarray(2.0 * (length + np.expm1(-length)) / length**2)
+
+
+def spread(jitter: Jitter) -> F64:
+    """Standard deviation of t_inh, white and flicker, float64[n], s."""
+    return np.asarray(np.sqrt(jitter.white**2 + (jitter.amplitude**2).sum(axis=1)))
+
+
+def copied(jitter: Jitter) -> Jitter:
+    """The jitter with a state of its own."""
+    return jitter._replace(
+        relaxation=jitter.relaxation.copy(), last=jitter.last.copy(), calls=jitter.calls.copy()
+    )
+
+
+@_compiled
+def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
+    """Inhibition of every neuron after a call at `time` s into `t_inh`, s; nothing for neurons without noise.
+
+    The first call finds the relaxations in their stationary state.
+    """
+    n, r = j.amplitude.shape
+    if n == 0:
+        return
+    j.counters[0, :] = np.uint32(j.calls[0])
+    philox(j.keys, j.counters, j.words)
+    blocks = j.keys.shape[1] // n
+    for k in range(n):
+        shift = j.white[k] * normal_pair(j.words[0, k * blocks], j.words[1, k * blocks])[0]
+        for i in range(r):
+            column, pair = k * blocks + 1 + i // 4, 2 * (i % 4 // 2)
+            fresh = normal_pair(j.words[pair, column], j.words[pair + 1, column])[i % 2]
+            kept = math.exp(-j.rate[i] * (time - j.last[0]))
+            j.relaxation[k, i] = kept * j.relaxation[k, i] + math.sqrt(1.0 - kept * kept) * fresh
+            shift += j.amplitude[k, i] * j.relaxation[k, i]
+        t_inh[k] = j.t_inh[k] + shift
+    j.last[0] = time
+    j.calls[0] += 1
+
+
+def _areas(model: ReboundModel) -> F64:
+    """Area m W L of each mi5, float64[n], m^2."""
+    p = model.transistors[_DEVICE].parameters
+    return np.asarray(p["multiplicity"] * p["width"] * p["length"])
+
+
+def _paths(model: ReboundModel, silicon: Silicon) -> list[str]:
+    """Path of each mi5 on its chip."""
+    group = model.transistors[_DEVICE]
+    if not isinstance(group.device, Transistor):
+        raise ParameterError(f"{model.circuit.name}.{_DEVICE}: no transistor; use the transistor level")
+    root = noise_place(silicon, model.circuit.name)
+    return [f"{root}.{group.label(k)}" for k in range(group.nodes.shape[1])]

@@ -1,0 +1,75 @@
+"""What rebound neurons of the behavioural model do: classes and intervals, and spikes to calls and echoes.
+
+A spike that the margin of the threshold would undo, or bring about, is `undecided`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.ranging.law import F64, I64, Neurons
+from chips.ranging.neuron_kernel import COLUMNS, respond_all
+from chips.ranging.tuning_kernel import CLASSES, tune_all
+from circuits.errors import ParameterError
+
+STATES = 65  # kept after a call while a neuron is tuned
+ROOM = 256  # spikes of a neuron that a response keeps
+UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True, slots=True)
+class Tunings:
+    """Outcome of n neurons. `first`, `last`: s, NaN where not defined; `peak`: V, after a call alone."""
+
+    outcome: I64
+    undecided: NDArray[np.bool_]
+    first: F64
+    last: F64
+    t_inh: F64
+    peak: F64
+
+    @property
+    def classes(self) -> list[str]:
+        """Class of each, or `undecided`."""
+        return [UNDECIDED if u else CLASSES[o] for o, u in zip(self.outcome, self.undecided, strict=True)]
+
+
+class Response(NamedTuple):
+    """spikes: s, of each neuron; undecided: int64[n], moments at which a spike was too near to call."""
+
+    spikes: tuple[F64, ...]
+    undecided: I64
+
+
+def join(parts: Sequence[Neurons]) -> Neurons:
+    """Neurons of several dies of one model as one."""
+    shared = {n: getattr(parts[0], n) for n in ("inverse_capacitance", "follow")}
+    columns = {n: np.concatenate([getattr(p, n) for p in parts]) for n in Neurons._fields if n not in shared}
+    return Neurons(**columns, **shared)
+
+
+def tune(neurons: Neurons) -> Tunings:
+    """Outcome class and facilitating interval of every neuron, as `circuits.blocks.sonar.tuning` has them."""
+    n = neurons.t_inh.size
+    outcome, undecided, out = np.zeros(n, np.int64), np.zeros(n, np.bool_), np.zeros((n, 3))
+    tune_all(neurons, np.zeros((STATES, COLUMNS)), np.zeros(COLUMNS), outcome, undecided, out)
+    return Tunings(outcome, undecided, out[:, 0], out[:, 1], neurons.t_inh, out[:, 2])
+
+
+def respond(neurons: Neurons, calls: Sequence[float], echoes: Sequence[float], until: float) -> Response:
+    """Spikes up to `until` (s) of neurons that rest before the first of the calls and echoes (s)."""
+    events = sorted([*((t, True) for t in calls), *((t, False) for t in echoes)])
+    n = neurons.t_inh.size
+    spikes, counts = np.zeros((n, ROOM)), np.zeros((n, 2), np.int64)
+    times = np.array([t for t, _ in events])
+    is_call = np.array([c for _, c in events], dtype=np.bool_)
+    respond_all(neurons, times, is_call, until, np.zeros(COLUMNS), spikes, counts)
+    if counts[:, 0].max(initial=0) > ROOM:
+        raise ParameterError(f"response: {counts[:, 0].max()} spikes, must be <= {ROOM}; end it earlier")
+    kept = tuple(spikes[k, : counts[k, 0]].copy() for k in range(n))
+    return Response(kept, counts[:, 1])

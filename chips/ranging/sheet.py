@@ -1,0 +1,85 @@
+"""Data sheet of behavioural rebound neurons on a die: numbers of their equations, validity, measured error.
+
+For whoever writes the neurons down elsewhere. The numbers are those of `chips.ranging.model` on this die at
+this temperature; the capacitances are the branches of the matrix that the model inverts:
+
+    C[i, j] = -c_ij (i != j),  C[i, i] = c_i + sum_j c_ij,  i, j of v_mem, v_r, v_ex
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from chips.cell import PULSE_EDGE, PULSE_WIDTH
+from chips.ranging.chip import ABOVE_SUPPLY, RangingChip
+from chips.ranging.law import F64, Neurons
+from chips.ranging.record import Record
+from circuits.circuit import Circuit
+from circuits.silicon.silicon import Silicon
+
+_NODES = ("mem", "r", "ex")
+_CALL_WIDTH = PULSE_WIDTH + 1.5 * PULSE_EDGE  # s, from the event to the fall through half the supply
+_NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex_max")
+
+
+@dataclass(frozen=True, slots=True)
+class ReboundSheet:
+    """shape: () for a lone neuron; figures: of each neuron by name, SI units; remarks: a line each."""
+
+    shape: tuple[int, ...]
+    figures: tuple[dict[str, float], ...]
+    remarks: tuple[str, ...]
+
+
+def rebound_sheet(
+    circuit: Circuit, silicon: Silicon, outside_box: Literal["refuse", "warn"] = "refuse"
+) -> ReboundSheet:
+    """Sheet of `circuit`, a rebound neuron or an array of them, on `silicon`.
+
+    Raises `ParameterError` outside the record's validity box (unless it is to warn), `DataError` where the
+    record is of another circuit or process.
+    """
+    chip = RangingChip(silicon, circuit, circuit.name, outside_box)
+    neurons = chip.neurons_at(silicon.temperature_c)
+    shared = _branches(np.linalg.inv(neurons.inverse_capacitance[0])) | {"call_width": _CALL_WIDTH}
+    figures = tuple(_figures(neurons, k) | shared for k in range(neurons.t_inh.size))
+    return ReboundSheet(circuit.port("spike").shape, figures, _remarks(chip.model.record, silicon))
+
+
+def _figures(neurons: Neurons, k: int) -> dict[str, float]:
+    names = [name for name in Neurons._fields if name not in _NO_NUMBERS]
+    return {name: float(getattr(neurons, name)[k]) for name in names}
+
+
+def _branches(matrix: F64) -> dict[str, float]:
+    """Capacitances of branches, F; what inverting has left of a 0 is a 0."""
+    floor = 1e-9 * matrix.max()
+    found = {f"c_{name}": float(matrix[i].sum()) for i, name in enumerate(_NODES)}
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        found[f"c_{_NODES[i]}_{_NODES[j]}"] = max(0.0, float(-matrix[i, j])) if -matrix[i, j] > floor else 0.0
+    return found
+
+
+def _remarks(record: Record, silicon: Silicon) -> tuple[str, ...]:
+    grid, box, v_dd = record.grid, record.box, silicon.process.v_dd
+    held = (
+        f"valid at {grid.temperature[0]:g} to {grid.temperature[-1]:g} degC",
+        f"I_inh_tau {grid.current[0]:.3g} to {grid.current[-1]:.3g} A",
+        f"v_ex_max {v_dd - box.v_ex_max:g} to {v_dd + ABOVE_SUPPLY:g} V",
+    )
+    shifts = (
+        f"threshold shifts within {box.threshold:g} V",
+        f"ln beta shifts within {box.log_beta:g}",
+        f"v_th within {box.v_th:g} V of the record's",
+    )
+    return (
+        f"numbers of one die at {silicon.temperature_c!r} degC: they do not follow a simulator's temperature",
+        ", ".join(held),
+        ", ".join(shifts),
+        "measured against the transistors, on dies that were not used to build it:",
+        *(f"  {name}: {value:.3g}" for name, value in record.errors.items()),
+        f"undecided is a spike that moving the threshold by {record.margin:.3g} V would undo or bring about",
+    )

@@ -1,0 +1,1 @@
+"""The ROLLS chip: 256 neurons, their synapses and plastic array, on a die."""

@@ -1,0 +1,205 @@
+"""Calibration of a ROLLS chip: bias codes and a blacklist that bring populations to target rates on a die.
+
+What may change is what may change on the chip: the fine and coarse codes of biases, and which neurons a
+population does without. A `Knob` is a bias and the populations that it moves; all populations of a knob want
+one rate. Codes are searched together: each is moved by secants on (ln I, ln rate) of its populations' middle,
+first into the range of currents where they fire, then closer. Then each population drops its worst neurons,
+`most` at most, as long as that brings its mean nearer. Rates are measured on the chip as it runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls.chip import NO_INPUTS, STEP, Inputs, RollsChip
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.bias_file import BiasTable
+from chips.rolls.program.population import Population
+from chips.rolls.program.program import Program
+from circuits.blocks.bias.generator import COARSE, CODES
+from circuits.blocks.rolls.bias import Code, current_of
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+LEAST_FINE = 96  # ours: fine codes from here on step by about a percent or less
+SETTLE, MEASURE = 0.2, 1.0  # s, ours
+FARTHEST = 1.5  # in ln I, the largest move of a code
+CLOSE = 0.02  # in ln rate, at which a code stays; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A population and the mean rate that it shall have, Hz."""
+
+    population: Population
+    rate: float
+
+    def __post_init__(self) -> None:
+        if not self.rate > 0.0:
+            raise ParameterError(f"target.{self.population.name}: {self.rate:g} Hz, must be > 0 Hz")
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """A bias and the names of the populations whose mean rate it sets.
+
+    slope: 1 where the rate rises with the bias's current, -1 where it falls.
+    """
+
+    bias: str
+    populations: tuple[str, ...]
+    slope: int = 1
+
+    def __post_init__(self) -> None:
+        if self.slope not in {1, -1}:
+            raise ParameterError(f"knob.{self.bias}.slope: {self.slope}, must be 1 or -1")
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What is calibrated: a program, its drive, the targets, the knobs, how many neurons may be dropped.
+
+    drive: inputs of a run of a duration (s) for a program, the same each time; most: neurons a population;
+    whole: names of populations that keep all of theirs.
+    """
+
+    program: Program
+    targets: tuple[Target, ...]
+    knobs: tuple[Knob, ...]
+    drive: Callable[[float], Inputs] = lambda _: NO_INPUTS
+    most: int = 4
+    whole: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        known = {t.population.name for t in self.targets}
+        for knob in self.knobs:
+            self.program.biases.code(knob.bias)
+            for name in knob.populations:
+                if name not in known:
+                    raise ParameterError(
+                        f"calibration.{knob.bias}: population {name}, must have a target; they are"
+                        f" {', '.join(sorted(known))}"
+                    )
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """Codes found, neurons dropped, and mean rates (Hz) by population without these.
+
+    runs: of the chip that it took; before: mean rates at the codes it began with.
+    """
+
+    biases: BiasTable
+    blacklist: Mapping[str, tuple[int, ...]]
+    rates: Mapping[str, float]
+    before: Mapping[str, float]
+    runs: int
+
+    def kept(self, population: Population) -> tuple[int, ...]:
+        """Neurons of a population that are not dropped."""
+        return tuple(k for k in population.neurons if k not in self.blacklist[population.name])
+
+
+def code_for(current: float) -> Code:
+    """Code whose nominal current is nearest, with a fine code that still has a percent's resolution."""
+    reach = [c * (CODES - 1) / CODES for c in COARSE]
+    coarse = max((k for k, full in enumerate(reach) if full >= current), default=0)
+    fine = round(current * CODES / COARSE[coarse])
+    return coarse, min(max(fine, 1), CODES - 1)
+
+
+def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: float = MEASURE) -> F64:
+    """Rate of every neuron after it has settled, Hz, float64[256]."""
+    spikes, _ = chip.run(chip.at_rest(), SETTLE + measure, drive(SETTLE + measure))
+    late = spikes.times >= SETTLE
+    return np.asarray(np.bincount(spikes.neurons[late], minlength=NEURONS) / measure)
+
+
+def calibrate(
+    task: Task, silicon: Silicon, kind: BiasKind = "generator", rounds: int = 14, step: float = STEP
+) -> Calibration:
+    """Search codes on one die, then drop neurons; rounds: runs of the chip at most; step: the chip's, s."""
+    program = task.program
+    points: dict[str, list[tuple[float, float]]] = {k.bias: [] for k in task.knobs}
+    wanted = {t.population.name: t for t in task.targets}
+    best, least, runs = program, math.inf, 0
+    before: dict[str, float] = {}
+    for _ in range(rounds):
+        rates = neuron_rates(RollsChip(program, silicon, kind, step=step), task.drive)
+        runs += 1
+        means = {name: float(rates[list(t.population.neurons)].mean()) for name, t in wanted.items()}
+        before = before or means
+        errors = {k.bias: _error(k, means, wanted) for k in task.knobs}
+        worst = max((abs(e) for e in errors.values()), default=0.0)
+        if worst < least:
+            best, least = program, worst
+        if worst < CLOSE:
+            break
+        program = _moved(program, task.knobs, errors, points)
+    rates = neuron_rates(RollsChip(best, silicon, kind, step=step), task.drive)
+    dropped = {name: _dropped(rates, t, 0 if name in task.whole else task.most) for name, t in wanted.items()}
+    found = {name: _mean(rates, t.population.neurons, dropped[name]) for name, t in wanted.items()}
+    return Calibration(best.biases, dropped, found, before, runs + 1)
+
+
+def _error(knob: Knob, means: Mapping[str, float], wanted: Mapping[str, Target]) -> float:
+    """Middle of the ln of rate over target of the knob's populations, -5 for a silent one, by its slope.
+
+    The middle and not the mean: what is left on either side is then least, for neurons to be dropped.
+    """
+    each = [math.log(max(means[n] / wanted[n].rate, math.exp(-5.0))) for n in knob.populations]
+    return knob.slope * 0.5 * (max(each) + min(each))
+
+
+def _moved(
+    program: Program, knobs: Sequence[Knob], errors: Mapping[str, float],
+    points: dict[str, list[tuple[float, float]]],
+) -> Program:  # fmt: skip
+    """Program with the next codes; points: (ln I, error) seen of each bias, added to."""
+    table = program.biases
+    for knob in knobs:
+        code = table.code(knob.bias)
+        x, error = math.log(current_of(code)), errors[knob.bias]
+        seen = points[knob.bias]
+        seen.append((x, error))
+        if abs(error) >= CLOSE:
+            table = table.with_code(knob.bias, *code_for(math.exp(_next(seen))))
+    return replace(program, biases=table)
+
+
+def _next(seen: Sequence[tuple[float, float]]) -> float:
+    """Next ln I: between the nearest points on either side of the target, else beyond the last one."""
+    low = max((p for p in seen if p[1] < 0.0), default=None)
+    high = min((p for p in seen if p[1] >= 0.0), default=None)
+    if low is not None and high is not None and low[0] < high[0]:
+        share = -low[1] / (high[1] - low[1])
+        return low[0] + min(max(share, 0.15), 0.85) * (high[0] - low[0])
+    x, error = seen[-1]
+    # a rate that rises like the current, or faster where little is missing
+    return x - min(max(0.7 * error, -FARTHEST), FARTHEST)
+
+
+def _mean(rates: F64, neurons: Sequence[int], dropped: Sequence[int]) -> float:
+    return float(np.mean([rates[k] for k in neurons if k not in dropped]))
+
+
+def _dropped(rates: F64, target: Target, most: int) -> tuple[int, ...]:
+    """Neurons whose loss brings the mean nearest to the target, one after the other."""
+    neurons = target.population.neurons
+    gone: list[int] = []
+    for _ in range(min(most, len(neurons) - 1)):
+        left = [k for k in neurons if k not in gone]
+        errors = [abs(_mean(rates, neurons, [*gone, k]) - target.rate) for k in left]
+        choice, error = left[int(np.argmin(errors))], min(errors)
+        if error >= abs(_mean(rates, neurons, gone) - target.rate):
+            break
+        gone.append(choice)
+    return tuple(sorted(gone))

@@ -1,0 +1,390 @@
+"""The ROLLS chip: 256 neurons of a die, their 256 x 256 non-plastic synapses and virtual synapses, over AER.
+
+    chip = RollsChip(program, Silicon(ROLLS_180, 27.0, Die(number=3)))
+    state = chip.at_rest()
+    spikes, state = chip.run(state, 0.1, events)
+
+Every neuron, filter, synapse, extender and bias has the deviations of its own transistors
+(`chips.rolls.circuit`); what a step does with them is in `chips.rolls.kernel`. An event reaches its
+filter at the beginning of a step, a spike of a neuron those of the next step.
+
+A program with a plastic array (`chips.rolls.plastic.program`) has 256 x 256 synapses more that learn:
+columns 0 to 255, weights that are read and set between runs, and the learning circuits' own part of the
+kernel (`chips.rolls.plastic.kernel`). In one with short-term depression (`chips.rolls.depression.program`)
+excitatory weights fall with every event and come back (`chips.rolls.depression.kernel`). Without the one or
+the other nothing of it is built, compiled or run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.aer import Bus, Events, send
+from chips.ranging.noise import SiliconNoise
+from chips.rolls.circuit import Params
+from chips.rolls.depression.layout import Depressing
+from chips.rolls.depression.state import (
+    DepressionState,
+    converted_depression,
+    depressing_of,
+    depression_cautions,
+    rest_of_depression,
+)
+from chips.rolls.depression.state import state_of as depression_state
+from chips.rolls.depression.tables import with_depression
+from chips.rolls.input_check import check_inputs
+from chips.rolls.kernel import run_chip
+from chips.rolls.layout import (
+    COUNTS,
+    DONE,
+    HELD,
+    LAST,
+    NEVER,
+    READ,
+    SHUT,
+    SINCE,
+    STATE_ROWS,
+    TAKEN,
+    V_AHP,
+    WRITTEN,
+    ZETA,
+    Traffic,
+    Z,
+    new_scratch,
+)
+from chips.rolls.lumped import settled
+from chips.rolls.neuron.kernel import rest_of
+from chips.rolls.noise.model import with_noise
+from chips.rolls.plastic.circuit import Learning
+from chips.rolls.plastic.layout import Plastic, PlasticEvents
+from chips.rolls.plastic.state import (
+    PlasticState,
+    arrays_of,
+    at_rails,
+    bits_of,
+    convert,
+    plastic_cautions,
+    rest_of_plastic,
+    scratch_of,
+    state_of,
+    voltages,
+)
+from chips.rolls.plastic.tables import BuiltPlastic, build_plastic
+from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
+from chips.rolls.program.bias_file import DIRECT_CURRENT
+from chips.rolls.program.program import Program
+from chips.rolls.state import converted, zeta_of
+from chips.rolls.tables import Built, build_tables, spikes_a_step
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Temperature = float | Callable[[float], float]
+
+STEP = 0.4e-3  # s, ours
+ROOM = 1 << 16  # spikes that one call of the kernel writes
+LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
+STRONGEST_MEASURED = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
+WHOLE = 1e-3  # of a step: by how much a run's duration may miss whole steps
+KEPT = 4  # temperatures whose tables are kept, 15 MiB each
+FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Events for the chip: times (s, rising), neurons and columns (256 to 511 or 512 to 519), int64[m]."""
+
+    times: F64
+    neurons: I64
+    columns: I64
+
+
+NO_INPUTS = Inputs(np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class ChipState:
+    """State of a chip between runs: time (s), float64[16, 256], who spiked in the last step, temperature."""
+
+    time: float
+    values: F64
+    senders: I64
+    temperature_c: float
+    waiting: Inputs = NO_INPUTS
+    plastic: PlasticState | None = None
+    depression: DepressionState | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Spikes:
+    """What a chip sent: times (s, as they left the bus) and neurons; lost: dropped on the way in and out.
+
+    held: filters times steps in which so much charge came that a filter stayed at the end of its table.
+    """
+
+    times: F64
+    neurons: I64
+    lost_in: int = 0
+    lost_out: int = 0
+    held: int = 0
+
+
+class RollsChip:
+    """A chip with a program on silicon.
+
+    kind: of all biases; bus: of events out and in; step: s, of which a neuron's period should be several.
+    Temperature may be given a run, as a number or a function of time (s), degC; it is followed in steps of
+    0.25 K. The bus is idle as a run begins. noise: of its devices, None for none (`chips.rolls.noise.model`).
+    """
+
+    def __init__(
+        self, program: Program, silicon: Silicon | None = None, kind: BiasKind = "gate",
+        params: Params | None = None, step: float = STEP, bus: Bus | None = None,
+        noise: SiliconNoise | None = None, learning: Learning | None = None,
+    ) -> None:  # fmt: skip
+        """Raises `ParameterError` for a step that is not above 0, and `learning` without a plastic array."""
+        if not step > 0.0:
+            raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.2 or 0.4 ms")
+        self.program, self.kind, self.step, self.noise = program, kind, step, noise
+        self.silicon = Silicon(ROLLS_180) if silicon is None else silicon
+        self.params = Params(virtual=program.virtual) if params is None else params
+        self.bus = Bus() if bus is None else bus
+        if learning is not None and program.plastic is None:
+            raise ParameterError("chip.learning: given, must have a plastic array; give the program one")
+        self.learning = Learning() if learning is None else learning
+        self._built: dict[float, Built] = {}
+        self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
+
+    def built(self, temperature_c: float | None = None) -> Built:
+        """Tables at a temperature, degC; the last few are kept."""
+        at = self.silicon.temperature_c if temperature_c is None else temperature_c
+        if at not in self._built:
+            on = replace(self.silicon, temperature_c=at)
+            while len(self._built) >= KEPT:
+                self._built.pop(next(iter(self._built)))
+            built = build_tables(self.params, self.program, self.kind, on, self.step)
+            if self.program.plastic is not None:
+                found = build_plastic(
+                    self.params, self.learning, self.program, self.kind, on, self.step, built.tables.membranes
+                )
+                built = replace(built, plastic=found)
+            built = with_noise(built, self.params, self.program, on, self.noise)
+            self._built[at] = with_depression(built, self.params, self.program, self.kind, on, self.noise)
+        return self._built[at]
+
+    def with_tables(self, built: Built) -> RollsChip:
+        """The chip with other tables at its silicon's temperature, as of a group of its devices alone."""
+        other = RollsChip(
+            self.program, self.silicon, self.kind, self.params, self.step, self.bus, self.noise,
+            None if self.program.plastic is None else self.learning,
+        )  # fmt: skip
+        other._built[self.silicon.temperature_c] = built
+        return other
+
+    def cautions(self) -> tuple[str, ...]:
+        """Where this chip does not rest, or is outside of what its step was measured for, a sentence each."""
+        found, plastic = cautions_of(self.built(), self.step), self.built().plastic
+        found = restless_cautions(self.restless()) + found
+        found += depression_cautions(self.program, self.built().depression, self.built().levels, self.step)
+        return found if plastic is None else found + plastic_cautions(self.program.biases, plastic)
+
+    def at_rest(self) -> ChipState:
+        """State without input; a neuron that has no rest begins at 0 V."""
+        built = self.built()
+        values = np.zeros((STATE_ROWS, NEURONS))
+        for k, bank in enumerate(built.tables.banks):
+            values[Z + k] = bank.rest
+            values[TAKEN + k], values[SINCE + k] = settled(built.filters[k], built.loads[k], self.step)
+        resting = np.zeros((NEURONS, 3))
+        rest_of(built.neurons, resting)
+        values[V_AHP] = resting[:, 1]
+        values[SHUT] = NEVER
+        restless = resting[:, 0] >= built.neurons.top
+        values[ZETA] = zeta_of(built, np.where(restless, 0.0, resting[:, 0]))
+        spent = None if built.depression is None else rest_of_depression(built.depression)
+        state = ChipState(0.0, values, np.empty(0, np.int64), self.silicon.temperature_c, depression=spent)
+        if self.program.plastic is None or built.plastic is None:
+            return state
+        return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
+
+    def weights(self, state: ChipState) -> NDArray[np.bool_]:
+        """Whether each plastic weight is high, bool[post, pre]; raises `ParameterError` without an array."""
+        return bits_of(*self._plastic(state))
+
+    def weight_voltages(self, state: ChipState) -> NDArray[np.float32]:
+        """Voltages of plastic weights, float32[post, pre], V; raises `ParameterError` without an array."""
+        return voltages(*self._plastic(state))
+
+    def with_weights(self, state: ChipState, weights: NDArray[np.bool_]) -> ChipState:
+        """The state with all plastic weights at their rails, bool[post, pre], as the latches write them.
+
+        Raises `ParameterError` without a plastic array, and where one is not 0 or 1.
+        """
+        built, plastic = self._plastic(state)
+        return replace(state, plastic=at_rails(built, plastic, weights))
+
+    def _plastic(self, state: ChipState) -> tuple[BuiltPlastic, PlasticState]:
+        built = self.built(state.temperature_c).plastic
+        if built is None or state.plastic is None:
+            raise ParameterError("chip.weights: none, must have a plastic array; give the program one")
+        return built, state.plastic
+
+    def restless(self) -> NDArray[np.bool_]:
+        """Neurons that fire without input, bool[256]."""
+        resting = np.zeros((NEURONS, 3))
+        rest_of(self.built().neurons, resting)
+        return np.asarray(resting[:, 0] >= self.built().neurons.top)
+
+    def run(
+        self,
+        state: ChipState,
+        duration: float,
+        inputs: Inputs = NO_INPUTS,
+        temperature: Temperature | None = None,
+    ) -> tuple[Spikes, ChipState]:
+        """Run for `duration` s with inputs in absolute time.
+
+        Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip does
+        not have or from before the state.
+        """
+        if (state.plastic is None) != (self.program.plastic is None):
+            raise ParameterError(
+                "chip.run.state: of a chip with another array, must be of this one; use at_rest"
+            )
+        check_inputs(inputs.times, inputs.neurons, inputs.columns, state.time, self.program)
+        arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
+        steps = round(duration / self.step)
+        if not abs(duration - steps * self.step) < WHOLE * self.step:
+            raise ParameterError(
+                f"chip.run.duration: {duration:g} s, must be whole steps of {self.step:g} s; round it, or"
+                " give the chip another step"
+            )
+        times, neurons, state, held = self._stretches(state, steps, arrived, temperature)
+        out = send(self.bus, times, neurons)
+        return Spikes(out.times, out.addresses, arrived.dropped, out.dropped, held), state
+
+    def synaptic_currents(self) -> tuple[F64, F64]:
+        """What flowed into i_in and was drawn from v_mem in the last step that ran, A, float64[256] each."""
+        return self._scratch.excite.astype(np.float64), self._scratch.inhibit.astype(np.float64)
+
+    def _stretches(
+        self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None
+    ) -> tuple[F64, I64, ChipState, int]:
+        """Run stretches of one temperature each."""
+        times = np.concatenate((state.waiting.times, arrived.times))
+        words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))
+        order = np.argsort(times, kind="stable")
+        times, words = times[order], words[order]
+        found: list[tuple[F64, I64]] = []
+        values, senders, now = state.values.copy(), state.senders, state.time
+        at, done, cursor, held = state.temperature_c, 0, 0, 0
+        mine = words >> 8 >= NEURONS
+        events = times[mine], _kernel_columns(words[mine] >> 8), words[mine] & 255
+        plastic = self._array(state, times[~mine], words[~mine])
+        depressing = depressing_of(self.built(at).depression, state.depression)
+        while done < steps:
+            wanted = self._temperature(temperature, now)
+            if wanted != at:
+                old, new = self.built(at), self.built(wanted)
+                values, at = converted(values, old, new), wanted
+                depressing = converted_depression(
+                    old.depression, new.depression, depressing, round(now / self.step)
+                )
+                if plastic is not None and old.plastic is not None and new.plastic is not None:
+                    plastic = convert(old.plastic, new.plastic, plastic)
+            length = steps - done
+            if callable(temperature):
+                length = min(length, max(round(LOOK / self.step), 1))
+            built = self.built(at)
+            left = events[0][cursor:], events[1][cursor:], events[2][cursor:]
+            out = self._call(built, values, senders, length, now, left, plastic, depressing)
+            written = out.counts[WRITTEN]
+            found.append((out.sent[:written], out.senders[:written]))
+            senders = out.last[: out.counts[LAST]]
+            cursor += int(out.counts[READ])
+            done += int(out.counts[DONE])
+            held += int(out.counts[HELD])
+            now = state.time + done * self.step
+        late = np.flatnonzero(mine)[cursor:]
+        kept = None
+        if plastic is not None:
+            late = np.sort(np.concatenate((late, np.flatnonzero(~mine)[plastic.arrays.read[0] :])))
+            kept, held = state_of(plastic.arrays), held + int(plastic.arrays.held[0])
+        waiting = Inputs(times[late], words[late] & 255, words[late] >> 8)
+        after = ChipState(now, values, senders, at, waiting, kept, depression_state(depressing))
+        if not found:
+            return np.empty(0), np.empty(0, np.int64), after, held
+        times = np.concatenate([t for t, _ in found])
+        return times, np.concatenate([a for _, a in found]), after, held
+
+    def _array(self, state: ChipState, times: F64, words: I64) -> Plastic | None:
+        """The plastic array for the kernel, and its events."""
+        built = self.built(state.temperature_c).plastic
+        if built is None or state.plastic is None:
+            return None
+        events = PlasticEvents(times, words >> 8, words & 255)
+        return Plastic(built.tables, arrays_of(state.plastic), events, self._plastic_scratch)
+
+    def _temperature(self, temperature: Temperature | None, now: float) -> float:
+        if temperature is None:
+            return self.silicon.temperature_c
+        if callable(temperature):
+            return FINEST * round(temperature(now) / FINEST)
+        return temperature
+
+    def _call(
+        self, built: Built, values: F64, senders: I64, steps: int, now: float,
+        events: tuple[F64, I64, I64], plastic: Plastic | None, depressing: Depressing | None,
+    ) -> Traffic:  # fmt: skip
+        tables = built.tables
+        most = spikes_a_step(tables)
+        room = max(ROOM, 2 * max(most * NEURONS, senders.size))
+        # those of a step at another temperature may be more than a step has at this one
+        last = np.zeros(max(most * NEURONS, senders.size), np.int64)
+        counts = np.zeros(COUNTS, np.int64)
+        last[: senders.size], counts[LAST] = senders, senders.size
+        traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
+        bits = values[ZETA].view(np.int64)
+        run_chip(tables, values, bits, steps, now, traffic, self._scratch, plastic, built.noise, depressing)
+        return traffic
+
+
+def restless_cautions(restless: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Neurons that fire without input, bool[256], in a sentence, if there are any."""
+    if not restless.any():
+        return ()
+    count = f"{int(restless.sum())} of {restless.size}"
+    remedy = f"turn {DIRECT_CURRENT} down, fine code 0 is off, or raise the leaks IF_TAU1_N and IF_TAU2_N"
+    return (f"neurons: {count} fire without any input; {remedy}",)
+
+
+def cautions_of(built: Built, step: float) -> tuple[str, ...]:
+    """Where tables are outside of what steps of `step` s were measured for, a sentence each."""
+    found = []
+    longest = float(built.lengths.max())
+    if longest > step:
+        found.append(
+            f"extender: pulses of up to {longest:.3g} s are longer than a step of {step:g} s, and taken at"
+            " once; raise NPA_PWLK_P, or the step"
+        )
+    for level, current in built.levels.items():
+        inversion = current / float(built.filters[0 if level > 0 else 1].pair.mean())
+        if inversion > STRONGEST_MEASURED:
+            found.append(
+                f"synapse: level {level} draws {current:.3g} A, {inversion:.2g} of its pair's specific"
+                f" current; measured up to {STRONGEST_MEASURED:g}; take a smaller weight"
+            )
+    return tuple(found)
+
+
+def _kernel_columns(columns: I64) -> I64:
+    """Columns as the kernel counts them: virtual ones first, 0 to 7, then 8 + presynaptic neuron."""
+    virtual = columns - VIRTUAL_EXCITATORY
+    return np.where(virtual >= 0, virtual, columns - NONPLASTIC + 8)

@@ -1,0 +1,1 @@
+"""Short-term depression of the synapses of ROLLS."""

@@ -1,0 +1,104 @@
+"""Tables and state of depressed synapses in a ROLLS chip's steps (`chips.rolls.depression.kernel`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.noise_draw import Draws
+from chips.rolls.layout import F32, F64, I64
+
+I32 = NDArray[np.int32]
+
+COEFFICIENTS = 4  # of a charge over the share of the weight's current
+
+
+class DepressionTables(NamedTuple):
+    """Synapses in the order of columns, then of neurons; the weight devices of a synapse follow each other.
+
+    start: int64[columns + 1], first synapse of a column; post: int32[synapses]; slot: int32[pre, post],
+    number of a synapse, -1 for none; first: int32[synapses + 1], first device of a synapse. float32 of
+    devices: fall: step of the chip over tau; kept: e^(-d / U_T); scale: E at the mean x of a pulse that finds
+    R = 1; bend: a quarter of the variance of kappa x / U_T in it; part: I_S over the level's current at rest.
+    half: float32[1], kappa / 2; shape: float32[synapses, COEFFICIENTS], charge in z over the share.
+    """
+
+    start: I64
+    post: I32
+    slot: I32
+    first: I32
+    fall: F32
+    kept: F32
+    scale: F32
+    bend: F32
+    part: F32
+    half: F32
+    shape: F32
+
+
+class DepressionNoise(NamedTuple):
+    """Noise of the cells: draws for the devices of the largest column; variances of R, see the kernel.
+
+    diffuse: float32[1], q / (C U_T); shot: float32[devices], n q d / (C U_T^2).
+    """
+
+    draws: Draws
+    diffuse: F32
+    shot: F32
+
+
+class DepressionArrays(NamedTuple):
+    """State: float32[devices], R behind the last pulse; int32[devices], the step of it, from time 0."""
+
+    resource: F32
+    seen: I32
+
+
+class DepressionScratch(NamedTuple):
+    """Working space, [devices of the largest column] each; `_bits` are the same numbers as int32."""
+
+    found: F32
+    found_bits: I32
+    mantissa: F32
+    mantissa_bits: I32
+    power: F32
+    share: F32
+
+
+def most_devices(tables: DepressionTables) -> int:
+    """Devices of the largest column."""
+    return int(np.diff(tables.first[tables.start]).max())
+
+
+def new_depression_scratch(tables: DepressionTables) -> DepressionScratch:
+    """Working space for the largest column."""
+    most = most_devices(tables)
+    found, mantissa, power, share = np.zeros((4, most), np.float32)
+    return DepressionScratch(found, found.view(np.int32), mantissa, mantissa.view(np.int32), power, share)
+
+
+class Depressing(NamedTuple):
+    """The depressed synapses of a chip in a call of its kernel."""
+
+    tables: DepressionTables
+    arrays: DepressionArrays
+    scratch: DepressionScratch
+    noise: DepressionNoise | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltDepression:
+    """Tables, and of each device its step (V) and time constant (s), float64[devices]; u_t: V; its noise.
+
+    electrons: float64[devices], of shot noise that an electron of a step has.
+    """
+
+    tables: DepressionTables
+    step: F64
+    tau: F64
+    u_t: float
+    electrons: F64
+    noise: DepressionNoise | None = None

@@ -1,0 +1,56 @@
+"""Which events a ROLLS chip with a program takes: neurons, columns and times that it has."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
+from chips.rolls.program.program import Program
+from circuits.errors import ParameterError
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+
+def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Program) -> None:
+    """Check events of a run from `now` s on.
+
+    Raises `ParameterError` for the first that the chip does not have.
+    """
+    if times.size == 0:
+        return
+    if times.min() < now:
+        raise ParameterError(f"chip.inputs: an event at {times.min():g} s, must be >= {now:g} s")
+    if neurons.min() < 0 or neurons.max() >= NEURONS:
+        wrong = neurons[(neurons < 0) | (neurons >= NEURONS)][0]
+        raise ParameterError(
+            f"chip.inputs: neuron {wrong}, must be 0 to {NEURONS - 1}; the chip has {NEURONS}"
+        )
+    columns = _check_plastic(neurons, columns, program)
+    known = np.zeros(VIRTUAL_INHIBITORY + 4, np.bool_)
+    known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
+    for inhibitory in {each.inhibitory for each in program.inputs}:
+        known[list(program.virtual.columns(inhibitory=inhibitory))] = True
+    bad = (columns < 0) | (columns >= known.size)
+    bad |= ~known[np.where(bad, 0, columns)]
+    if bad.any():
+        raise ParameterError(
+            f"chip.inputs: column {columns[bad][0]}, must be {NONPLASTIC} to {VIRTUAL_EXCITATORY - 1} or a"
+            " virtual synapse of a sign that an input of the program has; declare a VirtualInput"
+        )
+
+
+def _check_plastic(neurons: I64, columns: I64, program: Program) -> I64:
+    """Check events of the plastic array, if there is one; returns the columns of all others."""
+    if program.plastic is None:
+        return columns
+    mine = (columns >= 0) & (columns < NEURONS)
+    to, column = neurons[mine], columns[mine]
+    shut = ~program.plastic.latches[to, column]
+    if shut.any():
+        raise ParameterError(
+            f"chip.inputs: plastic column {column[shut][0]} of neuron {to[shut][0]}, must be latched; set it"
+            " in the program's PlasticArray"
+        )
+    return columns[~mine]

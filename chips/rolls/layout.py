@@ -1,0 +1,140 @@
+"""Tables, state and working space of a ROLLS chip's steps (`chips.rolls.kernel`)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+# v and u^power over z: points from LOW to SPLIT, FINE an e-fold, then every COARSE up to HIGH
+LOW, SPLIT, FINE, COARSE, COARSE_POINTS = -28.0, 256.0, 32, 16.0, 16384
+FINE_POINTS = int((SPLIT - LOW) * FINE)
+HIGH = SPLIT + COARSE * (COARSE_POINTS - 1)
+VALUE, SLOPE, POWER, POWER_SLOPE = range(4)  # columns of that table
+
+OCTAVE_BITS = 4  # 16 lines an octave of zeta
+SHIFT = 52 - OCTAVE_BITS  # of a float64's bits
+BASE = 1023 << OCTAVE_BITS  # of 1.0
+STATIC, BENT, DRAWN, VOLTAGE = 0, 2, 4, 6  # columns of a neuron's lines: intercept, and the slope behind it
+LINE_COLUMNS = 8
+# Columns of what a hard step needs: 1 / Q_0 (1/C), zeta of the top, s from there to the spike, s of the
+# refractory period, V of v_ahp where all of a spike's current enters, and the membrane's own current at 0 V
+# (A) with its slope
+INVERSE, TOP, DELAY, REFRACTORY, KICK, OWN, OWN_SLOPE = range(7)
+SPIKING_COLUMNS = 8
+FIRES, FREED, RISES = 1, 2, 4  # kinds of hard steps, bits
+STEEP = 0.2  # of the slope times the step, from which an upstroke may be told; ours
+NEVER = 1e30  # s
+STRONGEST = np.float32(30.0)  # e-folds that an inhibition's slope may have in a step
+
+# float32, in which all is done but what adds up over steps: with a float64 among them numba makes all float64
+ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+SIXTH, C24 = np.float32(1.0 / 6.0), np.float32(1.0 / 24.0)
+C11, C32, C35, C20 = np.float32(11.0 / 60.0), np.float32(1.5), np.float32(0.6), np.float32(0.05)
+
+VIRTUAL = 8  # columns of virtual synapses, four excitatory and four inhibitory
+SIGNS = 4  # filters of a neuron: excitatory, inhibitory, virtual excitatory, virtual inhibitory
+# Rows of the state: z of the four filters, what their lines have taken since a pulse, and how long ago it was
+Z, TAKEN, SINCE, V_AHP, ZETA, WAIT, SHUT = 0, 4, 8, 12, 13, 14, 15
+STATE_ROWS = 16  # SHUT: s to a spike that is sure; WAIT: s until a neuron is let go
+
+
+class FilterBank(NamedTuple):
+    """Filters of one kind, [n] each."""
+
+    lost: F64  # 1 - e^(-dt / tau)
+    fall: F64  # dt / tau
+    rest: F64  # z where the leak and what idle synapses bring are alike
+    empty: F32  # u^power at v_dd
+    idle: F32  # what idle synapses bring in a step, in z
+    line: F32  # C_line U_T in z, times the step, s
+    first: F32  # what the line takes in a step with a pulse
+    lag: F32  # by how much z is below its end on the mean of such a step, as the line takes it bit by bit
+    scale: F32  # E of u = 1, times the mean over a step of its decay
+    specific: F32  # I_S of the output times the mirror's gain, A
+
+
+class Membranes(NamedTuple):
+    """Neurons, [n] unless said."""
+
+    lines: F32  # float32[n, rows, LINE_COLUMNS] over zeta
+    inverse: F32  # 1 / Q_0, 1/C
+    strong: F32  # 1 / I_S of the pair, 1/A
+    top: F64  # zeta at which the neuron spikes
+    spiking: F64  # float64[n, SPIKING_COLUMNS]
+    rise: F32  # float32[n, rows, 4] over zeta: T_0 (s) and T_1 / T_0 (1/A)
+    adapting: bool  # whether v_ahp moves at all
+    quiet: F64  # float64[n, points]: dv_ahp/dt, V/s
+    share: F64  # float64[n, points]
+    drawn: F64  # float64[n, points], A
+    ahp_step: float  # V between points
+
+
+class ChipTables(NamedTuple):
+    """All that a step needs.
+
+    charges: float32[pre, post], kappa_n Q / (C U_T) of one event, below 0 where the synapse inhibits.
+    """
+
+    step: float  # s
+    omega: F32  # float32[SIGNS, points, 4]
+    banks: tuple[FilterBank, FilterBank, FilterBank, FilterBank]
+    live: tuple[bool, bool, bool, bool]  # filters that something can reach
+    charges: F32
+    virtual: F32  # float32[columns, n], of the virtual synapses' events
+    membranes: Membranes
+
+
+class Scratch(NamedTuple):
+    """Working space of `run_chip`, [n] each unless said. excite, inhibit: currents, A."""
+
+    charge: F32  # float32[SIGNS, n]
+    place: F64
+    value: F32
+    power: F32
+    lag: F32
+    excite: F32
+    inhibit: F32
+    own: F32
+    rate: F32
+    slope: F32
+    hard: NDArray[np.uint8]
+    words: I64  # the same, by eight
+    found: I64  # int64[4, n + 1]: neurons of FIRES, FREED and RISES, and words that are not 0
+
+
+class Traffic(NamedTuple):
+    """Events into a chip and spikes out of it.
+
+    times (s, rising), columns (0 to 7 virtual, from 8 on presynaptic neurons), neurons: of events. sent (s),
+    senders: room for spikes, in the order of steps. last: the neurons that spiked in the step before, with
+    room for all that a step can have. counts: int64[COUNTS].
+    """
+
+    times: F64
+    columns: I64
+    neurons: I64
+    sent: F64
+    senders: I64
+    last: I64
+    counts: I64
+
+
+# Steps done, spikes written, events read, neurons in `last`, filters times steps beyond their table's end
+DONE, WRITTEN, READ, LAST, HELD = range(5)
+COUNTS = 5
+
+
+def new_scratch(n: int) -> Scratch:
+    """Working space of `n` neurons, a multiple of eight."""
+    value, power, lag, excite, inhibit, own, rate, slope = np.zeros((8, n), np.float32)
+    hard = np.zeros(n, np.uint8)
+    return Scratch(
+        np.zeros((SIGNS, n), np.float32), np.zeros(n), value, power, lag, excite, inhibit, own, rate, slope,
+        hard, hard.view(np.int64), np.zeros((4, n + 1), np.int64),
+    )  # fmt: skip

@@ -1,0 +1,292 @@
+"""Filters and neurons as a chip's step needs them: their transistors, lumped (`chips.rolls.kernel`).
+
+Filter, with the law of its devices in weak inversion and p = kappa (v_g - V_T0) / U_T:
+
+    u = I_1 / I_2 = (I_S1 / I_S2) e^(p_thr - p_2),  p_2 = kappa_n (v_syn / U_T - t_2)
+    tau = C U_T / (kappa_n I_tau)
+    I_syn = I_S5 ln^2(1 + sqrt(E)),  E = e^(kappa_p (depth / U_T - t_5)),  depth = v_dd - v_syn
+
+Out of weak inversion v = I_1 / I_2 is not u: above v_thr it is less, and more of a large current reaches the
+capacitor. The pair's table is that of the mean of its synapses' currents, weighted with their charge.
+
+Neuron: from the tables over v_mem of `chips.rolls.neuron.model`, by a change of variable alone:
+`y = int C(v) / share(v) dv`, share being that of weak inversion.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import exp1
+
+from chips.devices_on_die import DieDevices
+from chips.rolls.layout import (
+    COARSE,
+    COARSE_POINTS,
+    FINE,
+    LINE_COLUMNS,
+    LOW,
+    OCTAVE_BITS,
+    SPLIT,
+    FilterBank,
+)
+from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
+from chips.static import pair as pair_shares
+
+F64 = NDArray[np.float64]
+
+OMEGA_POINTS = np.concatenate((np.arange(LOW, SPLIT, 1.0 / FINE), SPLIT + COARSE * np.arange(COARSE_POINTS)))
+_LOGARITHMS = np.arange(-40.0, 16.0, 1.0 / 128)  # of u
+_SMALL = -12.0  # ln u; below, v is in proportion to u
+REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
+
+
+class Filter(NamedTuple):
+    """Filters of one kind, float64[n] each: what does not depend on the step."""
+
+    tau: F64  # s
+    unit: F64  # A s: charge that moves z by one
+    start: F64  # ln u at depth 0
+    scale: F64  # E at u = 1
+    specific: F64  # A
+    power: float  # kappa_p / kappa_n
+    pair: F64  # I_S of the pair's first device, A
+    fold: float  # V: depth that moves ln u by one
+    line_charge: float  # C_line U_T, C
+    follow: float  # kappa_n C_line / C
+    held_at: float  # V, where md1 would hold the line with I_S, on the mean of the filters
+
+
+def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: bool) -> Filter:
+    """Filters with devices `d`; capacitance, line: at v_syn and at the line, F."""
+    u_t = d.u_t
+    md1, md2, md5 = d.fet["md1"], d.fet["md2"], d.fet["md5"]
+    leak = d.saturated("md3", d.below("v_tau"))
+    tau = capacitance * u_t / (md1.kappa * leak)
+    start = np.log(md1.current / md2.current) + d.pinch("md1", d.gate["v_thr"]) - d.pinch("md2", d.v_dd)
+    power = md5.kappa / md1.kappa
+    specific = md5.current.copy()
+    scale = np.exp(-md5.kappa * md5.threshold / u_t - power * start)
+    if inhibitory:
+        gain, bend = _mirror(d)
+        scale *= bend * bend
+        specific *= gain / (bend * bend)
+    fold = u_t / md1.kappa
+    unit = np.full(d.copies, capacitance * fold)
+    return Filter(
+        tau,
+        unit,
+        start,
+        scale,
+        specific,
+        power,
+        md1.current,
+        fold,
+        line * u_t,
+        md1.kappa * line / capacitance,
+        u_t * float(np.mean(d.pinch("md1", d.gate["v_thr"]))),
+    )
+
+
+def _mirror(d: DieDevices) -> tuple[F64, F64]:
+    """md7's current over md6's in weak inversion, and the s with which it is as `ln^2(1 + s e) / s^2`.
+
+    `I_7 = I_S7 ln^2(1 + g ((1 + e)^r - 1))`, e = sqrt(E) of md5, r = sqrt(I_S5 / I_S6) and g = e^(kappa (V_T6
+    - V_T7) / (2 U_T)); s = 1 + r (g - 1) has the same first two terms in e.
+    """
+    md5, md6, md7 = d.fet["md5"], d.fet["md6"], d.fet["md7"]
+    gate = np.exp(md6.kappa * (md6.threshold - md7.threshold) / (2.0 * d.u_t))
+    return md7.current / md6.current * gate**2, 1.0 + np.sqrt(md5.current / md6.current) * (gate - 1.0)
+
+
+def line_voltage(f: Filter, current: float, u_t: float) -> float:
+    """Where a filter's line stands while `current` (A) passes through md1, V: `U_T (p_thr - u_f)`."""
+    root = math.sqrt(current / float(f.pair.mean()))
+    return f.held_at - 2.0 * u_t * math.log(math.expm1(root))
+
+
+class Load(NamedTuple):
+    """What hangs on the filters' lines, float64[n] each: mean current in a pulse (A), idle leak (A)."""
+
+    drawn: F64
+    idle: F64
+
+
+def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
+    """Filters for steps of `step` s."""
+    decay, idle = step / f.tau, load.idle * step / f.unit
+    line = f.line_charge / f.unit
+    # of the output over a step, which falls with power / tau, and slower while the line follows v_syn
+    fall = f.power * decay / (1.0 + f.follow)
+    late = (np.euler_gamma + np.log(fall) + exp1(fall)) / -np.expm1(-fall)
+    return FilterBank(
+        -np.expm1(-decay),
+        decay,
+        shape.brought_at(_resting(f, load, shape)),
+        np.exp(f.power * f.start).astype(np.float32),
+        idle.astype(np.float32),
+        (line * step).astype(np.float32),
+        (line * np.log1p(step * load.drawn / f.line_charge)).astype(np.float32),
+        (line * late).astype(np.float32),
+        (f.scale * -np.expm1(-fall) / fall).astype(np.float32),
+        f.specific.astype(np.float32),
+    )
+
+
+def _resting(f: Filter, load: Load, shape: Shape) -> F64:
+    """The ln u, float64[n], at which `C U_T / (kappa_n tau) (1 + v) (1 - r)` is what idle synapses bring."""
+    found = np.empty(f.tau.size)
+    for k in range(found.size):
+        above = np.maximum(_LOGARITHMS - f.start[k], 0.0)
+        leak = (1.0 + shape.ratio) * -np.expm1(-1.5 * f.power * above)
+        at = int(np.argmax(leak >= load.idle[k] * f.tau[k] / f.unit[k]))
+        found[k] = max(_LOGARITHMS[at], f.start[k])
+    return found
+
+
+def settled(f: Filter, load: Load, step: float) -> tuple[F64, F64]:
+    """What a line has taken after a long time without a pulse, in z, and that time, s."""
+    since = np.maximum(f.line_charge / np.maximum(load.idle, 1e-30), step)
+    return f.line_charge / f.unit * np.log1p(since * load.drawn / f.line_charge), since
+
+
+class Shape(NamedTuple):
+    """A pair's charge against u: float64[points, 4] over z, and z and v over ln u from -40 to 16."""
+
+    omega: F64
+    brought: F64
+    ratio: F64
+
+    def log_of(self, z: F64) -> F64:
+        """Logarithm of u at z."""
+        return np.asarray(np.interp(z, self.brought, _LOGARITHMS))
+
+    def brought_at(self, log: F64) -> F64:
+        """The z at ln u."""
+        return np.asarray(np.interp(log, _LOGARITHMS, self.brought))
+
+
+def shape_of(f: Filter, load: Load) -> Shape:
+    """Table of v = I_1 / I_2 and of u^power over `z = int (1 + v + c / (1 + v)) d ln u`.
+
+    v from the law of two transistors alike that carry the mean of what the synapses draw; c = kappa_n C_line
+    / C: while v is below 1 the line follows v_syn, and its charge is drawn too.
+    """
+    inversion = np.full(_LOGARITHMS.size, float(np.mean(load.drawn / f.pair)))
+    second, zero = np.empty(_LOGARITHMS.size), np.zeros(_LOGARITHMS.size)
+    one = np.ones(_LOGARITHMS.size)
+    pair_shares(one, _LOGARITHMS.copy(), one, zero, inversion, second)
+    v = inversion / second - 1.0
+    # below, where the difference cancels, both are in proportion
+    k = int(np.argmax(_LOGARITHMS > _SMALL))
+    v[:k] = v[k] * np.exp(_LOGARITHMS[:k] - _LOGARITHMS[k])
+    density = 1.0 + v + f.follow / (1.0 + v)
+    brought = _integral(_LOGARITHMS[None], density[None])[0] + (1.0 + f.follow) * _LOGARITHMS[0]
+    log = np.interp(OMEGA_POINTS, brought, _LOGARITHMS)
+    table = np.zeros((OMEGA_POINTS.size, 4))
+    table[:, 0] = np.exp(np.interp(log, _LOGARITHMS, np.log(v)))
+    table[:, 2] = np.exp(f.power * log)
+    table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
+    return Shape(table, brought, v)
+
+
+class Lines(NamedTuple):
+    """Neurons over zeta: float64[n, rows, LINE_COLUMNS], Q_0 (C) and zeta of the top, float64[n]."""
+
+    lines: F64
+    charge: F64
+    top: F64
+    rise: F64  # float64[n, rows, 4]: time left to the top, s, and what a drive takes off it, 1/A
+
+
+def lines_of(m: Neurons) -> Lines:
+    """Tables of `chips.rolls.neuron.model` over v_mem, as lines over zeta."""
+    n, points = m.table.shape[:2]
+    ratio = m.table[:, :, RATIO] ** 2
+    first, second = m.ground_current[:, None], m.membrane_current[:, None]
+    share = second * ratio / (first + second * ratio)
+    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
+    c = m.capacitance[:, None] + share * (m.input_linear[:, None] + share * m.input_square[:, None])
+    y = _integral(v, c / share)
+    unit = m.capacitance * m.u_t / m.kappa_p
+    zeta = 1.0 + y / unit[:, None]
+    bend, injected = _bend(m, share), m.table[:, :, INJECTED]
+    t = np.sqrt(injected / first)
+    strong = np.where(t > 1e-9, np.expm1(np.maximum(t, 1e-9)) / np.maximum(t, 1e-9), 1.0) ** 2 - 1.0
+    columns = (
+        m.table[:, :, STATIC] / share + injected * (1.0 + bend * strong),
+        bend,
+        m.table[:, :, REVERSE] / share,
+        v,
+    )
+    rows = (int(math.frexp(float(zeta[:, -1].max()))[1]) << OCTAVE_BITS) + 1
+    grid = _grid(rows)
+    centres = 0.5 * (grid[1:] + grid[:-1])
+    lines = np.zeros((n, rows - 1, LINE_COLUMNS))
+    for k in range(n):
+        for j, column in enumerate(columns):
+            value, middle = np.interp(grid, zeta[k], column[k]), np.interp(centres, zeta[k], column[k])
+            slope = np.diff(value) / np.diff(grid)
+            # a chord is above what bends upwards: shifted to the same mean (Simpson)
+            shift = 0.0 if column is v else (2.0 * middle - value[:-1] - value[1:]) / 3.0
+            lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1] + shift, slope
+    return Lines(lines, unit, zeta[:, -1].copy(), _rise(columns[0], y, zeta, grid))
+
+
+def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:
+    """Lines of T_0 = int dy / a and of T_1 / T_0, T_1 = int dy / a^2, from zeta to the top."""
+    n = own.shape[0]
+    found = np.zeros((n, grid.size - 1, 4))
+    for k in range(n):
+        # below the last point that does not rise nothing is sure
+        still = np.flatnonzero(own[k] <= 0.0)
+        first = int(still[-1]) + 1 if still.size else 0
+        at, a = y[k, first:], own[k, first:]
+        for j, power in enumerate((1.0, 2.0)):
+            left = _integral(at[None, ::-1], a[None, ::-1] ** -power)[0, ::-1]
+            value = np.interp(grid, zeta[k, first:], -left)
+            found[k, :, 2 * j] = value[:-1]
+            found[k, :, 2 * j + 1] = value[1:]
+    low = np.where(found[:, :, 0::2] > 0.0, found[:, :, 0::2], 1e-30)
+    high = np.where(found[:, :, 1::2] > 0.0, found[:, :, 1::2], 1e-30)
+    for end in (low, high):
+        end[:, :, 1] /= end[:, :, 0]
+    slope = (high - low) / np.diff(grid)[None, :, None]
+    found[:, :, 1::2], found[:, :, 0::2] = slope, low - slope * grid[None, :-1, None]
+    return found
+
+
+def _grid(rows: int) -> F64:
+    """Points of zeta: an octave has 2^OCTAVE_BITS, evenly spaced."""
+    per = 1 << OCTAVE_BITS
+    k = np.arange(rows)
+    return np.asarray(np.exp2(k // per) * (1.0 + (k % per) / per))
+
+
+def _integral(v: F64, density: F64) -> F64:
+    """Of `density` over v from its first point; between points its logarithm is a line."""
+    a, b = density[:, :-1], density[:, 1:]
+    log = np.log(b / a)
+    small = np.abs(log) < 1e-6
+    mean = np.where(small, 0.5 * (a + b), (b - a) / np.where(small, 1.0, log))
+    return np.concatenate((np.zeros((v.shape[0], 1)), np.cumsum(mean * np.diff(v), axis=1)), axis=1)
+
+
+def _bend(m: Neurons, share: F64) -> F64:
+    """w: how much of the correction for strong inversion the share of the reference input needs."""
+    n, points = share.shape
+    kappa = m.kappa_p[:, None]
+    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
+    second = m.membrane_pinch[:, None] - kappa * v / m.u_t[:, None]
+    exact = np.empty(n * points)
+    pair_shares(
+        np.repeat(m.ground_current, points), np.repeat(m.ground_pinch, points),
+        np.repeat(m.membrane_current, points), second.ravel(), np.full(n * points, REFERENCE_INPUT), exact,
+    )  # fmt: skip
+    more = exact.reshape(n, points) / (REFERENCE_INPUT * share) - 1.0
+    t = np.sqrt(REFERENCE_INPUT / m.ground_current)[:, None]
+    full = (np.expm1(t) / t) ** 2 - 1.0
+    return np.asarray(more / full)

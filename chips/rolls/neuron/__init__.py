@@ -1,0 +1,1 @@
+"""The neuron of ROLLS at behavioural level."""

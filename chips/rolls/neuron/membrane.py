@@ -1,0 +1,148 @@
+"""Static currents of a ROLLS neuron over its membrane's voltage, and the capacitance that it shows.
+
+Everything but v_mem is at rest: each chain of devices is solved with the EKV law on a grid of v_mem.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, interpolation
+from chips.static import amplifier, diode, pair, stack
+
+F64 = NDArray[np.float64]
+
+
+class Membrane:
+    """Static currents of n neurons over a grid of v_mem, float64[n, points], A; v: the grid, V."""
+
+    def __init__(self, d: DieDevices, v: F64) -> None:
+        """Of the neurons `d`."""
+        self.d, self.v = d, v
+
+    def _flat(self, x: F64 | float) -> F64:
+        """One a neuron, or one a point, as one a point."""
+        x = np.asarray(x, dtype=np.float64)
+        return np.ascontiguousarray(
+            np.broadcast_to(x if x.ndim == 2 else np.reshape(x, (-1, 1)), self.v.shape).ravel()
+        )
+
+    def _at(self, device: str, gate: F64 | float) -> tuple[F64, F64]:
+        """Specific current and pinch-off voltage of a device, one a point."""
+        fet = self.d.fet[device]
+        gate = np.asarray(gate, dtype=np.float64)
+        gate = gate if gate.ndim == 2 else np.reshape(gate, (-1, 1))
+        return self._flat(fet.current), self._flat(fet.kappa * (gate - fet.threshold[:, None]) / self.d.u_t)
+
+    def _new(self) -> F64:
+        return np.empty(self.v.size)
+
+    def leak(self, select: NDArray[np.bool_]) -> F64:
+        """Both branches; the switch of one is on."""
+        total = np.zeros(self.v.shape)
+        for bias, low, switch, on in (
+            ("v_tau1", "leak.ml3", "leak.ml5", select),
+            ("v_tau2", "leak.ml4", "leak.ml6", ~select),
+        ):
+            out = self._new()
+            gate = np.where(on, self.d.v_dd, 0.0)
+            stack(
+                *self._at(low, self.d.gate[bias]),
+                *self._at(switch, gate),
+                self._flat(self.v) / self.d.u_t,
+                out,
+            )
+            total += out.reshape(self.v.shape)
+        return total
+
+    def off(self) -> F64:
+        """Off current of the reset transistor."""
+        mk8 = self.d.fet["reset.mk8"]
+        p = (self.d.pinch("reset.mk8", 0.0))[:, None]
+        u = self.v / self.d.u_t
+        return np.asarray(mk8.current[:, None] * (interpolation(p) - interpolation(p - u)))
+
+    def feedback(self) -> F64:
+        """Sodium: what the nFET draws whose source is at v_shift, and its mirror."""
+        d = self.d
+        low, mirror = d.fet["sodium.mn1"], d.fet["sodium.mn4"]
+        pinch = low.kappa * (self.v - low.threshold[:, None]) / d.u_t
+        drawn = low.current[:, None] * interpolation(pinch - d.gate["v_shift"] / d.u_t)
+        x = self._diode("sodium.mn3", np.ascontiguousarray(drawn.ravel()))
+        return np.asarray(
+            mirror.current[:, None] * interpolation(mirror.kappa * (x - mirror.threshold[:, None]) / d.u_t)
+        )
+
+    def _diode(self, device: str, current: F64) -> F64:
+        """Voltage across a diode-connected transistor, V, float64[n, GRID]."""
+        fet, out = self.d.fet[device], self._new()
+        u_t = self.d.u_t
+        diode(
+            self._flat(fet.current),
+            self._flat(fet.threshold / u_t),
+            fet.kappa,
+            current,
+            self.d.v_dd / u_t,
+            out,
+        )
+        return u_t * out.reshape(self.v.shape)
+
+    def drop(self) -> F64:
+        """v_o1 below the supply as mc1 and mc2 hold it, V, float64[n, points]."""
+        d, out = self.d, self._new()
+        amplifier(
+            *self._at("reset.mc1", self.v), *self._at("reset.mc2", d.below("v_buf")), d.v_dd / d.u_t, out
+        )
+        return np.asarray(out.reshape(self.v.shape) * d.u_t)
+
+    def pull(self) -> F64:
+        """What mc4 brings while v_o1 falls."""
+        mc4 = self.d.fet["reset.mc4"]
+        p = mc4.kappa * (self.drop() - mc4.threshold[:, None]) / self.d.u_t
+        return np.asarray(mc4.current[:, None] * interpolation(p))
+
+    def approach(self) -> F64:
+        """What more v_o1 lets into the adaptation's pair than at rest."""
+        d, out = self.d, self._new()
+        stack(
+            *self._at("adaptation.ma1", self.drop()), *self._at("adaptation.ma2", d.below("v_ahw")),
+            self._flat(np.full_like(self.v, 0.6 * d.v_dd / d.u_t)), out,
+        )  # fmt: skip
+        found = out.reshape(self.v.shape)
+        return np.asarray(found - found[:, :1])
+
+    def nmda(self, current: float) -> F64:
+        """What the NMDA gate's mirrors bring into the input."""
+        d, passed = self.d, self._new()
+        pair(
+            *self._at("nmda_gate.mg2", d.v_dd - self.v), *self._at("nmda_gate.mg1", d.below("v_nmda")),
+            np.full(self.v.size, current), passed,
+        )  # fmt: skip
+        for diode_name, copy in (("nmda_gate.mg4", "nmda_gate.mg5"), ("nmda_gate.mg6", "nmda_gate.mg7")):
+            x = self._diode(diode_name, passed)
+            fet = d.fet[copy]
+            passed = (
+                fet.current[:, None] * interpolation(fet.kappa * (x - fet.threshold[:, None]) / d.u_t)
+            ).ravel()
+        return passed.reshape(self.v.shape)
+
+
+def membrane_capacitance(d: DieDevices, c: F64) -> tuple[float, float, float]:
+    """C(v) = fixed + linear share + square share^2, F; share: of the input that enters the membrane.
+
+    nf follows v_mem by -(kappa_n / kappa_p); a charge that nf takes is missing in the mirror. i_in follows by
+    kappa_p times the share, and passes the share on.
+    """
+    k_n, k_p = d.fet["sodium.mn1"].kappa, d.fet["sodium.mn3"].kappa
+    slope = np.array([1.0, -k_n / k_p])
+    weight = np.array([1.0, -1.0])
+    return float(weight @ c[:2, :2] @ slope), float((1.0 + k_p) * c[0, 2]), float(k_p * c[2, 2])
+
+
+def balance(d: DieDevices) -> F64:
+    """v_mem at which mc1 carries what mc2 gives in saturation, V."""
+    mc1 = d.fet["reset.mc1"]
+    given = np.broadcast_to(d.saturated("reset.mc2", d.below("v_buf")), d.copies)
+    q = np.sqrt(given / mc1.current)
+    return np.asarray(mc1.threshold + d.u_t / mc1.kappa * 2.0 * (q + np.log(-np.expm1(-q))))

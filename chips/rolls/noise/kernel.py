@@ -1,0 +1,117 @@
+"""Compiled noise of a ROLLS chip's steps: what devices add to filters and membranes.
+
+White noise of a membrane is a current that stands still for a step h, drawn with the variance `D / h`; while
+the neuron's own current carries it to the top it is one current up to there, with the variance that gives the
+spike's time the one that white noise gives it. That of a filter is a charge a step. Flicker moves six
+currents slowly, each a sum of values held for 2^j looks.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from chips.noise_draw import bring, draw
+from chips.rolls.layout import (
+    BASE,
+    COARSE,
+    F64,
+    FINE,
+    FINE_POINTS,
+    I64,
+    LOW,
+    ONE,
+    SHIFT,
+    SIGNS,
+    SPLIT,
+    STEEP,
+    VALUE,
+    ChipTables,
+    Membranes,
+    Scratch,
+    Z,
+)
+from chips.rolls.noise.layout import (
+    BACK,
+    DIRECT,
+    DRAWN,
+    INPUT,
+    LEAK,
+    PAIR,
+    REVERSED,
+    RISE,
+    SLOW_BACK,
+    SLOW_DIRECT,
+    SLOW_EXCITE,
+    SLOW_INHIBIT,
+    SLOW_LEAK,
+    SLOW_PAIR,
+    WHITE,
+    NoiseTables,
+)
+from chips.rolls.plastic.layout import Plastic
+from circuits.compiled import compiled
+
+MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added, behind them the plastic array's filters
+
+_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
+
+
+@_compiled
+def disturb_filters(t: NoiseTables, c: ChipTables, state: F64, number: int, s: Scratch) -> None:
+    """Shot noise of step `number` onto the filters before it; its pulses are in s.charge.
+
+    An electron onto v_syn moves z by (1 + v) grains, one of a pulse is split by the pair:
+    `D = grain (1 + v) [(1 + v) dt / tau + q]`, and `grain q excess` of what makes the pulse.
+    """
+    for sign in range(SIGNS):
+        if not c.live[sign]:
+            continue
+        draw(t.draws, number, FILTERS + sign)
+        z, charge, bank = state[Z + sign], s.charge[sign], c.banks[sign]
+        for k in range(z.size):
+            y = max(z[k], LOW)
+            place = (y - LOW) * FINE if y < SPLIT else (y - SPLIT) * (1.0 / COARSE) + FINE_POINTS
+            more = ONE + c.omega[sign, int(place), VALUE]
+            variance = more * (more * np.float32(bank.fall[k]) + charge[k]) + charge[k] * t.excess[sign, k]
+            z[k] += math.sqrt(t.grain[sign, k] * variance) * t.draws.normal[k]
+
+
+@_compiled
+def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
+    """Shot noise of step `number` onto the slow filters and the calcium, as in `disturb_filters`."""
+    for k in range(len(p.tables.banks)):
+        draw(t.draws, number, FILTERS + SIGNS + k)
+        z, charge, fall = p.arrays.filters[Z + k], p.scratch.filters.charge[k], p.tables.banks[k].fall
+        grain, excess = t.plastic_grain[k], t.plastic_excess[k]
+        for j in range(z.size):
+            y = max(z[j], LOW)
+            place = (y - LOW) * FINE if y < SPLIT else (y - SPLIT) * (1.0 / COARSE) + FINE_POINTS
+            more = ONE + p.tables.omega[k, int(place), VALUE]
+            variance = more * (more * np.float32(fall[j]) + charge[j]) + charge[j] * excess[j]
+            z[j] += math.sqrt(grain[j] * variance) * t.draws.normal[j]
+
+
+@_compiled
+def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step: float, s: Scratch) -> None:
+    """Noise of step `number` onto dzeta/dt, which `s.rate` has without."""
+    bring(t.slow, t.draws, number)
+    draw(t.draws, number, MEMBRANES)
+    often, span, steep = np.float32(1.0 / step), np.float32(step), np.float32(STEEP)
+    for k in range(bits.size):
+        row = t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)]
+        own = s.own[k] * m.inverse[k]
+        rising = (s.slope[k] * span > steep) & (own > abs(s.rate[k] - own))
+        density = row[WHITE] + row[INPUT] * s.excite[k] + row[DRAWN] * s.inhibit[k]
+        s.rate[k] += math.sqrt(density * (row[RISE] if rising else often)) * t.draws.normal[k]
+    if t.slow.deviation.size == 0:
+        return
+    slow = t.slow.value
+    for k in range(bits.size):
+        row = t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)]
+        pair = row[PAIR] * slow[SLOW_PAIR, k]
+        more = row[LEAK] * slow[SLOW_LEAK, k] + row[BACK] * slow[SLOW_BACK, k]
+        more += row[DIRECT] * (slow[SLOW_DIRECT, k] + pair)
+        more += m.inverse[k] * s.excite[k] * (slow[SLOW_EXCITE, k] + pair)
+        s.rate[k] += more - row[REVERSED] * s.inhibit[k] * slow[SLOW_INHIBIT, k]

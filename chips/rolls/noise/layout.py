@@ -1,0 +1,38 @@
+"""Tables of a ROLLS chip's noise (`chips.rolls.noise.model`)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.noise_draw import Draws, Slow
+
+F32 = NDArray[np.float32]
+
+# Columns of a neuron's rows: D without input (1/s), what an ampere that flows in and one that is drawn add
+# to it (1/C), what stands for 1/h while the neuron rises (1/s), what a whole change of the leak, the
+# feedback and the direct current comes to (zeta/s), 1 - share of the input's pair, and zeta a coulomb that is
+# drawn
+WHITE, INPUT, DRAWN, RISE, LEAK, BACK, DIRECT, PAIR, REVERSED = range(9)
+NOISE_COLUMNS = 9
+# Slow processes, relative: leak, feedback, direct current, the input's pair, and the filters of either sign
+SLOW_LEAK, SLOW_BACK, SLOW_DIRECT, SLOW_PAIR, SLOW_EXCITE, SLOW_INHIBIT = range(6)
+
+
+class NoiseTables(NamedTuple):
+    """Noise of n neurons.
+
+    rows: float32[n, rows, NOISE_COLUMNS] over zeta; grain: float32[signs, n], an electron in z; excess:
+    float32[signs, n], electrons of noise that an electron of a pulse has beyond the first; plastic_grain,
+    plastic_excess: float32[2, n], the same of the plastic array's filters, where there is one.
+    """
+
+    rows: F32
+    grain: F32
+    excess: F32
+    draws: Draws
+    slow: Slow
+    plastic_grain: F32
+    plastic_excess: F32

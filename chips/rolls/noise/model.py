@@ -1,0 +1,235 @@
+"""Noise of a ROLLS chip from that of its devices: why the same die spikes at other times.
+
+Membrane: every current that a transistor lets onto it brings shot noise, of both components, which in the
+variable of a step (`chips.rolls.kernel`) has the variance
+
+    D = (q / Q_0^2) [(I_leak coth(v / 2 U_T) + (1 + 2 g) I_fb + I_mc4 + N_inh) / share^2 + J / share]
+
+a second. J has one `J / share` alone: what the pair of the leak divides stays shot noise of what it lets
+through. The feedback passes a mirror of gain g, and so does inhibition, `N_inh = I (1 + e^(-v / U_T)) + 2 g I
+(1 - e^(-v / U_T))^2`. Where the neuron's own current a carries it to the top, T_0 = int dzeta / a has the
+variance `int D / a^3 dzeta`, and a constant current n moves it by n T_1, T_1 = int dzeta / a^2.
+Filter: shot noise of I_tau, of the charge of a pulse, which its mirror's three devices make in the exciting
+synapse, and of the pulse's end, `q / (I_pwlk t)` of the charge squared; the plastic array's slow filters and
+calcium alike, whose pulses are sunk without a mirror.
+Flicker: a current varies by `kappa / U_T` of its gate's voltage, whose density is K_F / (W L Cox f)
+(`chips.noise_draw`). Filters of a sign share theirs, and follow it at once.
+Left out: v_o1, the reset and its kT/C, the refractory period, what the followers' noise bandwidth takes off,
+the adaptation's gate, plastic weights, comparators and the NMDA gate, strong inversion's lower noise; pulses
+of a column end together, here each for itself. Cells of depression have theirs in
+`chips.rolls.depression.kernel`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices
+from chips.noise_draw import new_draws, new_slow
+from chips.ranging.noise import SiliconNoise
+from chips.rolls.circuit import NAME, Params
+from chips.rolls.layout import OCTAVE_BITS, SIGNS, VOLTAGE
+from chips.rolls.layout import STATIC as OWN
+from chips.rolls.neuron.kernel import INJECTED, Neurons
+from chips.rolls.neuron.membrane import Membrane
+from chips.rolls.noise.layout import (
+    BACK,
+    DIRECT,
+    DRAWN,
+    INPUT,
+    LEAK,
+    NOISE_COLUMNS,
+    PAIR,
+    REVERSED,
+    RISE,
+    WHITE,
+    NoiseTables,
+)
+from chips.rolls.parts import devices_at, part_gates, row_place
+from chips.rolls.plastic.biases import PULSE
+from chips.rolls.plastic.tables import BuiltPlastic
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.program import Program
+from chips.rolls.tables import Built
+from circuits.blocks.rolls import dpi_synapse
+from circuits.blocks.rolls import neuron as rolls_neuron
+from circuits.circuit import Circuit
+from circuits.devices import Transistor
+from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
+from circuits.lowering.flatten import flatten
+from circuits.silicon.process import ELEMENTARY_CHARGE
+from circuits.silicon.silicon import Silicon
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+MIRRORED = 2.0  # electrons of noise that two more devices of a mirror add
+
+
+def with_noise(
+    built: Built, params: Params, program: Program, silicon: Silicon, noise: SiliconNoise | None
+) -> Built:
+    """Tables of a chip on `silicon` with its noise, of which None is none."""
+    if noise is None:
+        return built
+    d = devices_at(
+        rolls_neuron.build(params.neuron), row_place(NEURONS, ("neuron", ())), silicon,
+        part_gates("neuron", built.gates),
+    )  # fmt: skip
+    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
+    die, step = silicon.die, built.tables.step
+    densities = slow_densities(params, silicon, d, program, flicker)
+    tables = NoiseTables(
+        membrane_rows(built, d, program.slow_leak(), step).astype(np.float32),
+        np.stack([ELEMENTARY_CHARGE / f.unit for f in built.filters]).astype(np.float32),
+        _excess(built, program).astype(np.float32),
+        new_draws(noise.seed, noise.trial, f"{NAME} of {die.lot}/{die.number}", NEURONS),
+        new_slow(densities, flicker, step, NEURONS),
+        *_plastic_grains(built.plastic, program),
+    )
+    return replace(built, noise=tables)
+
+
+def membrane_rows(built: Built, d: DieDevices, slow: NDArray[np.bool_], step: float) -> F64:
+    """What a step of `step` s needs of the neurons `d`, float64[n, rows, NOISE_COLUMNS], see the columns.
+
+    slow: bool[n], which of the leaks is on.
+    """
+    m, lines = built.neurons, built.tables.membranes.lines
+    edge = _edges(lines.shape[1])
+    centre = 0.5 * (edge[1:] + edge[:-1])
+    v = np.clip(lines[:, :, VOLTAGE] + lines[:, :, VOLTAGE + 1] * centre, 0.0, m.top[:, None])
+    v = np.ascontiguousarray(v, dtype=np.float64)
+    share, inverse = _share(m, v), 1.0 / built.charge[:, None]
+    held = Membrane(d, v)
+    leak, back, pull = held.leak(slow), held.feedback(), held.pull()
+    direct = np.stack([np.interp(at, np.linspace(0.0, t, m.table.shape[1]), c)
+                       for at, t, c in zip(v, m.top, m.table[:, :, INJECTED], strict=True)])  # fmt: skip
+    near = np.exp(-v / d.u_t)
+    copied = (1.0 + MIRRORED * _mirror_gain(d))[:, None]
+    shots = (leak + held.off()) / np.tanh(np.maximum(v, 1e-6) / (2.0 * d.u_t)) + copied * back + pull
+    grain = ELEMENTARY_CHARGE * inverse**2
+    rows = np.zeros((*v.shape, NOISE_COLUMNS))
+    rows[:, :, WHITE] = grain * (shots / share**2 + direct / share)
+    rows[:, :, INPUT] = grain / share
+    rows[:, :, DRAWN] = grain * (1.0 + near + MIRRORED * (1.0 - near) ** 2) / share**2
+    rows[:, :, LEAK] = -leak / share * inverse
+    rows[:, :, BACK] = back / share * inverse
+    rows[:, :, DIRECT] = direct * inverse
+    rows[:, :, PAIR] = 1.0 - share
+    rows[:, :, REVERSED] = (1.0 - near) / share * inverse
+    own = (lines[:, :, OWN] + lines[:, :, OWN + 1] * centre) * inverse
+    inside = centre[None, :] < built.tables.membranes.top[:, None]
+    rows[:, :, RISE] = _rising(own, rows[:, :, WHITE], np.diff(edge) * inside, 1.0 / step)
+    return rows
+
+
+def _rising(own: F64, density: F64, width: F64, otherwise: float) -> F64:
+    """`V / (T_1^2 D)` from each row to the top, 1/s; `otherwise` where the neuron does not rise by itself."""
+    a = np.where(own > 0.0, own, np.inf)
+    late = np.cumsum((density / a**3 * width)[:, ::-1], axis=1)[:, ::-1]
+    moved = np.cumsum((width / a**2)[:, ::-1], axis=1)[:, ::-1]
+    sure = (np.cumsum((own <= 0.0)[:, ::-1], axis=1)[:, ::-1] == 0) & (moved > 0.0)
+    return np.where(sure, late / np.where(sure, moved**2 * density, 1.0), otherwise)
+
+
+def _edges(rows: int) -> F64:
+    """Ends of the rows of zeta."""
+    per, k = 1 << OCTAVE_BITS, np.arange(rows + 1)
+    return np.asarray(np.exp2(k // per) * (1.0 + (k % per) / per))
+
+
+def _share(m: Neurons, v: F64) -> F64:
+    """Share of a weak input that enters the membrane at `v` (V), float64[n, points]."""
+    inside = m.membrane_pinch[:, None] - m.kappa_p[:, None] * v / m.u_t[:, None]
+    second = m.membrane_current[:, None] * np.exp(inside - m.ground_pinch[:, None])
+    return np.asarray(second / (m.ground_current[:, None] + second))
+
+
+def _mirror_gain(d: DieDevices) -> F64:
+    """Gain of the feedback's mirror in weak inversion, float64[n]."""
+    low, copy = d.fet["sodium.mn3"], d.fet["sodium.mn4"]
+    return np.asarray(
+        copy.current / low.current * np.exp(low.kappa * (low.threshold - copy.threshold) / d.u_t)
+    )
+
+
+def _excess(built: Built, program: Program) -> F64:
+    """Electrons of noise of a pulse's electron beyond the first, float64[SIGNS, n]."""
+    charges, virtual = built.tables.charges, built.tables.virtual
+    pulse = program.biases.current("NPA_PWLK_P") * float(built.lengths.mean())
+    found = np.zeros((SIGNS, NEURONS))
+    for sign in range(SIGNS):
+        drawn = (charges if sign == 0 else -charges) if sign < 2 else virtual[4 * (sign - 2) :][:4]
+        q = np.maximum(drawn, 0.0).astype(np.float64)
+        typical = (q * q).sum(axis=0) / np.maximum(q.sum(axis=0), 1e-30) * built.filters[sign].unit
+        found[sign] = (MIRRORED if sign % 2 == 0 else 0.0) + typical / pulse
+    return found
+
+
+def _plastic_grains(plastic: BuiltPlastic | None, program: Program) -> tuple[F32, F32]:
+    """An electron in z of the array's two filters, and what a pulse's end adds to one of a pulse."""
+    grain, excess = np.zeros((2, 2, NEURONS), np.float32)
+    if plastic is None:
+        return grain, excess
+    pulse, tables = program.biases.current(PULSE) * float(np.mean(plastic.lengths)), plastic.tables
+    sums = tables.charge.sum(axis=0, dtype=np.float64), (tables.charge.astype(np.float64) ** 2).sum(axis=0)
+    typical = sums[1] / np.maximum(sums[0], 1e-30), tables.spike
+    for k, f in enumerate(plastic.filters):
+        grain[k] = ELEMENTARY_CHARGE / f.unit
+        excess[k] = typical[k] * f.unit / pulse
+    return grain, excess
+
+
+def slow_densities(
+    params: Params, silicon: Silicon, d: DieDevices, program: Program, flicker: NoiseModel
+) -> F64:
+    """Densities of the relative slow processes at 1 Hz, 1/Hz, in the order of SLOW_LEAK to SLOW_INHIBIT."""
+    of = _Gates(silicon, flicker)
+    neuron, synapse = rolls_neuron.build(params.neuron), params.synapse
+    leak = "leak.ml3" if program.slow_leak().all() else "leak.ml4"
+    bias = {"leak.ml3": "v_tau1", "leak.ml4": "v_tau2"}[leak]
+    steep = _steepness(d, leak, float(d.gate[bias]))
+    exciting = dpi_synapse.excitatory_filter(synapse)
+    inhibiting = dpi_synapse.inhibitory_filter(synapse)
+    k_n, k_p = d.fet["sodium.mn1"].kappa, d.fet["sodium.mn3"].kappa
+    found = [
+        steep**2 * of(neuron, leak),
+        of(neuron, "sodium.mn1") + of(neuron, "sodium.mn3") + of(neuron, "sodium.mn4"),
+        of(neuron, "leak.ml9"),
+        of(neuron, "leak.ml1") + of(neuron, "leak.ml2"),
+    ]
+    for made, mirror in ((exciting, ()), (inhibiting, ("md6", "md7"))):
+        # at the filter's pair, kappa_n is turned into the output's kappa_p
+        pair = (k_p / k_n) ** 2 * (of(made, "md1") + of(made, "md2") + of(made, "md3"))
+        found.append(pair + of(made, "md5") + sum(of(made, name) for name in mirror))
+    return np.array(found)
+
+
+class _Gates:
+    """Densities at 1 Hz of relative currents of a device in weak inversion, 1/Hz: `(kappa / U_T)^2 K`."""
+
+    def __init__(self, silicon: Silicon, flicker: NoiseModel) -> None:
+        self.silicon, self.flicker = silicon, flicker
+
+    def __call__(self, circuit: Circuit, name: str) -> float:
+        """Of the device at path `name`."""
+        for group in flatten(circuit).groups:
+            device = group.device
+            if isinstance(device, Transistor) and name == ".".join(
+                (*(part for part, _ in group.path), device.name)
+            ):
+                area = np.array([device.multiplicity * device.width * device.length])
+                is_n = np.array([device.polarity == "n"])
+                slope = self.silicon.law(device.polarity).kappa / self.silicon.thermal_voltage
+                return float(slope**2 * gate_flicker(self.flicker, self.silicon.process, is_n, area)[0])
+        raise KeyError(name)
+
+
+def _steepness(d: DieDevices, name: str, gate: float) -> float:
+    """`d ln I / du` of a saturated device, 1 in weak inversion; the mean over the neurons."""
+    root = np.sqrt(d.saturated(name, gate) / d.fet[name].current)
+    return float(np.mean(-np.expm1(-root) / root))

@@ -1,0 +1,72 @@
+"""Transistors of a whole ROLLS chip on a die, one part at a time, as the models of its blocks want them.
+
+The draws are those of the chip's circuit (`chips.rolls.circuit`), which is never flattened as a whole: of its
+three million devices only those are drawn that a model needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, Fet
+from chips.rolls.circuit import NAME, bias_ports
+from circuits.bias import bias_voltages
+from circuits.circuit import Circuit, Shape
+from circuits.devices import Transistor
+from circuits.lowering.flatten import flatten
+from circuits.silicon.die import Path
+from circuits.silicon.process import POLARITIES
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+
+def gate_voltages(chip: Circuit, silicon: Silicon) -> dict[str, float]:
+    """Voltages of the chip's scalar bias ports, V, with its supply and ground."""
+    found = {b.port: float(bias_voltages(chip, b, silicon)) for b in chip.biases}
+    return found | {"vdd": silicon.process.v_dd, "0": 0.0}
+
+
+def devices_at(
+    circuit: Circuit, place: Path, silicon: Silicon, gates: Mapping[str, F64 | float],
+    wanted: Sequence[str] | None = None, prefix: str = "",
+) -> DieDevices:  # fmt: skip
+    """Transistors of `circuit`, which stands in the arrays of `place` below the chip.
+
+    gates: voltages by bias port of `circuit`; wanted: devices by path, all unless given; prefix: put before
+    the names. Copies are counted with the last index of `place` running fastest.
+    """
+    on_chip = replace(silicon, place=((NAME, ()),))
+    laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
+    copies = int(np.prod([n for _, shape in place for n in shape], dtype=np.int64))
+    fets: dict[str, Fet] = {}
+    for group in flatten(circuit).groups:
+        device = group.device
+        name = ".".join((*(part for part, _ in group.path), device.name))
+        if not isinstance(device, Transistor) or (wanted is not None and name not in wanted):
+            continue
+        area = device.multiplicity * device.width * device.length
+        v_t0, beta = on_chip.deviations(NAME, [(*place, *group.path, (device.name, ()))], area)
+        law = laws[device.polarity]
+        current = law.square_current * device.multiplicity * device.width / device.length
+        fets[prefix + name] = Fet(
+            np.broadcast_to(current * (1.0 + np.asarray(beta)), copies).copy(),
+            np.broadcast_to(law.v_t0 + np.asarray(v_t0), copies).copy(),
+            law.kappa,
+        )
+    voltages = {port: np.asarray(value, dtype=np.float64) for port, value in gates.items()}
+    return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, voltages)
+
+
+def part_gates(part: str, gates: Mapping[str, float]) -> dict[str, float]:
+    """Voltages of the bias ports of a part of a row, from those of the row."""
+    return {port: gates[outer] for port, outer in bias_ports(part).items() if outer in gates}
+
+
+def row_place(rows: int, *parts: tuple[str, Shape]) -> Path:
+    """Path of a part of every row."""
+    return (("row", (rows,)), *parts)

@@ -1,0 +1,1 @@
+"""Plastic synapses of ROLLS and the circuits by which they learn."""

@@ -1,0 +1,86 @@
+"""Tables, state and working space of the plastic array's steps (`chips.rolls.plastic.kernel`)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls.layout import F32, F64, I64, FilterBank, Scratch
+
+I32 = NDArray[np.int32]
+
+# Rows of the state: those of the two filters as in `chips.rolls.layout`, and the three nodes (V) that
+# are high where calcium is above SL_THMIN, SL_THDN and SL_THUP
+SLOW, CALCIUM = 0, 1  # filters: of the plastic synapses, and of the neurons' own spikes
+OVER = 12
+LEAST, MOST_DOWN, MOST_UP = range(3)
+NODES = 3
+PLASTIC_ROWS = OVER + NODES
+
+
+class PlasticTables(NamedTuple):
+    """All that a step of n neurons and their plastic synapses needs; arrays [pre, post] are of weights."""
+
+    omega: F32  # float32[2, points, 4]
+    banks: tuple[FilterBank, FilterBank]
+    spike: F32  # float32[n]: what a spike brings its calcium, in z
+    share: F32  # float32[n, rows, 2] over zeta: what the NMDA gate passes into the input
+    silent: F32  # float32[n], A: output of the plastic filter that the neuron's own tables have
+    ratio: F32  # float32[3, n]: copies of the calcium's current over the first one
+    threshold: F32  # float32[3, n], A
+    charging: F32  # float32[3, n], V/A: by what a current moves a node in a step
+    passed: F32  # float32[3, n], V: where a node counts as high
+    membrane: F64  # float64[n]: zeta above which a weight goes up
+    supply: F32  # float32[1], V
+    up: F32  # float32[pre, post], V: what an event moves a weight by
+    down: F32
+    rise: F32  # float32[pre, post], V: drift in a step, above the threshold and below
+    fall: F32
+    middle: F32  # float32[pre, post], V: threshold of a weight
+    charge: F32  # float32[pre, post]: what an event brings the filter where the weight is high, in z
+    active: F32  # float32[2], V: what the drift has more in a step while weights may go up, and down
+
+
+class PlasticArrays(NamedTuple):
+    """State of a run: float64[PLASTIC_ROWS, n]; weights: float32[pre, post], V, as they were at `seen`.
+
+    seen: int32[pre, post], steps of the run; clock: int64[1], steps done; read: int64[1], events read;
+    held: int64[1], filters times steps beyond their table's end.
+    """
+
+    filters: F64
+    weights: F32
+    seen: I32
+    clock: I64
+    read: I64
+    held: I64
+
+
+class PlasticEvents(NamedTuple):
+    """Events from outside to single plastic synapses: times (s, rising), columns, neurons."""
+
+    times: F64
+    columns: I64
+    neurons: I64
+
+
+class PlasticScratch(NamedTuple):
+    """Working space: of the filters; float32[n] each: which neurons let their weights go up, and down."""
+
+    filters: Scratch
+    up: F32
+    down: F32
+    lift: F32  # V, what the drift has more in a step
+    output: F32  # A, of the plastic filters
+    calcium: F32  # A
+
+
+class Plastic(NamedTuple):
+    """The plastic part of a chip in a call of its kernel."""
+
+    tables: PlasticTables
+    arrays: PlasticArrays
+    events: PlasticEvents
+    scratch: PlasticScratch

@@ -1,0 +1,195 @@
+"""Plastic synapses and learning circuits of ROLLS at behavioural level, with a die's own devices.
+
+Weight, of the devices of `circuits.blocks.rolls.plastic_synapse`:
+
+    jump:       dw = I t_pulse / C_w
+    drift:      dw/dt = (I_drift - I_off) / C_w, I_off what the shut stacks of the other direction leak, less
+                what the one of this direction does; while a neuron lets its weights move, only one of a
+                stack's two switches is shut
+    threshold:  where the pair mb2, mb3 with its mirror is in balance, weak inversion,
+                w = v_wthr + V_T2 - V_T3 + [U_T ln(I_S3 I_S4 / (I_S2 I_S5)) + kappa_p (V_T5 - V_T4)] / kappa_n
+                (the second stage turns there too: the first one's gain divides its offset)
+    charge:     what mw2 draws through its switches in a pulse, and what their far nodes take
+
+Learning circuit, of `circuits.blocks.rolls.calcium_gate`: the calcium is a DPI filter (`chips.rolls.lumped`)
+whose output is that of `mk_thmin`; the other copies are in proportion to it. The membrane's threshold is
+found like the weight's, whose mirror is the other way round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, Fet, capacitance_matrix, inverter_threshold_of, part_of
+from chips.rolls.lumped import Filter, filter_of, line_voltage
+from chips.static import sink_over_line, stack
+from circuits.blocks.rolls import calcium_gate, plastic_synapse
+from circuits.silicon.process import Process
+
+F64 = NDArray[np.float64]
+
+CELL_DEVICES = (
+    *(f"mu{k}" for k in (1, 2, 3)), *(f"md{k}" for k in (1, 2, 3)), *(f"mr{k}" for k in (1, 2, 3, 4)),
+    *(f"mb{k}" for k in (2, 3, 4, 5)), *(f"mw{k}" for k in (1, 2, 3)),
+)  # fmt: skip
+OVERS = calcium_gate.THRESHOLDS
+
+
+@dataclass(frozen=True, slots=True)
+class CellModel:
+    """Capacitances of a plastic synapse, F."""
+
+    weight: float  # at w
+    switch: float  # at the far nodes of the switch to the line
+    held: float  # share of it that is at v_shift between pulses
+
+
+@dataclass(frozen=True, slots=True)
+class GateModel:
+    """Capacitances of a learning circuit, F."""
+
+    calcium: float  # at v_ca
+    line: float
+    nodes: tuple[float, float, float]  # of OVERS
+    switch: float  # as in `CellModel`
+    held: float
+
+
+class Cells(NamedTuple):
+    """Plastic synapses, float64[m] each."""
+
+    up: F64  # A
+    down: F64
+    rise: F64  # V/s
+    fall: F64
+    more_up: F64  # V/s, that the drift has more upwards while weights may go up, downwards while down
+    more_down: F64
+    middle: F64  # V
+    current: F64  # A, that a high weight draws in a pulse
+    switched: F64  # C, that it draws beside
+    idle: F64  # A, between pulses
+    capacitance: F64  # F, at w, a number
+
+
+class Gates(NamedTuple):
+    """Learning circuits, float64[n] each unless said; k counts OVERS."""
+
+    filter: Filter
+    current: F64  # A, that a spike's pulse draws from the line
+    switched: F64  # C, that it draws beside
+    idle: F64  # A, between pulses
+    ratio: F64  # float64[3, n]
+    threshold: F64  # float64[3, n], A
+    passed: F64  # float64[3, n], V
+    capacitance: F64  # float64[3], F
+    membrane: F64  # V
+
+
+def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
+    """Capacitances of a plastic synapse's nodes."""
+    part = part_of(plastic_synapse.cell(params), process)
+    c = capacitance_matrix(part, ("w", "wx", "ws"))
+    far = c[1:, 1:]
+    return CellModel(float(c[0, 0]), float(far.sum()), float(far[0, 0] / far.sum()))
+
+
+def gate_model(params: calcium_gate.Params, process: Process) -> GateModel:
+    """Capacitances of a learning circuit's nodes."""
+    part = part_of(calcium_gate.gate(params), process)
+    c = capacitance_matrix(part, ("v_ca", "line", *(f"over_{name}" for name in OVERS), "far", "step"))
+    far, nodes = c[5:, 5:], tuple(float(c[2 + k, 2 + k]) for k in range(3))
+    return GateModel(
+        float(c[0, 0]), float(c[1, 1]), (nodes[0], nodes[1], nodes[2]), float(far.sum()),
+        float(far[0, 0] / far.sum()),
+    )  # fmt: skip
+
+
+def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
+    """Plastic synapses with the devices `d`, their line at `line` V."""
+    up, down = d.saturated("mu3", d.below("v_up")), d.saturated("md3", d.gate["v_dn"])
+    above, below = _shut(d, "mu1", "mu2"), _shut(d, "md1", "md2")
+    more = d.saturated("mu1", 0.0) - above, d.saturated("md1", 0.0) - below
+    rise = d.saturated("mr2", d.below("v_driftup")) + above - below - d.saturated("mr3", 0.0)
+    fall = d.saturated("mr4", d.gate["v_driftdn"]) + below - above - d.saturated("mr1", 0.0)
+    switched = m.switch * np.maximum(_highest(d, "mw1", line) - m.held * d.gate["v_shift"], 0.0)
+    return Cells(
+        up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
+        _balance(d, ("mb2", "mb3", "mb5", "mb4"), d.gate["v_wthr"]),
+        _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched, _held_leak(d, "mw1"), np.asarray(m.weight),
+    )  # fmt: skip
+
+
+def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
+    """Learning circuits with the devices `d`; line: V, found from the step's current unless given."""
+    aliased = d._replace(
+        fet={**d.fet, "md5": d.fet["mk_thmin"]},
+        gate={**d.gate, "v_tau": d.gate["v_catau"], "v_thr": d.gate["v_cathr"]},
+    )
+    own = filter_of(aliased, m.calcium, m.line, inhibitory=False)
+    nominal = float(np.mean(d.saturated("mc2", d.gate["v_caw"])))
+    at = line_voltage(own, nominal, d.u_t) if line is None else line
+    first = d.fet["mk_thmin"]
+    ratio, threshold, passed = [], [], []
+    for name, inverter in zip(OVERS, ("mq3", "mq6", "mq5"), strict=True):
+        fet = d.fet[f"mk_{name}"]
+        shift = fet.kappa * (first.threshold - fet.threshold) / d.u_t
+        ratio.append(fet.current / first.current * np.exp(shift))
+        threshold.append(d.saturated(f"ms_{name}", d.gate[f"v_{name}"]))
+        passed.append(inverter_threshold_of(d, inverter))
+    switched = m.switch * np.maximum(_highest(d, "mc1", at) - m.held * d.gate["v_shift"], 0.0)
+    return Gates(
+        own, _sunk(d, "mc1", "mc3", "mc2", "v_caw", at), switched, _held_leak(d, "mc1"), np.array(ratio),
+        np.array(threshold), np.array(passed), np.array(m.nodes),
+        _balance(d, ("mm2", "mm3", "mm4", "mm5"), d.gate["v_memthr"]),
+    )  # fmt: skip
+
+
+def _shut(d: DieDevices, first: str, second: str) -> F64:
+    """What two shut switches in series leak, A."""
+    out, far = np.empty(d.copies), np.full(d.copies, 0.5 * d.v_dd / d.u_t)
+    lower, upper = (_each(d.pinch(name, 0.0), d) for name in (first, second))
+    stack(d.fet[first].current, lower, d.fet[second].current, upper, far, out)
+    return out
+
+
+def _each(x: F64, d: DieDevices) -> F64:
+    return np.ascontiguousarray(np.broadcast_to(x, d.copies))
+
+
+def _balance(d: DieDevices, names: tuple[str, str, str, str], reference: F64) -> F64:
+    """Input at which a pair is in balance, V.
+
+    names: of its input and reference, and of the mirror's devices at the reference and at the input.
+    """
+    a, b, opposite, beside = (d.fet[name] for name in names)
+    logs = np.log(b.current * beside.current / (a.current * opposite.current))
+    mirror = opposite.kappa * (opposite.threshold - beside.threshold)
+    return np.asarray(reference + a.threshold - b.threshold + (d.u_t * logs + mirror) / a.kappa)
+
+
+def _highest(d: DieDevices, switch: str, line: float) -> F64:
+    """Where the node behind a switch ends that is on, V."""
+    return np.minimum(line, d.pinch(switch, d.v_dd) * d.u_t)
+
+
+def _held_leak(d: DieDevices, switch: str) -> F64:
+    """What a shut switch draws from a line, its far node at v_shift, A."""
+    fet: Fet = d.fet[switch]
+    pinch = d.pinch(switch, 0.0) - d.gate["v_shift"] / d.u_t
+    return np.asarray(fet.current * np.logaddexp(0.0, 0.5 * pinch) ** 2)
+
+
+def _sunk(d: DieDevices, near: str, far: str, sink: str, gate: str, line: float) -> F64:
+    """What a transistor draws from a line through two switches that are on, A."""
+    a, b = d.fet[near].current, d.fet[far].current
+    pinch = 0.5 * (d.pinch(near, d.v_dd) + d.pinch(far, d.v_dd))
+    shut = np.full(d.copies, -60.0)
+    none, out = np.full(d.copies, 1e-30), np.empty((d.copies, 1))
+    pinched = _each(d.pinch(sink, d.gate[gate]), d)
+    lines = np.array([d.fet[sink].current, pinched, none, shut, none, shut])
+    sink_over_line(a * b / (a + b), _each(pinch, d), lines, np.array([line / d.u_t]), out)
+    return out[:, 0].copy()

@@ -1,0 +1,216 @@
+"""What a ROLLS die is like: f-I curves, time constants, refractory periods, weights, from its transistors.
+
+    tau_m = C_mem U_T / (kappa_n I_tau),   I_tau of the leak that a neuron's latch chooses
+    rheobase = max over v_mem of (what leaves the membrane less the feedback) / share,
+
+share being that part of an input that the leak's pair lets into the membrane (weak inversion, by
+`chips.rolls.lumped`). f-I curves are run on the behavioural neuron (`chips.rolls.neuron.model`), the current
+being what the DC transistor of each neuron gives at one gate voltage, as on a chip whose bias IF_DC_P is
+swept; I_dc of a curve is that of the nominal device. Filters, pulses and charges are those of the chip's own
+tables (`chips.rolls.tables`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, interpolation
+from chips.rolls.chip import STEP, cautions_of
+from chips.rolls.circuit import FILTERS, Params, chip
+from chips.rolls.neuron.kernel import INJECTED, RATIO, STATIC, Neurons
+from chips.rolls.neuron.model import neurons_of, respond
+from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.bias_file import BiasTable
+from chips.rolls.program.program import Program, VirtualInput, level_current, missing_levels
+from chips.rolls.tables import Built, Prepared, build_tables, prepare
+from circuits.blocks.rolls import neuron as rolls_neuron
+from circuits.circuit import BiasKind
+from circuits.silicon.die import NOMINAL
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+
+DC = "IF_DC_P"
+STEPS = 0.5e-3  # s, of a run; the model refines them itself
+LONGEST = 0.4  # s, of a run: two spikes at 5 Hz
+FIRST = 20e-3  # s, of the nominal neuron's first run
+SPIKES = 8.0  # that a run waits for
+LEAST = 1e-12  # A, ours: of the curves' unit, where the nominal neuron fires by itself
+MULTIPLES = np.geomspace(0.7, 40.0, 15)  # of the nominal neuron's rheobase: the curves' currents; ours
+LEVELS = (1, 2, 3, 4, -1, -2, -3, -4)
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """A level: its nominal current (A), and mean and CV on the die of one event's charge (C), and current."""
+
+    level: int
+    nominal: float
+    current: float
+    charge: float
+    charge_cv: float
+
+
+@dataclass(frozen=True, slots=True)
+class Portrait:
+    """Of every neuron, float64[256] unless said; SI units.
+
+    currents: float64[k], A; rates, nominal_rates: Hz, float64[k, 256] and float64[k]; restless: fires
+    with the I_dc of the bias table alone; filters: time constants by the name of the filter, s; pulses: of
+    the columns, s; cautions: where the chip's step is outside of what it was measured for.
+    """
+
+    silicon: Silicon
+    kind: BiasKind
+    currents: F64
+    rates: F64
+    nominal_rates: F64
+    rheobase: F64
+    restless: NDArray[np.bool_]
+    tau: F64
+    refractory: F64
+    filters: Mapping[str, F64]
+    pulses: F64
+    weights: tuple[Weight, ...]
+    missing: Mapping[int, str]
+    cautions: tuple[str, ...]
+
+
+def portrait(
+    table: BiasTable, silicon: Silicon, kind: BiasKind = "gate", tau1: Sequence[int] = (),
+    params: Params | None = None,
+) -> Portrait:  # fmt: skip
+    """Measure a die with the biases of `table`, IF_DC_P apart; tau1: neurons with the slower leak.
+
+    Raises `ParameterError` where a bias needs a gate beyond the supply.
+    """
+    params = Params() if params is None else params
+    off = table.with_code(DC, 7, 0)
+    program = weight_program(off, tau1)
+    built = build_tables(params, program, kind, silicon, STEP)
+    ready = prepare(params, silicon.process)
+    nominal = replace(silicon, die=NOMINAL)
+    own, reference = (neuron_devices(params, off, kind, s) for s in (silicon, nominal))
+    latch = program.slow_leak()
+    one = neurons_chosen(neurons_of(reference, ready.neuron, latch), np.atleast_1d(np.argmin(latch)))
+    currents = MULTIPLES * max(float(rheobase(one)[0]), LEAST)
+    drives = dc_currents(own, reference, currents)
+    expected = rates(one, currents[:, None], np.full(currents.size, FIRST))[:, 0]
+    lengths = np.clip(SPIKES / np.maximum(expected, 1e-3), 10.0 * STEPS, LONGEST)
+    threshold = rheobase(built.neurons)
+    gate = gate_voltages(chip(params, table, kind), silicon)["v_dc"]
+    return Portrait(
+        silicon,
+        kind,
+        currents,
+        rates(built.neurons, drives, lengths),
+        expected,
+        threshold,
+        threshold <= own.saturated("leak.ml9", own.v_dd - gate),
+        membrane_tau(own, ready, latch),
+        built.neurons.refractory.copy(),
+        {name: f.tau for name, f in zip(FILTERS, built.filters, strict=True)},
+        built.lengths,
+        weights(built, program),
+        missing_levels(table),
+        cautions_of(built, STEP),
+    )
+
+
+def neuron_devices(params: Params, table: BiasTable, kind: BiasKind, silicon: Silicon) -> DieDevices:
+    """Transistors of all neurons of a chip with these biases."""
+    gates = part_gates("neuron", gate_voltages(chip(params, table, kind), silicon))
+    return devices_at(rolls_neuron.build(params.neuron), row_place(NEURONS, ("neuron", ())), silicon, gates)
+
+
+def membrane_tau(d: DieDevices, ready: Prepared, latch: NDArray[np.bool_]) -> F64:
+    """`C U_T / (kappa_n I_tau)`, with which the current of an nFET at v_mem falls, s; C: all at v_mem."""
+    slow, fast = (d.saturated(f"leak.{m}", d.gate[f"v_tau{k}"]) for m, k in (("ml3", 1), ("ml4", 2)))
+    leak = np.where(latch, slow, fast)
+    return np.asarray(ready.neuron[0, 0] * d.u_t / (d.fet["sodium.mn1"].kappa * leak))
+
+
+def rheobase(m: Neurons) -> F64:
+    """Least input current that makes a neuron fire, beside what its table injects, A; at most 0: restless."""
+    ratio = m.table[:, :, RATIO] ** 2
+    first, second = m.ground_current[:, None], m.membrane_current[:, None]
+    share = second * ratio / (first + second * ratio)
+    needed = -m.table[:, :, STATIC] / share - m.table[:, :, INJECTED]
+    return np.asarray(needed.max(axis=1))
+
+
+def dc_currents(own: DieDevices, reference: DieDevices, currents: F64) -> F64:
+    """What DC transistors give at the gates at which the nominal one gives `currents`, A, float64[k, n]."""
+    name = "leak.ml9"
+    fet = reference.fet[name]
+    u = 2.0 * np.log(np.expm1(np.sqrt(currents / fet.current[0])))
+    gate = fet.threshold[0] + reference.u_t * u / fet.kappa
+    return np.stack([own.fet[name].current * interpolation(own.pinch(name, g)) for g in gate])
+
+
+def rates(neurons: Neurons, currents: F64, lengths: F64) -> F64:
+    """Rates of the last interval, Hz, 0 below two spikes, [k, n].
+
+    currents: A into i_in, [k, n]; lengths: of each run, s, [k]; what has not fired twice then gets LONGEST.
+    """
+    found = np.zeros(currents.shape)
+    for k, (current, length) in enumerate(zip(currents, lengths, strict=True)):
+        silent = np.ones(current.size, np.bool_)
+        for stretch in (float(length), LONGEST):
+            who = np.flatnonzero(silent)
+            steps = np.tile(current[who], (max(round(stretch / STEPS), 1), 1))
+            times = respond(neurons_chosen(neurons, who), steps, STEPS).spikes
+            for n, spikes in zip(who, times, strict=True):
+                if spikes.size > 1:
+                    found[k, n], silent[n] = 1.0 / (spikes[-1] - spikes[-2]), False
+            if not silent.any() or length >= LONGEST:
+                break
+    return found
+
+
+def weights(built: Built, program: Program) -> tuple[Weight, ...]:
+    """Of all levels that the program uses: current, and an event's charge with its column's pulse."""
+    found = []
+    for level in LEVELS:
+        at = program.levels == level
+        if not at.any():
+            continue
+        sign = 0 if level > 0 else 1
+        unit = built.filters[sign].unit  # C that moves z by one, of the postsynaptic neuron's filter
+        charge = np.abs(built.tables.charges.T * unit[:, None])[at]
+        mean = float(charge.mean())
+        found.append(
+            Weight(
+                level,
+                level_current(program.biases, level),
+                built.levels[level],
+                mean,
+                float(charge.std()) / mean,
+            )
+        )
+    return tuple(found)
+
+
+def weight_program(table: BiasTable, tau1: Sequence[int]) -> Program:
+    """All levels that the biases have in turn over the synapses, and all virtual synapses in use."""
+    known = [level for level in LEVELS if level not in missing_levels(table)]
+    levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
+    if known:
+        index = np.add.outer(np.arange(NEURONS), np.arange(NEURONS)) % len(known)
+        levels[:] = np.array(known, dtype=np.int8)[index]
+    inputs = tuple(
+        VirtualInput(name, tuple(range(NEURONS)), inhibitory=name == "inhibitory")
+        for name, code in (("excitatory", "VA_EXC_N"), ("inhibitory", "VA_INH_P"))
+        if not table.is_off(code)
+    )
+    return Program(levels, table, tuple(tau1), inputs)
+
+
+def neurons_chosen(m: Neurons, index: NDArray[np.int64]) -> Neurons:
+    """The neurons `index`."""
+    return Neurons(*(np.ascontiguousarray(x[index]) for x in m))

@@ -1,0 +1,1 @@
+"""What is written to a ROLLS chip: weights, addresses, biases, and networks of populations."""

@@ -1,0 +1,1 @@
+"""Set-ups that show what a ROLLS chip does."""

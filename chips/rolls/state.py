@@ -1,0 +1,43 @@
+"""What a ROLLS chip carries from run to run as voltages, and its state at another temperature."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls.layout import OCTAVE_BITS, ZETA, Z
+from chips.rolls.tables import Built
+
+F64 = NDArray[np.float64]
+
+PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
+
+
+def zeta_of(built: Built, v: F64) -> F64:
+    """Zeta of membrane voltages, float64[256], V."""
+    lines = built.tables.membranes.lines
+    rows = lines.shape[1]
+    edge = np.exp2(np.arange(rows) // PER) * (1.0 + (np.arange(rows) % PER) / PER)
+    found = np.empty(v.size)
+    for k in range(v.size):
+        found[k] = np.interp(v[k], lines[k, :, 6] + lines[k, :, 7] * edge, edge)
+    return found
+
+
+def voltage_of(built: Built, zeta: F64) -> F64:
+    """Membrane voltages, V."""
+    mantissa, exponent = np.frexp(zeta)
+    row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * PER).astype(np.int64)
+    lines = built.tables.membranes.lines[np.arange(zeta.size), row]
+    return np.asarray(lines[:, 6] + lines[:, 7] * zeta)
+
+
+def converted(values: F64, old: Built, new: Built) -> F64:
+    """State at another temperature: voltages stay."""
+    out = values.copy()
+    out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
+    for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
+        before, after = old.shapes[k], new.shapes[k]
+        depth = f.fold * (before.log_of(values[Z + k]) - f.start)
+        out[Z + k] = after.brought_at(g.start + depth / g.fold)
+    return out

@@ -1,0 +1,1 @@
+"""The synapse of ROLLS at behavioural level."""

@@ -1,0 +1,114 @@
+"""Charge that one event draws through a filter's line, of every synapse of a ROLLS chip.
+
+`Q = I_w (t_end - t_begin - t_late)`: the level's current on this die (`chips.rolls.synapse.weight`), the
+pulse of the column's extender, and how late the excitatory mirror comes. The inhibitory current is that with
+the line where the pair holds it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, Fet
+from chips.rolls.synapse.model import SynapseModel, pulse_of
+from chips.rolls.synapse.weight import BITS, branches, held_leak
+from chips.static import degenerated_sum, diode, sink_over_line
+
+F64 = NDArray[np.float64]
+
+WEIGHT_DEVICES = (*(f"me{k}" for k in range(1, 10)), *(f"mi{k}" for k in (1, 2, 3, 4, 5, 6, 7)))
+
+QUIET = 10e-3  # s, ours: time between pulses for which the mirror's lateness is taken
+
+
+class Draw(NamedTuple):
+    """What synapses draw in a pulse, float64[m]: current (A), how late (s), what their switches take (C)."""
+
+    current: F64
+    late: F64
+    switched: F64
+
+
+def taken(d: DieDevices, index: NDArray[np.int64]) -> DieDevices:
+    """The copies `index` of devices."""
+    fets = {name: Fet(f.current[index], f.threshold[index], f.kappa) for name, f in d.fet.items()}
+    return d._replace(copies=index.size, fet=fets)
+
+
+def draw_of(model: SynapseModel, d: DieDevices, level: int, line: float) -> Draw:
+    """What synapses `d` draw at `level`, 1 to 4 or -1 to -4, with their line at `line` V.
+
+    The nodes behind the switch follow the line from v_shift as the pulse begins.
+    """
+    sign, switch = (0, "synapse.me9") if level > 0 else (1, "synapse.mi1")
+    up = np.minimum(line, d.pinch(switch, d.v_dd) * d.u_t) - model.switch_held[sign] * d.gate["v_shift"]
+    switched = model.switch_capacitance[sign] * np.maximum(up, 0.0)
+    bits = BITS[abs(level) - 1]
+    lines = np.array([x for pair in branches(d, "e" if level > 0 else "i", bits) for x in pair])
+    current, late = _excitatory(model, d, lines) if level > 0 else _inhibitory(d, lines, line)
+    return Draw(current, late, switched)
+
+
+def charge_of(drawn: Draw, length: F64) -> F64:
+    """Charge of one event with a pulse of `length` (s), C."""
+    return np.asarray(drawn.current * np.maximum(length - drawn.late, 0.0) + drawn.switched)
+
+
+class Mirror(NamedTuple):
+    """Of the excitatory weights, float64[m]: what its diode gets in a pulse and between, and its gate.
+
+    given, off: A; high: V, in a pulse; before: V, QUIET after one.
+    """
+
+    given: F64
+    off: F64
+    high: F64
+    before: F64
+
+
+def mirror_of(model: SynapseModel, d: DieDevices, lines: F64) -> Mirror:
+    """The excitatory mirror of synapses whose weights are `lines`, as of `chips.static`."""
+    u_t, top, me7 = d.u_t, d.fet["synapse.me1"], d.fet["synapse.me7"]
+    given, gate = [], []
+    for switch in (d.v_dd, 0.0):
+        current, voltage = np.empty(d.copies), np.empty(d.copies)
+        degenerated_sum(top.current, d.pinch("synapse.me1", switch), lines, d.v_dd / u_t, current)
+        diode(me7.current, me7.threshold / u_t, me7.kappa, current, d.v_dd / u_t, voltage)
+        given.append(current)
+        gate.append(voltage * u_t)
+    # the mirror's gate falls by its own current between pulses
+    slope = me7.kappa / u_t
+    own = me7.current * np.exp(-me7.kappa * me7.threshold / u_t)
+    fall = np.exp(-slope * gate[0]) + slope * own * QUIET / model.mirror_capacitance
+    before = np.maximum(-np.log(fall) / slope, gate[1])
+    return Mirror(given[0], given[1], gate[0], before)
+
+
+def _excitatory(model: SynapseModel, d: DieDevices, lines: F64) -> tuple[F64, F64]:
+    mirror = mirror_of(model, d, lines)
+    lifted = d.pinch("synapse.me9", d.v_dd) * d.u_t - d.gate["v_shift"]
+    late = model.mirror_capacitance * (mirror.high - mirror.before) - model.mirror_coupling * lifted
+    return d.saturated("synapse.me8", mirror.high), np.asarray(late / mirror.given)
+
+
+def _inhibitory(d: DieDevices, lines: F64, line: float) -> tuple[F64, F64]:
+    near, far = d.fet["synapse.mi1"], d.fet["synapse.mi7"]
+    both = near.current * far.current / (near.current + far.current)
+    pinch = 0.5 * (d.pinch("synapse.mi1", d.v_dd) + d.pinch("synapse.mi7", d.v_dd))
+    out = np.empty((d.copies, 1))
+    sink_over_line(both, pinch, lines, np.array([line / d.u_t]), out)
+    return out[:, 0].copy(), np.zeros(d.copies)
+
+
+def idle_draw(d: DieDevices, *, inhibitory: bool) -> F64:
+    """What each synapse leaks from a line between pulses, A."""
+    return held_leak(d, "synapse.mi1" if inhibitory else "synapse.me9")
+
+
+def pulse_length(model: SynapseModel, extenders: DieDevices) -> F64:
+    """Length of the pulse that an event makes, of each extender, s."""
+    begin, end = pulse_of(model, extenders)
+    return np.asarray(end - begin)

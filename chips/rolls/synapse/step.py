@@ -1,0 +1,90 @@
+"""A step of the filters of a ROLLS chip, one kind at a time; the equation is in `chips.rolls.kernel`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from chips.rolls.layout import (
+    C11,
+    C20,
+    C32,
+    C35,
+    COARSE,
+    F32,
+    F64,
+    FINE,
+    FINE_POINTS,
+    HALF,
+    HIGH,
+    LOW,
+    ONE,
+    POWER,
+    POWER_SLOPE,
+    SINCE,
+    SLOPE,
+    SPLIT,
+    TAKEN,
+    VALUE,
+    ZERO,
+    FilterBank,
+    Scratch,
+    Z,
+)  # fmt: skip
+from circuits.compiled import compiled
+
+_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
+
+
+@_inlined
+def step_filters(
+    state: F64, sign: int, omega: F32, bank: FilterBank, step: float, out: F32, s: Scratch
+) -> int:
+    """A step of the filters of one kind; adds their currents to `out`, and empties their charges.
+
+    Returns how many were beyond the table's end, and were held there.
+    """
+    place, value, power, q = s.place, s.value, s.power, s.charge[sign]
+    z, taken, since = state[Z + sign], state[TAKEN + sign], state[SINCE + sign]
+    half, lag = 0.5 * step, s.lag
+    # short loops over few arrays, or the compiler does not pack them
+    for k in range(z.size):
+        value[k] = max(bank.line[k] / np.float32(since[k] + half) - bank.idle[k], ZERO)
+    for k in range(z.size):
+        quiet = ZERO if q[k] > ZERO else ONE
+        lag[k] = quiet * HALF * value[k] + (ONE - quiet) * bank.lag[k]
+        value[k] = quiet * value[k] + (ONE - quiet) * bank.first[k]
+        power[k] = quiet
+    for k in range(z.size):
+        since[k] = power[k] * since[k] + step
+    for k in range(z.size):
+        before, quiet = np.float32(taken[k]), power[k]
+        power[k] = value[k] + (ONE - quiet) * (q[k] - before)
+        taken[k] = value[k] + quiet * before
+    held = 0
+    for k in range(z.size):
+        q[k] = ZERO
+        x = min(z[k] + power[k], HIGH)
+        held += 1 if z[k] + power[k] > HIGH else 0
+        z[k] = x
+        y = max(x - lag[k], LOW)
+        place[k] = (y - LOW) * FINE if y < SPLIT else (y - SPLIT) * (1.0 / COARSE) + FINE_POINTS
+    for k in range(z.size):
+        i = np.uint32(place[k])
+        t = np.float32(place[k] - i)
+        row = omega[i]
+        value[k] = row[VALUE] + t * row[SLOPE]
+        power[k] = row[POWER] + t * row[POWER_SLOPE]
+    for k in range(z.size):
+        e = math.sqrt(power[k] * bank.scale[k])
+        # ln(1 + e) by a fraction of fourth order, 1e-3 off at e = 3
+        log = e * (ONE + e * (ONE + C11 * e)) / (ONE + e * (C32 + e * (C35 + C20 * e)))
+        out[k] += bank.specific[k] * log * log
+    for k in range(z.size):
+        ratio = min(bank.empty[k] / power[k], ONE)
+        power[k] = ONE - ratio * math.sqrt(ratio)
+    for k in range(z.size):
+        leaked = (bank.fall[k] + value[k] * bank.lost[k]) * power[k]
+        z[k] = max(z[k] - leaked + bank.idle[k], bank.rest[k])
+    return held

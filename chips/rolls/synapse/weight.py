@@ -1,0 +1,117 @@
+"""Currents of the ROLLS synapse's levels on a die: three currents, their switches, and the mirror.
+
+Sums hold in saturation; the excitatory ones have their switch at the common source, which the current pulls
+down. n: copies of the synapse. Levels are those of `circuits.blocks.rolls.dpi_synapse.latches`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, interpolation
+from chips.static import degenerated_sum, diode, sink_over_line, stack
+
+F64 = NDArray[np.float64]
+BITS = ((False, False), (True, False), (False, True), (True, True))  # w0, w1 of levels 1 to 4
+GRID = 257  # points of a table over the line's voltage
+
+
+class Weights(NamedTuple):
+    """Currents of n synapses of one level, float64[n] unless said."""
+
+    current: F64  # A, drawn from the line while the pulse lasts
+    off: F64  # A, after it
+    shape: F64  # float64[n, GRID]: share of `current` over the line's voltage, from 0 V to the supply
+    delay: F64  # s, by which the current comes late where the mirror starts at rest
+    mirror_level: F64  # V, of the mirror's gate while the pulse lasts
+    mirror_rest: F64  # V
+    mirror_current: F64  # A, I_S e^(-kappa V_T0 / U_T) of its diode
+
+
+def weights_on(d: DieDevices, level: int, mirror_capacitance: float, mirror_coupling: float) -> Weights:
+    """Currents of `level` (1 to 4, -1 to -4) of every copy."""
+    return (_excitatory if level > 0 else _inhibitory)(
+        d, BITS[abs(level) - 1], mirror_capacitance, mirror_coupling
+    )
+
+
+def branches(d: DieDevices, sign: str, bits: tuple[bool, bool]) -> list[tuple[F64, F64]]:
+    """(specific current, pinch-off voltage) of the devices that carry current, or leak through a switch."""
+    found = []
+    names = ("me", "v_exc") if sign == "e" else ("mi", "v_inh")
+    for device, port, on in ((2, "", True), (4, "0", bits[0]), (6, "1", bits[1])):
+        name = f"synapse.{names[0]}{device}"
+        gate = d.below(f"{names[1]}{port}") if sign == "e" else d.gate[f"{names[1]}{port}"]
+        pinch = np.broadcast_to(d.pinch(name, gate), d.copies)
+        current = d.fet[name].current
+        if not on:
+            # the switch's off current where that is less
+            switch = f"synapse.{names[0]}{device - 1}"
+            closed = np.broadcast_to(d.pinch(switch, 0.0), d.copies)
+            less = d.fet[switch].current * interpolation(closed) < current * interpolation(pinch)
+            current = np.where(less, d.fet[switch].current, current)
+            pinch = np.where(less, closed, pinch)
+        found.append((np.ascontiguousarray(current), np.ascontiguousarray(pinch)))
+    return found
+
+
+def _excitatory(d: DieDevices, bits: tuple[bool, bool], capacitance: float, coupling: float) -> Weights:
+    n, u_t = d.copies, d.u_t
+    branch = branches(d, "e", bits)
+    lines = np.array([x for pair in branch for x in pair])
+    top = d.fet["synapse.me1"]
+    given = []
+    for gate in (d.v_dd, 0.0):
+        out = np.empty(n)
+        degenerated_sum(top.current, d.pinch("synapse.me1", gate), lines, d.v_dd / u_t, out)
+        given.append(out)
+    me7, me8 = d.fet["synapse.me7"], d.fet["synapse.me8"]
+    em = []
+    for current in given:
+        out = np.empty(n)
+        diode(me7.current, me7.threshold / u_t, me7.kappa, current, d.v_dd / u_t, out)
+        em.append(out * u_t)
+    me9 = d.fet["synapse.me9"]
+    out = np.empty(n * GRID)
+    stack(
+        np.repeat(me8.current, GRID), np.repeat(d.pinch("synapse.me8", em[0]), GRID),
+        np.repeat(me9.current, GRID), np.repeat(d.pinch("synapse.me9", d.v_dd), GRID),
+        np.tile(np.linspace(0.0, d.v_dd / u_t, GRID), n), out,
+    )  # fmt: skip
+    lifted = d.pinch("synapse.me9", d.v_dd) * u_t - d.gate["v_shift"]
+    return _weights(
+        out.reshape(n, GRID),
+        held_leak(d, "synapse.me9"),
+        # the mirror's drain rises with its switch and lifts the gate
+        (capacitance * (em[0] - em[1]) - coupling * lifted) / given[0],
+        em[0],
+        em[1],
+        me7.current * np.exp(-me7.kappa * me7.threshold / u_t),
+    )
+
+
+def _inhibitory(d: DieDevices, bits: tuple[bool, bool], _: float, __: float) -> Weights:
+    n, u_t = d.copies, d.u_t
+    lines = np.array([x for pair in branches(d, "i", bits) for x in pair])
+    near, far = d.fet["synapse.mi1"], d.fet["synapse.mi7"]
+    # two switches with one gate are one of twice the length; both are far in their triode region
+    both = near.current * far.current / (near.current + far.current)
+    pinch = 0.5 * (d.pinch("synapse.mi1", d.v_dd) + d.pinch("synapse.mi7", d.v_dd))
+    out = np.empty((n, GRID))
+    sink_over_line(both, pinch, lines, np.linspace(0.0, d.v_dd / u_t, GRID), out)
+    none = np.zeros(n)
+    return _weights(out, held_leak(d, "synapse.mi1"), none, none, none, np.ones(n))
+
+
+def held_leak(d: DieDevices, switch: str) -> F64:
+    """What a switch whose gate is at 0 V and whose far node is held at v_shift draws from a line, A."""
+    fet = d.fet[switch]
+    return np.asarray(fet.current * interpolation(d.pinch(switch, 0.0) - d.gate["v_shift"] / d.u_t))
+
+
+def _weights(drawn: F64, off: F64, delay: F64, level: F64, rest: F64, mirror: F64) -> Weights:
+    current = drawn[:, -1]
+    return Weights(current, off, drawn / current[:, None], delay, level, rest, mirror)

@@ -1,0 +1,280 @@
+"""Tables of a ROLLS chip with a program, on a die at a temperature, from the transistors of its circuit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.devices_on_die import DieDevices, Part, capacitance_matrix, part_of
+from chips.rolls.circuit import FILTERS, Params, chip
+from chips.rolls.depression.layout import BuiltDepression
+from chips.rolls.layout import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
+from chips.rolls.lumped import Filter, Load, Shape, bank_of, filter_of, line_voltage, lines_of, shape_of
+from chips.rolls.neuron.kernel import Neurons
+from chips.rolls.neuron.model import NODES, neurons_of
+from chips.rolls.noise.layout import NoiseTables
+from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
+from chips.rolls.plastic.tables import BuiltPlastic
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.program import Program, level_current
+from chips.rolls.synapse.charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
+from chips.rolls.synapse.model import SynapseModel
+from chips.rolls.synapse.model import model_of as synapse_model_of
+from circuits.blocks.rolls import dpi_synapse
+from circuits.blocks.rolls import neuron as rolls_neuron
+from circuits.blocks.rolls.neuron import RESTING
+from circuits.circuit import BiasKind
+from circuits.silicon.process import Process
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+
+STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
+NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches
+COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What all dies of a process share: models of the blocks, with their capacitances."""
+
+    synapse: SynapseModel
+    neuron: F64  # float64[8, 8], F
+    filters: tuple[tuple[float, float], ...]  # F, at v_syn and at the line, of FILTERS
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """Tables for steps of a given length, and what they were made of.
+
+    lengths: of the pulses of the columns, s; filters: of FILTERS; levels: mean current of a level, A.
+    """
+
+    tables: ChipTables
+    neurons: Neurons
+    filters: tuple[Filter, ...]
+    loads: tuple[Load, ...]
+    shapes: tuple[Shape, ...]
+    charge: F64
+    lengths: F64
+    levels: Mapping[int, float]
+    gates: Mapping[str, float]
+    noise: NoiseTables | None = None
+    plastic: BuiltPlastic | None = None
+    depression: BuiltDepression | None = None
+
+
+@lru_cache(maxsize=8)
+def prepare(params: Params, process: Process) -> Prepared:
+    """Models of the blocks of a chip."""
+    synapse = synapse_model_of(dpi_synapse.build(params.synapse), process)
+    part = part_of(rolls_neuron.build(params.neuron), process)
+    at = []
+    for name in FILTERS:
+        c = _filter_capacitance(params, process, name)
+        at.append((float(c[0, 0]), float(c[1, 1])))
+    return Prepared(synapse, capacitance_matrix(part, NODES), tuple(at))
+
+
+def _filter_capacitance(params: Params, process: Process, name: str) -> F64:
+    make = dpi_synapse.inhibitory_filter if name.endswith("inhibitory") else dpi_synapse.excitatory_filter
+    part: Part = part_of(make(params.synapse), process)
+    return capacitance_matrix(part, ("v_syn", "line"))
+
+
+def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Silicon, step: float) -> Built:
+    """All tables of a chip on `silicon` for steps of `step` s."""
+    ready = prepare(params, silicon.process)
+    gates = gate_voltages(chip(params, program.biases, kind), silicon)
+    latches = program.slow_leak().tobytes()
+    neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), latches)
+    filters = [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
+    draws = _draws(params, ready, program, gates, silicon, filters)
+    virtual = _virtual(params, ready, program, gates, silicon, filters)
+    charges = np.zeros((NEURONS, NEURONS))
+    loads: list[Load] = []
+    for sign in range(2):
+        f = filters[sign]
+        charge = draws.charge[sign]
+        loads.append(Load(_mean_current(draws.current[sign], charge), draws.idle[sign]))
+        charges += (1 - 2 * sign) * (charge / f.unit[:, None]).T
+    units = []
+    for sign in range(2):
+        f = filters[2 + sign]
+        rows = slice(4 * sign, 4 * sign + 4)
+        loads.append(Load(_mean_current(virtual.current[rows].T, virtual.charge[rows].T), virtual.idle[sign]))
+        units.append(virtual.charge[rows] / f.unit[None, :])
+    live = (
+        True,
+        True,
+        any(not i.inhibitory for i in program.inputs),
+        any(i.inhibitory for i in program.inputs),
+    )
+    shapes = tuple(shape_of(f, load) for f, load in zip(filters, loads, strict=True))
+    banks = [bank_of(*each, step) for each in zip(filters, loads, shapes, strict=True)]
+    tables = ChipTables(
+        step, np.stack([s.omega for s in shapes]).astype(np.float32),
+        (banks[0], banks[1], banks[2], banks[3]), live, charges.astype(np.float32),
+        np.concatenate(units).astype(np.float32), membranes,
+    )  # fmt: skip
+    return Built(
+        tables, neurons, tuple(filters), tuple(loads), shapes, unit, draws.lengths, draws.levels, gates
+    )
+
+
+def _mean_current(current: F64, charge: F64) -> F64:
+    """Mean current of each filter's synapses, weighted with their charge, A; of all where it has none."""
+    total = charge.sum(axis=1)
+    if not (total > 0.0).any():
+        return np.full(total.size, NO_SYNAPSE)
+    weighted = (current * charge).sum(axis=1)
+    each = weighted / np.where(total > 0.0, total, 1.0)
+    return np.asarray(np.where(total > 0.0, each, weighted.sum() / total.sum()))
+
+
+@lru_cache(maxsize=4)
+def _neurons(
+    params: Params, silicon: Silicon, gates: tuple[tuple[str, float], ...], latches: bytes
+) -> tuple[Neurons, Membranes, F64]:
+    """Neurons of a die, kept for programs that differ in weights alone; latches: bool[256], slow leak."""
+    place = row_place(NEURONS, ("neuron", ()))
+    d = devices_at(rolls_neuron.build(params.neuron), place, silicon, dict(gates))
+    ready = prepare(params, silicon.process)
+    neurons = neurons_of(d, ready.neuron, np.frombuffer(latches, dtype=np.bool_), RESTING)
+    return neurons, *_membranes(neurons)
+
+
+@lru_cache(maxsize=16)
+def _filter(params: Params, silicon: Silicon, k: int, gates: tuple[tuple[str, float], ...]) -> Filter:
+    """Filters of a kind on a die, kept likewise."""
+    name = FILTERS[k]
+    inhibitory = name.endswith("inhibitory")
+    make = dpi_synapse.inhibitory_filter if inhibitory else dpi_synapse.excitatory_filter
+    d = devices_at(make(params.synapse), row_place(NEURONS, (name, ())), silicon, dict(gates))
+    capacitances = prepare(params, silicon.process).filters[k]
+    return filter_of(d, *capacitances, inhibitory=inhibitory)
+
+
+@lru_cache(maxsize=2)
+def synapse_devices(params: Params, silicon: Silicon) -> DieDevices:
+    """Weight devices of the whole array, without their gates."""
+    place = row_place(NEURONS, ("synapse", (NEURONS,)))
+    return devices_at(dpi_synapse.synapse(params.synapse), place, silicon, {}, WEIGHT_DEVICES, "synapse.")
+
+
+def _gates_of(part: str, gates: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    return tuple(sorted(part_gates(part, gates).items()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Draws:
+    """Of both signs: current (A) and charge (C), float64[post, pre]; idle: float64[post], A."""
+
+    current: tuple[F64, F64]
+    charge: tuple[F64, F64]
+    idle: tuple[F64, F64]
+    lengths: F64
+    levels: Mapping[int, float]
+
+
+def _draws(
+    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
+    filters: Sequence[Filter],
+) -> _Draws:  # fmt: skip
+    gated = {port: np.asarray(v, dtype=np.float64) for port, v in part_gates("synapse", gates).items()}
+    d = synapse_devices(params, silicon)._replace(gate=gated)
+    extenders = devices_at(
+        dpi_synapse.pulse_extender(params.synapse), (("extender", (NEURONS,)),), silicon,
+        part_gates("extender", gates), None, "extender.",
+    )  # fmt: skip
+    lengths = pulse_length(ready.synapse, extenders)
+    levels = np.asarray(program.levels).ravel()
+    pre = np.tile(np.arange(NEURONS), NEURONS)
+    current, charge = np.zeros((2, levels.size)), np.zeros((2, levels.size))
+    means = {}
+    for level in (k for k in range(-4, 5) if k != 0):
+        index = np.flatnonzero(levels == level)
+        if index.size == 0:
+            continue
+        sign = 0 if level > 0 else 1
+        line = line_voltage(filters[sign], level_current(program.biases, level), d.u_t)
+        drawn = draw_of(ready.synapse, taken(d, index), level, line)
+        current[sign, index] = drawn.current
+        charge[sign, index] = charge_of(drawn, lengths[pre[index]])
+        means[level] = float(drawn.current.mean())
+    square = (NEURONS, NEURONS)
+    idle = [idle_draw(d, inhibitory=bool(s)).reshape(square).sum(axis=1) for s in range(2)]
+    return _Draws(
+        (current[0].reshape(square), current[1].reshape(square)),
+        (charge[0].reshape(square), charge[1].reshape(square)), (idle[0], idle[1]), lengths, means,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Virtual:
+    """Current (A) and charge (C) of the columns, float64[COLUMNS, n]; idle: of both signs, A."""
+
+    current: F64
+    charge: F64
+    idle: tuple[F64, F64]
+
+
+def _virtual(
+    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
+    filters: Sequence[Filter],
+) -> _Virtual:  # fmt: skip
+    current, charge = np.zeros((COLUMNS, NEURONS)), np.zeros((COLUMNS, NEURONS))
+    idle = [np.zeros(NEURONS), np.zeros(NEURONS)]
+    counts = (params.virtual.excitatory, params.virtual.inhibitory)
+    for sign, (name, count) in enumerate(zip(("virtual_exc", "virtual_inh"), counts, strict=True)):
+        if not count:
+            continue
+        place = row_place(NEURONS, (name, (count,)))
+        d = devices_at(
+            dpi_synapse.synapse(params.synapse), place, silicon, part_gates(name, gates), WEIGHT_DEVICES,
+            "synapse.",
+        )  # fmt: skip
+        place = row_place(NEURONS, (f"{name}_extender", (count,)))
+        extenders = devices_at(
+            dpi_synapse.pulse_extender(params.synapse), place, silicon, part_gates("extender", gates), None,
+            "extender.",
+        )  # fmt: skip
+        lengths = pulse_length(ready.synapse, extenders)
+        line = line_voltage(filters[2 + sign], program.biases.current(("VA_EXC_N", "VA_INH_P")[sign]), d.u_t)
+        drawn = draw_of(ready.synapse, d, -1 if sign else 1, line)
+        rows = slice(4 * sign, 4 * sign + count)
+        current[rows] = drawn.current.reshape(NEURONS, count).T
+        charge[rows] = charge_of(drawn, lengths).reshape(NEURONS, count).T
+        idle[sign] = idle_draw(d, inhibitory=bool(sign)).reshape(NEURONS, count).sum(axis=1)
+    return _Virtual(current, charge, (idle[0], idle[1]))
+
+
+def _membranes(m: Neurons) -> tuple[Membranes, F64]:
+    lines = lines_of(m)
+    inverse, first = 1.0 / lines.charge, lines.lines[:, 0]
+    columns = (inverse, lines.top, m.delay, m.refractory, m.kick, first[:, 0] + first[:, 1], first[:, 1])
+    spiking = np.zeros((lines.top.size, SPIKING_COLUMNS))
+    spiking[:, : len(columns)] = np.stack(columns, axis=1)
+    adapting = bool((np.abs(m.kick) > STILL).any())
+    return (
+        Membranes(
+            lines.lines.astype(np.float32), inverse.astype(np.float32),
+            (1.0 / m.ground_current).astype(np.float32), lines.top, spiking, lines.rise.astype(np.float32),
+            adapting, m.quiet,
+            m.share, m.drawn, float(m.ahp_step[0]),
+        ),
+        lines.charge,
+    )  # fmt: skip
+
+
+def spikes_a_step(tables: ChipTables) -> int:
+    """Upper bound of a neuron's spikes in a step."""
+    spiking = tables.membranes.spiking
+    shortest = float((spiking[:, REFRACTORY] + spiking[:, DELAY]).min())
+    return math.ceil(tables.step / shortest) + 1

@@ -1,0 +1,1 @@
+"""Selection of a direction by a winner-take-all circuit."""

@@ -1,0 +1,1 @@
+"""The wavefront chip: cells whose axons delay a spike by a programmed cost."""

@@ -1,0 +1,196 @@
+"""The axons of a chip on one die at one temperature: where they stand in the record, and the record there.
+
+Coordinates are the die's currents of the sink and of the comparator's tail, by the law, from the gate
+voltages of their biases: fixed ones, or those of the generator's copies on the die. What does not depend on
+the die is made ready once a temperature (`axon_tables`), so that a thousand dies cost a thousand times
+little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from chips.wavefront.axon_record import BOX, AxonRecord, lagrange_weights
+from circuits.bias import bias_voltages
+from circuits.blocks.wavefront.axon_delay import HIGHEST
+from circuits.circuit import Circuit
+from circuits.errors import ParameterError
+from circuits.silicon.die import Shift, shared
+from circuits.silicon.process import POLARITIES, Polarity, Process, TransistorAtTemperature
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+Shifts = Mapping[Polarity, Shift]
+
+LOCAL = ("mc1", "mc2", "mc3", "mc4")  # devices beside the sink whose thresholds count
+SINK, TAIL = "ms", "mc0"
+CURRENTS = ("i_delay", "i_cmp")  # biases of SINK and TAIL
+REMEDY = "where the behavioural model was measured; use the transistor level"
+
+
+@dataclass(frozen=True, slots=True)
+class AxonModel:
+    """Axons of one chip, or a lone one, with their record.
+
+    circuit: that the axons stand in, by its name and biases; prefix: path of the axons in it, () or (axon,);
+    shape: of the array, () for a lone axon; area: of the drawn devices over the circuit's own, at the same
+    nominal delay; sizes: m W and L in m, of `SINK`, `LOCAL` and `TAIL` in this order.
+    """
+
+    circuit: Circuit
+    process: Process
+    record: AxonRecord
+    prefix: tuple[str, ...]
+    shape: tuple[int, ...]
+    area: float
+    sizes: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AxonTables:
+    """A model at a temperature, without a die.
+
+    gates: V, by bias, where they are the same on every die, else None; law: of nFETs; log_charge:
+    float64[currents, comparator currents, 31]; gain, offset: float64[currents, parameters]; over_current,
+    over_comparator: splines through the unit vectors of these grids, over the logarithm.
+    """
+
+    model: AxonModel
+    silicon: Silicon
+    gates: Mapping[str, float] | None
+    law: TransistorAtTemperature
+    log_charge: F64 = field(repr=False)
+    gain: F64 = field(repr=False)
+    offset: F64 = field(repr=False)
+    over_current: CubicSpline = field(repr=False)
+    over_comparator: CubicSpline = field(repr=False)
+
+
+class Conditions(NamedTuple):
+    """What the axons of a die share at a temperature.
+
+    specific_current: A, of the sink without deviation; pinch, slope: kappa (v_delay - V_T0) and kappa over
+    2 U_T; log_current: ln I_0; log_charge: float64[3, 31], value and two derivatives by ln I; tail:
+    float64[31], derivative by the threshold of `TAIL`, 1/V; unit_charge: C; gain, offset: float64[4], 1/V.
+    """
+
+    specific_current: float
+    pinch: float
+    slope: float
+    log_current: float
+    log_charge: F64
+    tail: F64
+    unit_charge: float
+    gain: F64
+    offset: F64
+
+
+def axon_tables(model: AxonModel, silicon: Silicon) -> AxonTables:
+    """Everything about `model` at the silicon's temperature that is the same on every die.
+
+    Raises `ParameterError` outside the record's temperatures.
+    """
+    record, grid = model.record, model.record.grid
+    typical = Silicon(silicon.process, silicon.temperature_c)
+    _check(model, "temperature", silicon.temperature_c, grid.temperature, "degC")
+    weight = lagrange_weights(grid.temperature, silicon.temperature_c)
+    log_charge, gain, offset = (
+        np.tensordot(weight, table, (0, 0)) for table in (record.log_charge, record.gain, record.offset)
+    )
+    fixed = all(model.circuit.bias(n).kind == "gate" for n in CURRENTS)
+    return AxonTables(
+        model,
+        typical,
+        _gates(model.circuit, typical) if fixed else None,
+        typical.law("n"),
+        log_charge,
+        gain,
+        offset,
+        _basis(grid.current),
+        _basis(grid.comparator_current),
+    )
+
+
+def process_shifts(silicon: Silicon) -> Shifts:
+    """What the silicon's die shares, by polarity."""
+    return {polarity: shared(silicon.die, silicon.process, polarity) for polarity in POLARITIES}
+
+
+def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditions:
+    """The record at the currents of a die with these shared `shifts`.
+
+    Raises `ParameterError` outside the record's currents and shared shifts.
+    """
+    model, law = tables.model, tables.law
+    gates = _gates(model.circuit, silicon) if tables.gates is None else tables.gates
+    law = replace(
+        law, v_t0=law.v_t0 + shifts["n"].v_t0, square_current=law.square_current * (1.0 + shifts["n"].beta)
+    )
+    specific, current, _ = _saturated(law, model.sizes[0], gates["i_delay"])
+    _, comparator, tail_slope = _saturated(law, model.sizes[-1], gates["i_cmp"])
+    _check(model, "i_delay", current, model.record.grid.current, "A")
+    _check(model, "i_cmp", comparator, model.record.grid.comparator_current, "A")
+    for polarity, shift in shifts.items():
+        _check(model, f"{polarity}.v_t0 shift", shift.v_t0, (-BOX.shared, BOX.shared), "V")
+    x, y = np.log(current), np.log(comparator)
+    at = np.array([tables.over_current(x, k) for k in range(3)])
+    log_charge = at @ np.tensordot(tables.over_comparator(y), tables.log_charge, (0, 1))
+    tail = at[0] @ np.tensordot(tables.over_comparator(y, 1), tables.log_charge, (0, 1))
+    unit = float(np.exp(log_charge[0, -1]) - np.exp(log_charge[0, 0])) / (HIGHEST - 1)
+    gain, offset = at[0] @ tables.gain, at[0] @ tables.offset
+    log_charge[0] += np.log1p(unit * _shared_change(model, shifts, gain, offset) / np.exp(log_charge[0]))
+    own = [model.record.parameters.index(f"{name}.v_t0") for name in LOCAL]
+    half = 0.5 * law.kappa / law.u_t
+    return Conditions(
+        specific, half * (gates["i_delay"] - law.v_t0), half, float(x), log_charge, tail_slope * tail, unit,
+        gain[own], offset[own],
+    )  # fmt: skip
+
+
+def check_local(model: AxonModel, thresholds: F64) -> None:
+    """Refuse (`ParameterError`) thresholds (V) of a comparator's devices outside the record's box."""
+    worst = float(np.abs(thresholds).max(initial=0.0))
+    _check(model, "axon.mc v_t0 shift", worst, (-BOX.local, BOX.local), "V")
+
+
+def _shared_change(model: AxonModel, shifts: Shifts, gain: F64, offset: F64) -> F64:
+    """Change of the charge by what a die shares, in units of the charge a unit, float64[31]."""
+    codes = np.arange(1, HIGHEST + 1)
+    change = np.zeros(codes.size)
+    for polarity, shift in shifts.items():
+        for name, value in (("v_t0", shift.v_t0), ("beta", float(np.log1p(shift.beta)))):
+            k = model.record.parameters.index(f"{polarity}.{name}")
+            change += value * (offset[k] + gain[k] * codes)
+    return change
+
+
+def _gates(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
+    return {n: float(bias_voltages(circuit, circuit.bias(n), silicon)) for n in CURRENTS}
+
+
+def _basis(grid: Sequence[float]) -> CubicSpline:
+    x = np.log(np.array(grid))
+    return CubicSpline(x, np.eye(x.size))
+
+
+def _saturated(
+    law: TransistorAtTemperature, size: tuple[float, float], gate: float
+) -> tuple[float, float, float]:
+    """Specific current and current in saturation, A, of an nFET without deviations; d ln I / d V_T0, 1/V."""
+    specific = law.square_current * size[0] / size[1]
+    half = 0.5 * law.kappa * (gate - law.v_t0) / law.u_t
+    root = float(np.logaddexp(0.0, half))
+    return specific, specific * root**2, -law.kappa / law.u_t / (root * (1.0 + float(np.exp(-half))))
+
+
+def _check(model: AxonModel, label: str, value: float, limits: Sequence[float], unit: str) -> None:
+    low, high = limits[0], limits[-1]
+    if not low <= value <= high:
+        text = f"{model.circuit.name}.{label}: {value:.3g} {unit}, must be {low:.3g} to {high:.3g} {unit}"
+        raise ParameterError(f"{text}, {REMEDY}")

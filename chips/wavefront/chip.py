@@ -1,0 +1,250 @@
+"""The wavefront chip: cells whose axons delay a spike by a programmed cost, and a plan as one wave over them.
+
+Each cell's axon holds a 5-bit code, 1 to 31 units of delay; 0 blocks the cell. A plan resets all latches,
+fires the start cell and ends with the goal's first spike; every cell fires once, at t_i = min_j (t_j + D_ij),
+and its latch keeps which input came first. Ideal cells delay by exactly code times `unit`, `ChipCells` as the
+axons and inputs of their silicon do (`chips.wavefront.model`); `delays` given to a plan replace both.
+
+Spikes leave by the address-event bus; the address of a cell is its number, row * columns + column on a
+grid. Temperature may change from plan to plan, and is that of the plan's begin throughout: a plan takes
+milliseconds. Ideal cells know no temperature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.aer import Bus, Events, send
+from chips.ranging.noise import SiliconNoise
+from chips.wavefront.axon_graph import AxonGraph, grid_graph
+from chips.wavefront.kernel import Wave, graph_wave, integer_wave
+from chips.wavefront.model import chip_model, edge_delays, graph_shape
+from chips.wavefront.noise import axon_jitter
+from chips.wavefront.readout import Cell, pointer_nodes, pointer_path
+from chips.wavefront.spiking_wavefront import round_delays
+from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
+from circuits.circuit import BiasKind
+from circuits.devices.source import Polyline
+from circuits.errors import ParameterError
+from circuits.silicon.silicon import Silicon
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+I8 = NDArray[np.int8]
+Place = Cell | int  # (row, column) on a grid, a cell's number on a graph
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Program:
+    """codes: int64[rows, columns] or int64[cells] of the chip; rounded: how many delays were rounded."""
+
+    codes: I64
+    rounded: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """One wave; start, goal: numbers of cells, the goal None where there was none.
+
+    arrivals: float64, s, inf where a cell did not fire, and pointers: int8, -1 for none, of the chip's
+    shape; ties: cells that several spikes reached first, together; bus: that spikes leave by; graph: None
+    on a grid.
+    """
+
+    start: int
+    goal: int | None
+    arrivals: F64
+    pointers: I8
+    ties: int
+    bus: Bus
+    graph: AxonGraph | None = None
+
+    def path(self) -> I64:
+        """Path from start to goal by the pointers: int64[n, 2] on a grid, int64[n] on a graph, start first.
+
+        Raises `UnreachableError` where the goal did not fire, `ParameterError` where the plan had none.
+        """
+        if self.goal is None:
+            raise ParameterError("plan.goal: none, must be a cell; plan with a goal")
+        if self.graph is not None:
+            return pointer_nodes(self.graph, self.pointers, self.start, self.goal)
+        columns = self.pointers.shape[1]
+        return pointer_path(self.pointers, divmod(self.start, columns), divmod(self.goal, columns))
+
+    def events(self) -> Events:
+        """Spikes after the bus: times (s), addresses, and how many were dropped."""
+        flat = self.arrivals.ravel()
+        fired = np.flatnonzero(np.isfinite(flat))
+        return send(self.bus, flat[fired], fired)
+
+
+@dataclass(frozen=True, slots=True)
+class ChipCells:
+    """Cells of transistors: their silicon, the kind of their biases, their devices' area over the usual.
+
+    noise: what makes one die's plans differ from each other, nothing unless given.
+    """
+
+    silicon: Silicon = field(default_factory=Silicon)
+    bias_kind: BiasKind = "gate"
+    area: float = 1.0
+    noise: SiliconNoise | None = None
+
+
+class WavefrontChip:
+    """A grid of rows x columns cells, or the cells and axons of `graph`.
+
+    Weights of single axons, as of a networkx graph, have no code: a plan takes them as `delays`.
+    cells: what they are made of, None for ideal ones; unit: delay of a unit of code, s; bus: that spikes
+    leave by.
+    """
+
+    def __init__(
+        self,
+        rows: int = 20,
+        columns: int = 20,
+        *,
+        graph: AxonGraph | None = None,
+        cells: ChipCells | None = None,
+        unit: float = UNIT,
+        bus: Bus | None = None,
+    ) -> None:
+        """Raises `ParameterError` for a chip without cells, or a unit that is not above 0."""
+        if graph is None and (rows < 1 or columns < 1):
+            raise ParameterError(
+                f"wavefront_chip.shape: {rows} x {columns}, must be at least 1 x 1; add cells"
+            )
+        if not (0.0 < unit < np.inf):
+            raise ParameterError(f"wavefront_chip.unit: {unit:g} s, must be > 0; the usual one is {UNIT:g} s")
+        self.shape: tuple[int, ...] = (rows, columns) if graph is None else (graph.cells,)
+        self.graph, self.cells, self.unit, self.bus = graph, cells, unit, bus or Bus()
+
+    @cached_property
+    def axons(self) -> AxonGraph:
+        """The chip's axons, whose order that of edge delays is."""
+        return grid_graph(*self.shape) if self.graph is None else self.graph
+
+    def program(self, costs: NDArray[np.integer] | F64) -> Program:
+        """Codes of entered costs; a map smaller than the grid stands at its first row and column.
+
+        Raises `ParameterError` for a map larger than the chip, and a cost that is no whole number of 0 to 31.
+        """
+        costs = np.asarray(costs)
+        self._check_size(costs.shape)
+        if costs.dtype.kind not in "iub":
+            self._check(costs, costs == np.floor(costs), "must be a whole number; round it, or learn it")
+        inside = (costs >= 0) & (costs <= HIGHEST)
+        self._check(costs, inside, f"must be 0 (blocked) to {HIGHEST}; scale the map")
+        return Program(self._placed(costs.astype(np.int64)))
+
+    def write(self, learned: F64) -> Program:
+        """Codes of real-valued delays, rounded to the nearest code from 1, halves up; 0 is blocked.
+
+        Raises `ParameterError` for a map larger than the chip, and delays below 0 or above 31 when rounded.
+        """
+        learned = np.asarray(learned, dtype=np.float64)
+        self._check_size(learned.shape)
+        inside = (learned >= 0.0) & (learned < HIGHEST + 0.5)
+        self._check(learned, inside, f"must be 0 (blocked) to {HIGHEST} when rounded; scale the map")
+        codes = round_delays(learned)
+        return Program(self._placed(codes), int((codes != learned).sum()))
+
+    def plan(
+        self,
+        program: Program,
+        start: Place,
+        goal: Place | None = None,
+        *,
+        delays: F64 | None = None,
+        temperature: float | Polyline | None = None,
+        time: float = 0.0,
+        number: int = 0,
+    ) -> Plan:
+        """Reset, fire `start`, and run to the first spike of `goal`, or over the whole chip.
+
+        delays: float64[edges], s, in the place of the cells' own; temperature: degC, or (times s, degC)
+        read at `time`, the silicon's unless given; number: of the plan, which draws its noise. Raises
+        `ParameterError` for a start or goal that is off the chip or blocked, and silicon outside its record.
+        """
+        codes = program.codes
+        first = self._number(start, "start", codes)
+        last = None if goal is None else self._number(goal, "goal", codes)
+        if delays is None and self.cells is not None:
+            delays = self._own_delays(self.cells, codes, temperature, time, number)
+        wave = self._wave(codes, first, last, delays)
+        pointers, arrivals = wave.pointers.reshape(self.shape), wave.arrivals.reshape(self.shape)
+        return Plan(first, last, arrivals, pointers, wave.ties, self.bus, self.graph)
+
+    def _wave(self, codes: I64, first: int, last: int | None, delays: F64 | None) -> Wave:
+        if delays is None and self.graph is None:
+            columns = self.shape[1]
+            goal = None if last is None else divmod(last, columns)
+            wave = integer_wave(codes, divmod(first, columns), goal)
+            return wave._replace(arrivals=wave.arrivals * self.unit)
+        flat, scale = codes.ravel(), 1.0
+        if delays is None:
+            delays, scale = flat[self.axons.sources()].astype(np.float64), self.unit
+            delays[delays == 0.0] = np.inf
+        wave = graph_wave(self.axons, delays, first, last, flat == 0)
+        return wave._replace(arrivals=wave.arrivals * scale)
+
+    def _own_delays(
+        self, cells: ChipCells, codes: I64, temperature: float | Polyline | None, time: float, number: int
+    ) -> F64:
+        silicon = cells.silicon
+        if isinstance(temperature, tuple):
+            temperature = float(np.interp(time, *temperature))
+        if temperature is not None:
+            silicon = replace(silicon, temperature_c=temperature)
+        kind, flat = cells.bias_kind, codes.ravel()
+        delays = edge_delays(self.axons, flat, silicon, bias_kind=kind, unit=self.unit, area=cells.area)
+        if cells.noise is None:
+            return delays
+        model = chip_model(
+            graph_shape(self.axons), silicon.process, bias_kind=kind, unit=self.unit, area=cells.area
+        )
+        sources = self.axons.sources()
+        own = np.full(flat.size, np.inf)
+        own[sources] = delays
+        return delays + axon_jitter(model, silicon, own, cells.noise, number)[sources]
+
+    def _number(self, place: Place, name: str, codes: I64) -> int:
+        where = place if isinstance(place, tuple) else (place,)
+        if len(where) != len(self.shape) or not all(
+            0 <= k < n for k, n in zip(where, self.shape, strict=True)
+        ):
+            raise ParameterError(
+                f"plan.{name}: {place}, must be a cell of the chip of {self._size()}; cells count from 0"
+            )
+        if codes[where] == 0:
+            raise ParameterError(
+                f"plan.{name}: {place} is blocked, must have a code from 1; choose another cell"
+            )
+        return int(np.ravel_multi_index(where, self.shape))
+
+    def _check_size(self, shape: tuple[int, ...]) -> None:
+        smaller = len(shape) == len(self.shape) and all(
+            a <= b for a, b in zip(shape, self.shape, strict=True)
+        )
+        if not smaller or 0 in shape or (len(shape) == 1 and shape != self.shape):
+            raise ParameterError(
+                f"wavefront_chip.map: {' x '.join(map(str, shape))}, must fit {self._size()};"
+                " cut the map, or take a larger chip"
+            )
+
+    def _check(self, values: NDArray[np.integer] | F64, right: NDArray[np.bool_], rule: str) -> None:
+        if not right.all():
+            where = tuple(int(k) for k in np.argwhere(~right)[0])
+            raise ParameterError(f"wavefront_chip.map[{', '.join(map(str, where))}]: {values[where]}, {rule}")
+
+    def _placed(self, codes: I64) -> I64:
+        whole = np.zeros(self.shape, dtype=np.int64)
+        whole[tuple(slice(n) for n in codes.shape)] = codes
+        return whole
+
+    def _size(self) -> str:
+        return " x ".join(map(str, self.shape)) + " cells"

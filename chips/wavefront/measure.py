@@ -1,0 +1,249 @@
+"""Measurement of the wavefront chip's records with the transistor-level solver.
+
+Axonal delay element: delays at all codes over temperature, the sink's current and the comparator's, set by
+their gate voltages; then central differences over every device's deviations at codes 1 and 31, from which
+gain and offset follow. The devices `ms`, `mc0` and `mc6` do not move with their polarity: their currents are
+coordinates.
+
+Wavefront cell, over temperature and the threshold shift that a polarity shares:
+
+| quantity | measured as |
+|---|---|
+| input_delay_s | from half the supply at arrive[0], an edge of 5 ns, to half at fired |
+| start_delay_s | likewise from the start |
+| window_s | largest lag of a second arrival that still sets its bit, bisected |
+| input_delay_gradient | of the input delay, s a V of V_T0 or s a unit of ln beta, by device |
+
+Then the models meet dies that were not used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from chips.model_law import check_law
+from chips.table_record import (
+    HELD_OUT_TEMPERATURES,
+    WIDEST,
+    Quantities,
+    measure_over,
+    on_silicon,
+    write_board_record,
+)
+from chips.wavefront.axon_record import GRID, SHARED, AxonGrid, AxonRecord, axon_key, write_axon_record
+from chips.wavefront.model import axon_delays, axon_model
+from circuits.bias import gate_voltage, rebias
+from circuits.blocks.wavefront import axon_delay
+from circuits.blocks.wavefront import cell as wavefront_cell
+from circuits.blocks.wavefront.axon_linearity import CODES, delay_at, delay_machine, delays_at
+from circuits.circuit import BiasKind, Circuit
+from circuits.devices import Transistor
+from circuits.devices.source import vertices
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import simulate
+
+F64 = NDArray[np.float64]
+
+RTOL = 1e-6
+THRESHOLD_STEP = 10e-3  # V, of the central differences
+BETA_STEP = 0.1
+COORDINATES = {"v_delay": "ms", "v_cmp": "mc0"}  # ports whose currents are coordinates, and their devices
+HELD = ("ms", "mc0", "mc6")  # devices that do not move with their polarity
+GRADIENT_COMPARATOR_CURRENT = 100e-9  # A, at which gradients are measured
+HELD_OUT = tuple(range(500, 530))  # dies; none is used to build
+HELD_OUT_CODES = 1, 3, 10, 31
+KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
+RESOLUTION = 1e-11  # s, of the window
+
+
+def measure_axon(
+    circuit: Circuit | None = None,
+    process: Process = AMI_1500,
+    grid: AxonGrid = GRID,
+) -> AxonRecord:
+    """Measure the record of an axonal delay element, without errors; takes about a minute on one core.
+
+    Raises `ParameterError` for a process whose law the model does not follow.
+    """
+    circuit = circuit or axon_delay.build()
+    check_law(process)
+    names = tuple(d.name for d in circuit.devices if isinstance(d, Transistor) and d.name not in HELD)
+    parameters = tuple(f"{d}.{x}" for d in (*names, "mc0", "mc6", *SHARED) for x in ("v_t0", "beta"))
+    charge: list[list[F64]] = []
+    slopes: list[tuple[F64, F64]] = []
+    for temperature in grid.temperature:
+        machine = delay_machine(circuit, Silicon(process, temperature))
+        for i in grid.current:
+            charge.append([
+                np.log(delays_at(_biased(machine, i, j), CODES, RTOL) * i) for j in grid.comparator_current
+            ])  # fmt: skip
+            slopes.append(_slopes(_biased(machine, i, GRADIENT_COMPARATOR_CURRENT), parameters))
+    plane = (len(grid.temperature), len(grid.current))
+    gain, offset = (np.array(x).reshape(*plane, -1) for x in zip(*slopes, strict=True))
+    log_charge = np.array(charge).reshape(*plane, len(grid.comparator_current), len(CODES))
+    return AxonRecord(axon_key(circuit, process, grid), grid, log_charge, parameters, gain, offset, {})
+
+
+def _biased(machine: Machine, current: float, comparator_current: float) -> Machine:
+    """The machine with the gate voltages of these currents, A, in devices without deviations."""
+    lines = list(machine.polylines)
+    law = machine.silicon.law("n")
+    for port, amperes in zip(COORDINATES, (current, comparator_current), strict=True):
+        device = machine.testbench.circuit.device(COORDINATES[port])
+        if not isinstance(device, Transistor):
+            raise TypeError(f"{device.name}: no transistor")
+        gate = gate_voltage(law, device, amperes)
+        lines[machine.source_names.index(port)] = vertices(port, (0.0,), (gate,))
+    return replace(machine, polylines=tuple(lines))
+
+
+def perturbed(machine: Machine, device: str, threshold: float = 0.0, log_beta: float = 0.0) -> Machine:
+    """The machine with a deviation of a device, or of all of a polarity (`n`, `p`) but `HELD`: V, ln beta."""
+    t = machine.kernel.transistors
+    names = np.array(machine.flat.labels(Transistor))
+    moved = names == device
+    if device in SHARED:
+        moved = (t.sign == (1.0 if device == "n" else -1.0)) & ~np.isin(names, HELD)
+    table = t._replace(
+        v_t0=t.v_t0 + moved * threshold, specific_current=t.specific_current * np.exp(moved * log_beta)
+    )
+    return replace(machine, kernel=machine.kernel._replace(transistors=table))
+
+
+def _slopes(machine: Machine, parameters: tuple[str, ...]) -> tuple[F64, F64]:
+    """Gain and offset of every parameter, float64[parameters] each."""
+    ends = (CODES[0], CODES[-1])
+    low, high = delays_at(machine, ends, RTOL)
+    unit = (high - low) / (ends[1] - ends[0])
+    gain, offset = [], []
+    for parameter in parameters:
+        device, _, kind = parameter.rpartition(".")
+        h = BETA_STEP if kind == "beta" else THRESHOLD_STEP
+        down, up = (
+            delays_at(perturbed(machine, device, **_deviation(kind, s * h)), ends, RTOL) for s in (-1.0, 1.0)
+        )
+        first, last = (up - down) / (2.0 * h * unit)
+        gain.append((last - first) / (ends[1] - ends[0]))
+        offset.append(first - gain[-1] * ends[0])
+    return np.array(gain), np.array(offset)
+
+
+def _deviation(kind: str, value: float) -> dict[str, float]:
+    return {"log_beta" if kind == "beta" else "threshold": value}
+
+
+def axon_errors(
+    record: AxonRecord,
+    circuit: Circuit | None = None,
+    process: Process = AMI_1500,
+    dies: tuple[int, ...] = HELD_OUT,
+) -> dict[str, float]:
+    """Relative errors of the model's delays on dies with mismatch and process variation, rms and largest.
+
+    Both kinds of bias and 0, 27 and 60 degC in turn, at codes 1, 3, 10 and 31.
+    """
+    circuit = circuit or axon_delay.build()
+    rows = []
+    for k, number in enumerate(dies):
+        kind = KINDS[k % 2]
+        silicon = Silicon(process, HELD_OUT_TEMPERATURES[k // 2 % 3], Die(number=number))
+        biased = rebias(circuit, kind=kind)
+        machine = delay_machine(biased, silicon)
+        model = axon_model(biased, process, record)
+        for code in HELD_OUT_CODES:
+            ours = float(axon_delays(model, silicon, np.array(code))[()])
+            rows.append(ours / delay_at(machine, code, RTOL) - 1.0)
+    found = np.array(rows)
+    return {
+        "dies": float(len(dies)),
+        "first_die": float(dies[0]),
+        "delay_rms_relative": float(np.sqrt(np.mean(found**2))),
+        "delay_max_relative": float(np.abs(found).max()),
+    }
+
+
+def measure_cell() -> xr.Dataset:
+    """Measure the record of the wavefront cell, without errors; takes half a minute on one core."""
+    data = measure_over(_cell_at, (wavefront_cell.build(),), SHIFTS, {})
+    return data.merge(_cell_gradient()).assign_attrs(data.attrs)
+
+
+def cell_errors(data: xr.Dataset) -> dict[str, float]:
+    """Errors of the input delay and of the window, s, known by temperature and shared shift alone."""
+    late, wide = [], []
+    for k, number in enumerate(HELD_OUT):
+        silicon = Silicon(temperature_c=HELD_OUT_TEMPERATURES[k % 3], die=Die(number=number))
+        machine = _cell_machine(silicon)
+        late.append(float(on_silicon(data, "input_delay_s", silicon)) - _input_delay(machine))
+        wide.append(float(on_silicon(data, "window_s", silicon)) - _window(silicon))
+    found = {"dies": float(len(HELD_OUT)), "first_die": float(HELD_OUT[0])}
+    for name, values in (("input_delay", np.array(late)), ("window", np.array(wide))):
+        found[f"{name}_rms_s"] = float(np.sqrt(np.mean(values**2)))
+        found[f"{name}_max_s"] = float(np.abs(values).max())
+    return found
+
+
+def _cell_at(silicon: Silicon) -> Quantities:
+    return {
+        "input_delay_s": _input_delay(_cell_machine(silicon)),
+        "start_delay_s": _input_delay(_cell_machine(silicon, first=None, start=1.0)),
+        "window_s": _window(silicon),
+    }
+
+
+def _cell_machine(silicon: Silicon, **stimuli: float | None) -> Machine:
+    values = {s.name: s.default for s in wavefront_cell.BLOCK.stimuli}
+    values |= {"first": 0.0, "second": None} | stimuli
+    bench = wavefront_cell.testbench(wavefront_cell.build(), values, silicon.process.v_dd)
+    return to_kernel(replace(bench, stop=wavefront_cell.ARRIVAL + 1e-6), silicon)
+
+
+def _input_delay(machine: Machine) -> float:
+    result = simulate(machine, rtol=RTOL, record=())
+    return float(result.spikes["fired"][0]) - wavefront_cell.ARRIVAL
+
+
+def _window(silicon: Silicon) -> float:
+    """Largest lag of a second arrival that sets its bit, s."""
+    low, high = 0.0, 20e-9
+    while high - low > RESOLUTION:
+        lag = 0.5 * (low + high)
+        result = simulate(_cell_machine(silicon, second=1.0, lag=lag), rtol=RTOL, record=("first[1]",))
+        tied = result["first[1]"][-1] > 0.5 * silicon.process.v_dd
+        low, high = (lag, high) if tied else (low, lag)
+    return 0.5 * (low + high)
+
+
+def _cell_gradient() -> xr.Dataset:
+    """Sensitivity of the input delay of the nominal cell at 27 degC to each device's deviations."""
+    machine = _cell_machine(Silicon())
+    parameters = [f"{d}.{x}" for d in machine.flat.labels(Transistor) for x in ("v_t0", "beta")]
+    gradient = []
+    for parameter in parameters:
+        device, _, kind = parameter.rpartition(".")
+        h = BETA_STEP if kind == "beta" else THRESHOLD_STEP
+        down, up = (_input_delay(perturbed(machine, device, **_deviation(kind, s * h))) for s in (-1.0, 1.0))
+        gradient.append((up - down) / (2.0 * h))
+    return xr.Dataset({"input_delay_gradient": ("parameter", gradient)}, {"parameter": parameters})
+
+
+def characterise_wavefront(block: str, path: Path) -> dict[str, float]:
+    """Measure the record of `axon_delay` or `wavefront_cell` and write it to `path`; returns its errors."""
+    if block == "axon_delay":
+        record = measure_axon()
+        record = replace(record, errors=axon_errors(record))
+        write_axon_record(record, path)
+        return dict(record.errors)
+    data = measure_cell()
+    errors = cell_errors(data)
+    write_board_record(data, errors, path)
+    return errors

@@ -1,0 +1,137 @@
+"""Coincidence detector: spikes where two of its inputs came within a window of each other.
+
+Each input switches the same current on for the window's length (`circuits.blocks.latency.synapse`); they meet
+at one node, from which `mk` takes 1.4 of them away:
+
+    sum rises where two currents or more are on:  |t_i - t_j| < T_w = C_t V_ref / I_window
+
+less the 15 us that the node takes to rise. What `mk` takes is a copy of what 1.4 inputs would give: `me`, of
+the inputs' length and gate and 1.4 of their width, feeds the mirror, so that whatever all devices share
+moves both alike. One input alone and two of them are as far from it, by a factor of the square root of 2. Two
+inverters make the spike of it, which lasts as long as the overlap. An input that comes again within the
+window lengthens its own step, and coincides with nothing.
+
+Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory": the coincidence detector of a latency unit is
+excited by A, B and the integrating neuron, and spikes where two of them do within 3 ms; circuit and numbers
+are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.latency.synapse import event_sources, step_synapse
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, Source
+from circuits.devices.source import Constant
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import AMI_1500
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+INPUTS = ("A", "B", "integrating")
+REFERENCE = 2.0  # V
+SHARE = 1.4  # of an input's current that is taken away; ours, between 1 and 2 by equal factors
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
+
+    timer_capacitance: float = quantity(5e-12, "F")
+    sum_capacitance: float = quantity(20e-15, "F")
+
+    def __post_init__(self) -> None:
+        for name in ("timer_capacitance", "sum_capacitance"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+
+
+BIASES = (
+    Bias("i_exc", "v_exc", "gate", 25e-9, "input0.me"),
+    Bias("i_window", "v_window", "gate", 3.37e-9, "input0.mt"),  # ours: 3 ms
+    Bias("i_cmp", "v_cmp", "gate", 50e-9, "input0.timer.mc0"),
+    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports event[3] (in: A, B, integrating), spike (event out), biases and the supply."""
+    part = step_synapse(params.timer_capacitance)
+    ports = (
+        Port("vdd", "supply"),
+        Port("event", "event", "in", (len(INPUTS),)),
+        Port("spike", "event", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    devices = (
+        mos("ms", "p", "foot", "0", "vdd", 6, 1.5),  # as the inputs' switches, which are on
+        mos("me", "p", "taken", "v_exc", "foot", SHARE * 6, 24),
+        mos("md", "n", "taken", "taken", "0", 6, 24),
+        mos("mk", "n", "sum", "taken", "0", 6, 24),
+        Capacitor("cs", "sum", "0", params.sum_capacitance),
+        *inverter("mi", "sum", "none", width=3.0, length=1.5),
+        *inverter("mj", "none", "spike", width=3.0, length=1.5),
+    )
+    own = {p.name: p.name for p in part.ports} | {"v_step": "v_window", "v_mem": "sum"}
+    inputs = tuple(Instance(f"input{k}", part, own | {"event": f"event[{k}]"}) for k in range(len(INPUTS)))
+    return Circuit("latency_coincidence", ports, devices, inputs, biases=BIASES)
+
+
+START = 1e-3  # s, ours: the first input of the testbench
+STOP = 12e-3  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """The first input at 1 ms, the second and third `second` and `third` later, or off."""
+    times = (0.0, stimuli["second"], stimuli["third"])
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        *event_sources("event", times, len(INPUTS), START, v_dd),
+    )
+    bench = Testbench("coincidence", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
+    return started_at_rest(bench, AMI_1500)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`latency_s` of the spike after the first input, `window_s`, `supply_power_W`.
+
+    window: how long the first input's current is on; None where what is asked for is not in the run.
+    """
+    half = half_supply(result.machine)
+    off, spikes = result["input0.off"], result.spikes["spike"]
+    closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
+    return {
+        "latency_s": float(spikes[0]) - START if spikes.size else None,
+        "window_s": None if closes is None or opens is None or opens <= closes else opens - closes,
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`coincidence`, or `none`."""
+    return "coincidence" if result.spikes["spike"].size else "none"
+
+
+BLOCK = Block(
+    name="coincidence-detector",
+    summary="spikes where two of three inputs come within 3 ms of each other",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("second", "s", 2e-3, "second input after the first", can_be_off=True),
+        Stimulus("third", "s", None, "third input after the first", can_be_off=True),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event[0]", "event[1]", "input0.timer", "sum", "spike"),
+)

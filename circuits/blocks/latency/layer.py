@@ -1,0 +1,174 @@
+"""Layer that races to the first spike: cells of `circuits.blocks.latency.race` and what stops them all.
+
+Each cell's spike pulls one line down, which a latch keeps; from then on the recurrent inhibition charges its
+capacitor, and at the reference it stops every cell until the next ping:
+
+    T_stop = T_first + C_r V_ref / I_recurrent
+
+Cells whose own spike comes before that win too, so that the layer may have several winners, as the paper's
+has while its recurrent inhibitory neuron charges. The ping resets cells, latch and capacitor.
+
+Source: Wen & Horiuchi 2022, section 3, "Action Selection Layer", Figure 8; circuit and all numbers are ours:
+1.4 ms of recurrent inhibition, as in the network.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.latency import race as latency_race
+from circuits.blocks.latency.synapse import comparator, event_pulse, event_sources
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import whole_number
+from circuits.devices import Capacitor, Source
+from circuits.devices.source import Constant
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import AMI_1500
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+CELLS = 3  # of the block as it is simulated by itself
+RECURRENT_CAPACITANCE = 5e-12  # F; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad, number of cells; ours. Raises `ParameterError` for what cannot be built."""
+
+    membrane_capacitance: float = quantity(10e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+    recurrent_capacitance: float = quantity(RECURRENT_CAPACITANCE, "F")
+    cells: int = quantity(CELLS, "")
+
+    def __post_init__(self) -> None:
+        for name in ("membrane_capacitance", "timer_capacitance", "recurrent_capacitance"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        whole_number("cells", self.cells)
+
+
+BIASES = (
+    *(
+        Bias(b.name, b.port, b.kind, b.value, None if b.device is None else f"cell0.{b.device}")
+        for b in latency_race.BIASES
+    ),
+    Bias("i_recurrent", "v_recurrent", "gate", 7.3e-9, "recurrent.mt"),  # ours: 1.4 ms
+)
+
+
+def recurrent_inhibition(capacitance: float, cells: int) -> Circuit:
+    """Latch and timer (F): ports spike[n], reset (events in), stop (event out), biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("spike", "event", "in", (cells,)),
+        Port("reset", "event"),
+        Port("stop", "event", "out"),
+        *(Port(name, "bias") for name in ("v_recurrent", "v_cmp", "v_ref")),
+    )
+    devices = (
+        *(mos(f"mo{k}", "n", "quiet", f"spike[{k}]", "0", 6, 1.5) for k in range(cells)),
+        *inverter("mu", "reset", "unset", width=3.0, length=1.5),
+        mos("ml", "p", "quiet", "unset", "vdd", 12, 1.5),
+        *inverter("mi", "quiet", "some", width=3.0, length=1.5),
+        mos("mkp", "p", "quiet", "some", "vdd", 3, 24),  # keep what was said
+        mos("mkn", "n", "quiet", "some", "0", 3, 24),
+        mos("ms", "p", "foot", "quiet", "vdd", 6, 1.5),
+        mos("mt", "p", "timer", "v_recurrent", "foot", 6, 24),
+        mos("mz", "n", "timer", "reset", "0", 6, 1.5),
+        Capacitor("cr", "timer", "0", capacitance),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "stop"}
+    return Circuit("recurrent_inhibition", ports, devices, (Instance("timer", part, connections),))
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports inhibit[n], excite[n], reset (events in), spike[n] (events out), biases and the supply."""
+    count = int(params.cells)
+    cell = latency_race.build(
+        latency_race.Params(
+            params.membrane_capacitance, params.timer_capacitance, excitations=1, inhibitions=1
+        )
+    )
+    part = recurrent_inhibition(params.recurrent_capacitance, count)
+    ports = (
+        Port("vdd", "supply"),
+        Port("excite", "event", "in", (count,)),
+        Port("inhibit", "event", "in", (count,)),
+        Port("reset", "event"),
+        Port("spike", "event", "out", (count,)),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    own = {p.name: p.name for p in cell.ports}
+    cells = [
+        Instance(
+            f"cell{k}", cell, own | {name: f"{name}[{k}]" for name in ("excite", "inhibit", "spike")}
+        )
+        for k in range(count)
+    ]  # fmt: skip
+    recurrent = Instance("recurrent", part, {p.name: p.name for p in part.ports})
+    return Circuit("race_layer", ports, (), (*cells, recurrent), biases=BIASES)
+
+
+PING = latency_race.PING
+STOP = 70e-3  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """Reset at 20 us; excitation and inhibition of the first three cells, each off or so long after it."""
+    count = circuit.port("spike").shape[0]
+    excited, inhibited = (tuple(stimuli[f"{kind}_{k}"] for k in range(3)) for kind in ("excite", "inhibit"))
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("reset", "reset", event_pulse(PING, v_dd)),
+        *event_sources("excite", excited, count, PING, v_dd),
+        *event_sources("inhibit", inhibited, count, PING, v_dd),
+    )
+    bench = Testbench("race layer", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
+    return started_at_rest(bench, AMI_1500)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`latency_s` of the first spike, `stop_s` of the recurrent inhibition after it, `winners`, power."""
+    half = half_supply(result.machine)
+    firsts = sorted(float(t[0]) for t in result.spikes.values() if t.size)
+    after = result.time > PING
+    stops = rising_crossing(result.time[after], result["stop"][after], half)
+    return {
+        "latency_s": firsts[0] - PING if firsts else None,
+        "stop_s": None if stops is None or not firsts else stops - firsts[0],
+        "winners": float(len(firsts)),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """Numbers of the cells that won, or `none`."""
+    won = [name.partition("[")[2].rstrip("]") for name, times in result.spikes.items() if times.size]
+    return " ".join(sorted(won)) if won else "none"
+
+
+BLOCK = Block(
+    name="race-layer",
+    summary="cells that race to the first spike, and the recurrent inhibition that stops them all",
+    params=Params,
+    build=build,
+    stimuli=(
+        *(Stimulus(f"excite_{k}", "s", (5e-3, 6e-3, None)[k], f"charge of cell {k}", can_be_off=True)
+          for k in range(3)),
+        *(Stimulus(f"inhibit_{k}", "s", (None, 40e-3, 20e-3)[k], f"inhibition of cell {k}", can_be_off=True)
+          for k in range(3)),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("cell0.v_mem", "cell1.v_mem", "cell2.v_mem", "recurrent.timer", "stop"),
+)  # fmt: skip

@@ -1,0 +1,204 @@
+"""Tonic inhibitory neuron and the long inhibitory synapse that keeps it silent.
+
+A current I_tonic charges the membrane, and at the reference a comparator makes a spike, which discharges it:
+
+    T_tonic = C_mem V_ref / I_tonic + C_d (V_dd - V_i) / I_cmp        for as long as nothing inhibits
+
+Two inverters make the comparator's edge a steep one, and a starved inverter lets the membrane be discharged
+some 13 us later only: by itself the comparator would follow the membrane back before it has risen.
+
+An event at the long synapse holds the membrane at ground for T_hold = C_t V_ref / I_hold, however long it
+lasts already: another event makes it last longer. An event at `end` ends it and starts the membrane from
+ground. The synapse's switch sinks far more than I_tonic, so that inhibition is complete.
+
+At rest a simulator finds the membrane balanced at the reference, where noise would not leave it: the
+testbench begins while `end` is high, as a chip begins with a reset.
+
+Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory": INH fires tonically, an excitation of the
+coincidence detector silences it for around 300 ms (150 ms in Figure 12), and a reset makes it fire again;
+circuit and all numbers are ours: 10 ms and 177 ms, as in the network.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.latency.synapse import EDGE, WIDTH, comparator, event_sources, timer
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import AMI_1500
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+REFERENCE = 2.0  # V
+PULSE_CAPACITANCE = 0.2e-12  # F; ours: spikes of some 13 us
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
+
+    membrane_capacitance: float = quantity(5e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+
+    def __post_init__(self) -> None:
+        for name in ("membrane_capacitance", "timer_capacitance"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+
+
+BIASES = (
+    Bias("i_tonic", "v_tonic", "gate", 1e-9, "cell.mp"),  # ours: 10 ms
+    Bias("i_hold", "v_hold", "gate", 57e-12, "hold.mt"),  # ours: 177 ms
+    Bias("i_cmp", "v_cmp", "gate", 50e-9, "cell.threshold.mc0"),
+    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+)
+
+
+def long_synapse(timer_capacitance: float) -> Circuit:
+    """Timer (F) that an event starts anew and `end` ends; ports event, end (in), on (event out), biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("event", "event"),
+        Port("end", "event"),
+        Port("on", "event", "out"),
+        *(Port(name, "bias") for name in ("v_hold", "v_cmp", "v_ref")),
+    )
+    devices = (
+        *timer("event", "v_hold", timer_capacitance),
+        *inverter("mi", "end", "going", width=3.0, length=1.5),
+        mos("me", "p", "timer", "going", "vdd", 6, 1.5),
+        *inverter("mo", "off", "on", width=3.0, length=1.5),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "off"}
+    return Circuit("long_synapse", ports, devices, (Instance("timer", part, connections),))
+
+
+def spike_and_reset() -> tuple[Device, ...]:
+    """Two inverters from node `above` to `spike`, and the starved one that then empties `v_mem`."""
+    return (
+        *inverter("ma", "above", "below", width=3.0, length=1.5),
+        *inverter("mb", "below", "spike", width=3.0, length=1.5),
+        mos("mdp", "p", "late", "spike", "vdd", 3, 6),
+        mos("mdn", "n", "late", "spike", "starved", 3, 1.5),
+        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
+        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
+        *inverter("mo", "late", "drain", width=3.0, length=1.5),
+        mos("mz", "n", "v_mem", "drain", "0", 6, 1.5),
+    )
+
+
+def tonic_cell(membrane_capacitance: float) -> Circuit:
+    """Oscillator (F): ports stop, restart (events in), spike (event out), biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("stop", "event"),
+        Port("restart", "event"),
+        Port("spike", "event", "out"),
+        *(Port(name, "bias") for name in ("v_tonic", "v_cmp", "v_ref")),
+    )
+    devices = (
+        mos("mp", "p", "v_mem", "v_tonic", "vdd", 6, 24),
+        Capacitor("cm", "v_mem", "0", membrane_capacitance),
+        *spike_and_reset(),
+        mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
+        mos("mq", "n", "v_mem", "restart", "0", 6, 1.5),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "v_mem"}
+    return Circuit("tonic_cell", ports, devices, (Instance("threshold", part, connections),))
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports event, end (in), spike (event out), biases and the supply."""
+    hold, cell = long_synapse(params.timer_capacitance), tonic_cell(params.membrane_capacitance)
+    ports = (
+        Port("vdd", "supply"),
+        Port("event", "event"),
+        Port("end", "event"),
+        Port("spike", "event", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    instances = (
+        Instance("hold", hold, {p.name: p.name for p in hold.ports}),
+        Instance("cell", cell, {p.name: p.name for p in cell.ports} | {"stop": "on", "restart": "end"}),
+    )
+    return Circuit("tonic_neuron", ports, (), instances, biases=BIASES)
+
+
+START = 20e-6  # s, ours: from which the testbench counts
+STOP = 0.25  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """`end` until 30 us and again, or not, so long after 20 us; `event` likewise, or off."""
+    inhibit, end = stimuli["inhibit"], stimuli["end"]
+    if end is not None and end <= 2.0 * WIDTH:
+        raise ParameterError(f"end: {end:g} s, must be after the start's event of {WIDTH:g} s, or off")
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("event", "event", event_sources("event", (inhibit,), 1, START, v_dd)[0].waveform),
+        Source("end", "end", reset_wave(None if end is None else START + end, v_dd)),
+    )
+    bench = Testbench("tonic neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
+    return started_at_rest(bench, AMI_1500)
+
+
+def reset_wave(again: float | None, v_dd: float) -> PiecewiseLinear:
+    """High from the beginning to `START` + `WIDTH`, and for an event at `again` (s), or not."""
+    last = START + WIDTH
+    time, volts = [0.0, last, last + EDGE], [v_dd, v_dd, 0.0]
+    if again is not None:
+        time += [again, again + EDGE, again + EDGE + WIDTH, again + 2.0 * EDGE + WIDTH]
+        volts += [0.0, v_dd, v_dd, 0.0]
+    return PiecewiseLinear(tuple(time), tuple(volts))
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`period_s` of the last two spikes, `hold_s` of the synapse, `silence_s`, `supply_power_W`.
+
+    silence: the longest time between two spikes; None where what is asked for is not in the run.
+    """
+    half = half_supply(result.machine)
+    on, spikes = result["on"], result.spikes["spike"]
+    opens, closes = rising_crossing(result.time, on, half), falling_crossing(result.time, on, half)
+    apart = spikes[1:] - spikes[:-1]
+    return {
+        "period_s": float(apart[-1]) if apart.size else None,
+        "hold_s": None if opens is None or closes is None or closes <= opens else closes - opens,
+        "silence_s": float(apart.max()) if apart.size else None,
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`tonic`, or `silent` with no more than one spike."""
+    return "tonic" if result.spikes["spike"].size > 1 else "silent"
+
+
+BLOCK = Block(
+    name="tonic-neuron",
+    summary="tonic inhibitory neuron with a long inhibitory synapse that silences it for 177 ms",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("inhibit", "s", 15e-3, "event of the long synapse", can_be_off=True),
+        Stimulus("end", "s", None, "event that ends it", can_be_off=True),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event", "hold.timer", "on", "cell.v_mem", "spike"),
+)

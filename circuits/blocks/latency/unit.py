@@ -1,0 +1,195 @@
+"""Latency memory unit: remembers that a spike came when a tap of the delay line did, and repeats it.
+
+The tap's event is A; it is also B, unless the tonic neuron INH has spiked within the last 20 ms, for which a
+timer and a gate stand (`gate`). The coincidence detector CD takes A, B and the integrating neuron's spike:
+
+    the integrating neuron's within 3 ms of A:  CD spikes, and silences INH for 177 ms
+    INH silent:                                 A and B make CD spike at the tap, which silences INH anew
+    a reset:                                    INH spikes again after its period, and B is blocked
+
+so that what was stored comes again at every ping, until a reset or a ping that comes too late. CD's spike
+lasts as long as its currents overlap, and INH's silence counts from its end.
+
+Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory", Figure 7A; circuit and all numbers are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.latency import coincidence as latency_coincidence
+from circuits.blocks.latency import tonic as latency_tonic
+from circuits.blocks.latency.synapse import EDGE, WIDTH, comparator, timer
+from circuits.blocks.mos import inverter, nand
+from circuits.blocks.rest import started_at_rest
+from circuits.circuit import Bias, Circuit, Instance, Node, Port
+from circuits.devices import Source
+from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+REFERENCE = 2.0  # V
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
+
+    membrane_capacitance: float = quantity(5e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+
+    def __post_init__(self) -> None:
+        for name in ("membrane_capacitance", "timer_capacitance"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+
+
+BIASES = (
+    Bias("i_exc", "v_exc", "gate", 25e-9, "cd.input0.me"),
+    Bias("i_window", "v_window", "gate", 3.37e-9, "cd.input0.mt"),
+    Bias("i_tonic", "v_tonic", "gate", 1e-9, "inh.cell.mp"),
+    Bias("i_hold", "v_hold", "gate", 57e-12, "inh.hold.mt"),
+    Bias("i_block", "v_block", "gate", 0.5e-9, "gate.mt"),  # ours: 20 ms, two periods of INH
+    Bias("i_cmp", "v_cmp", "gate", 50e-9, "gate.timer.mc0"),
+    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+)
+
+
+def inhibited_gate(timer_capacitance: float) -> Circuit:
+    """Timer (F) that blocks a gate: ports block, event (in), out (event out), biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("block", "event"),
+        Port("event", "event"),
+        Port("out", "event", "out"),
+        *(Port(name, "bias") for name in ("v_block", "v_cmp", "v_ref")),
+    )
+    devices = (
+        *timer("block", "v_block", timer_capacitance),
+        *nand("ma", ("free", "event"), "none", width=3.0, length=1.5),
+        *inverter("mo", "none", "out", width=3.0, length=1.5),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "free"}
+    return Circuit("inhibited_gate", ports, devices, (Instance("timer", part, connections),))
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports tap, integrating, reset (events in), spike (event out), biases and the supply."""
+    cd = latency_coincidence.build(latency_coincidence.Params(timer_capacitance=params.timer_capacitance))
+    inh = latency_tonic.build(latency_tonic.Params(params.membrane_capacitance, params.timer_capacitance))
+    gate = inhibited_gate(params.timer_capacitance)
+    ports = (
+        Port("vdd", "supply"),
+        Port("tap", "event"),
+        Port("integrating", "event"),
+        Port("reset", "event"),
+        Port("spike", "event", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    relays = [
+        part
+        for k, name in ((0, "tap"), (2, "integrating"))
+        for part in (
+            *inverter(f"mr{k}", name, f"not_{name}", width=3.0, length=1.5),
+            *inverter(f"ms{k}", f"not_{name}", f"seen[{k}]", width=3.0, length=1.5),
+        )
+    ]
+    instances = (
+        Instance("gate", gate, _own(gate) | {"block": "inh_spike", "event": "tap", "out": "seen[1]"}),
+        Instance("cd", cd, _own(cd) | {"event": "seen"}),
+        Instance("inh", inh, _own(inh) | {"event": "spike", "end": "reset", "spike": "inh_spike"}),
+    )
+    seen = Node("seen", (len(latency_coincidence.INPUTS),))
+    return Circuit("latency_unit", ports, tuple(relays), instances, (seen,), BIASES)
+
+
+def _own(part: Circuit) -> dict[str, str]:
+    """Ports of a part at nodes of the same names."""
+    return {p.name: p.name for p in part.ports}
+
+
+START = latency_tonic.START
+FIRST, PERIOD, PINGS = 25e-3, 100e-3, 3  # s, ours: the first tap's event, INH having settled
+STOP = 0.36  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A reset until 30 us, three events of the tap, the integrating neuron's about the first, another reset.
+
+    `integrating` may be before the tap's event, below 0; it and `reset` count from the first tap's.
+    """
+    first = stimuli["first"] or 0.0
+    if first <= START + WIDTH:
+        raise ParameterError(f"first: {first:g} s, must be after the start's reset, {START + WIDTH:g} s")
+    taps = [first + k * PERIOD for k in range(PINGS)]
+    given, again = stimuli["integrating"], stimuli["reset"]
+    if given is not None and first + given <= START + WIDTH:
+        raise ParameterError(f"integrating: {given:g} s, must be above {START + WIDTH - first:g} s, or off")
+    if again is not None and again <= 0.0:
+        raise ParameterError(f"reset: {again:g} s, must be > 0 s after the first tap's event, or off")
+    spoken: Waveform = Constant(0.0) if given is None else _events([first + given], v_dd)
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("tap", "tap", _events(taps, v_dd)),
+        Source("integrating", "integrating", spoken),
+        Source("reset", "reset", latency_tonic.reset_wave(None if again is None else first + again, v_dd)),
+    )
+    bench = Testbench("latency unit", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
+    return started_at_rest(bench, AMI_1500)
+
+
+def _events(times: list[float], v_dd: float) -> Waveform:
+    return Pulse(0.0, v_dd, tuple(times), WIDTH, EDGE, EDGE)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`latency_s` of the first spike after the first tap's event, `recalls`, `supply_power_W`.
+
+    recalls: spikes within the window of a later tap's event.
+    """
+    spikes = result.spikes["spike"]
+    first, *later = _taps(result)
+    near = [t for t in later if ((spikes >= t) & (spikes < t + 1e-3)).any()]
+    return {
+        "latency_s": float(spikes[0]) - first if spikes.size else None,
+        "recalls": float(len(near)),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def _taps(result: Result) -> tuple[float, ...]:
+    """Times of the tap's events in a run of the testbench, s."""
+    (wave,) = (s.waveform for s in result.machine.testbench.sources if s.name == "tap")
+    return wave.starts if isinstance(wave, Pulse) else (FIRST,)
+
+
+def outcome(result: Result) -> str:
+    """`remembered` where later pings recall, `seen` where only the first spiked, or `none`."""
+    if not result.spikes["spike"].size:
+        return "none"
+    return "remembered" if measures(result)["recalls"] else "seen"
+
+
+BLOCK = Block(
+    name="latency-unit",
+    summary="latency memory unit: stores the coincidence of a spike with a tap, repeats it, forgets it",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("first", "s", FIRST, "the first tap's event"),
+        Stimulus("integrating", "s", 1e-3, "integrating neuron's spike, after the tap's event",
+                 can_be_off=True),
+        Stimulus("reset", "s", 160e-3, "reset, after the first tap's event", can_be_off=True),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("tap", "inh_spike", "gate.timer", "seen[1]", "cd.sum", "spike"),
+)  # fmt: skip

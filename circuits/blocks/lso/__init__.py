@@ -1,0 +1,1 @@
+"""Circuits of two ears that tell a direction."""

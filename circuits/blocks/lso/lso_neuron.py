@@ -1,0 +1,168 @@
+"""Neuron of the lateral superior olive: spikes for what one ear hears more than the other.
+
+Every event of the near ear switches a current I on for T, and every event of the far ear one that is taken
+away: the synapses of both are those of `circuits.blocks.latency.synapse`, and a mirror turns the sum of the
+inhibitory ones around, so that both sides come from pFETs of the same lines and nothing but local mismatch
+tells them apart. The membrane integrates what is left and is emptied at the reference:
+
+    C dV/dt = I (n_exc - n_inh),  V >= 0;    spike and V = 0 at V_ref
+    spikes of simultaneous inputs = (n_exc - n_inh) I T / (C V_ref),    T = C_t V_ref / I_step
+
+a ratio of two currents, which neither temperature nor the process moves. Each spike costs a dead time: two
+inverters make the comparator's edge a steep one, and a starved inverter empties the membrane some 13 us
+later, as in `circuits.blocks.latency.tonic`. `reset`, the call, empties the membrane too.
+
+Source: Cheely & Horiuchi 2003, section 4, names the circuit (their reference 23, Horiuchi & Hynna 2001):
+excitation from one side and inhibition from the other; circuit and all numbers are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.latency.synapse import comparator, event_sources, step_synapse
+from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
+from circuits.blocks.mos import mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import whole_number
+from circuits.devices import Capacitor, Source
+from circuits.devices.source import Constant
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import AMI_1500
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+REFERENCE = 2.0  # V
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad, numbers of synapses; ours. Raises `ParameterError` for what cannot be built."""
+
+    membrane_capacitance: float = quantity(5e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
+    excitations: int = quantity(2, "")
+    inhibitions: int = quantity(2, "")
+
+    def __post_init__(self) -> None:
+        for name in ("membrane_capacitance", "timer_capacitance"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        for name in ("excitations", "inhibitions"):
+            whole_number(name, getattr(self, name))
+
+
+BIASES = (
+    Bias("i_exc", "v_exc", "gate", 6e-9, "excite0.me"),  # I; ours: 2.4 spikes an input
+    Bias("i_step", "v_step", "gate", 2.5e-9, "excite0.mt"),  # ours: T is 4 ms
+    Bias("i_cmp", "v_cmp", "gate", 50e-9, "cell.threshold.mc0"),
+    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+)
+
+
+def spiking_cell(membrane_capacitance: float) -> Circuit:
+    """Membrane (F) that spikes and is emptied: ports v_mem (currents in), reset (event in), spike, biases."""
+    part = comparator()
+    ports = (
+        Port("vdd", "supply"),
+        Port("v_mem", "analog"),
+        Port("reset", "event"),
+        Port("spike", "event", "out"),
+        *(Port(name, "bias") for name in ("v_cmp", "v_ref")),
+    )
+    devices = (
+        Capacitor("cm", "v_mem", "0", membrane_capacitance),
+        *spike_and_reset(),
+        mos("mq", "n", "v_mem", "reset", "0", 6, 1.5),
+    )
+    connections = {p.name: p.name for p in part.ports} | {"plus": "v_mem"}
+    return Circuit("spiking_cell", ports, devices, (Instance("threshold", part, connections),))
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports excite[n], inhibit[m], reset (events in), spike (event out), biases and the supply."""
+    synapse, cell = step_synapse(params.timer_capacitance), spiking_cell(params.membrane_capacitance)
+    counts = {"excite": int(params.excitations), "inhibit": int(params.inhibitions)}
+    ports = (
+        Port("vdd", "supply"),
+        *(Port(name, "event", "in", (count,)) for name, count in counts.items()),
+        Port("reset", "event"),
+        Port("spike", "event", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    devices = (
+        mos("md", "n", "turned", "turned", "0", 12, 12),
+        mos("mk", "n", "v_mem", "turned", "0", 12, 12),
+    )
+    own = {p.name: p.name for p in synapse.ports}
+    into = {"excite": "v_mem", "inhibit": "turned"}
+    synapses = [
+        Instance(f"{name}{k}", synapse, own | {"event": f"{name}[{k}]", "v_mem": into[name]})
+        for name, count in counts.items()
+        for k in range(count)
+    ]
+    whole = Instance("cell", cell, {p.name: p.name for p in cell.ports})
+    return Circuit("lso_neuron", ports, devices, (*synapses, whole), biases=BIASES)
+
+
+STOP = 10e-3  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A reset until 30 us, and an event at each of the first two synapses of either side, or none."""
+    counts = {name: circuit.port(name).shape[0] for name in ("excite", "inhibit")}
+    sources = [Source("vdd", "vdd", Constant(v_dd)), Source("reset", "reset", reset_wave(None, v_dd))]
+    for name, count in counts.items():
+        times = (stimuli[f"{name}_1"], stimuli[f"{name}_2"])
+        if count < 2 and times[1] is not None:
+            raise ParameterError(f"{name}_2: {times[1]:g} s, there is one synapse; give off, or two synapses")
+        sources += event_sources(name, times, count, START, v_dd)
+    stop = stimuli["duration"] or STOP
+    bench = Testbench("lso neuron", circuit, tuple(sources), stop, watch=("spike",))
+    return started_at_rest(bench, AMI_1500)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`spikes`, `latency_s` of the first after the reset, `step_s` of the first synapse, `supply_power_W`.
+
+    step: from the first excitatory synapse's switch closing to its opening; None where it is not in the run.
+    """
+    half = half_supply(result.machine)
+    off, spikes = result["excite0.off"], result.spikes["spike"]
+    closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
+    return {
+        "spikes": float(spikes.size),
+        "latency_s": float(spikes[0]) - START if spikes.size else None,
+        "step_s": None if closes is None or opens is None or opens <= closes else opens - closes,
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`spikes`, or `silent`."""
+    return "spikes" if result.spikes["spike"].size else "silent"
+
+
+BLOCK = Block(
+    name="lso-neuron",
+    summary="neuron of the lateral superior olive: excited by one ear and inhibited by the other",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("excite_1", "s", 0.5e-3, "first event of the near ear, after the reset", can_be_off=True),
+        Stimulus("excite_2", "s", 0.54e-3, "second event of the near ear", can_be_off=True),
+        Stimulus("inhibit_1", "s", 0.6e-3, "first event of the far ear", can_be_off=True),
+        Stimulus("inhibit_2", "s", None, "second event of the far ear", can_be_off=True),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("excite[0]", "inhibit[0]", "turned", "v_mem", "spike"),
+)

@@ -1,0 +1,160 @@
+"""Encoder input stage of the NEF chip: a signed, weighted copy of a signal's current into a membrane.
+
+A signal comes as the gate voltages of two pFETs: `v_pos` for what it is above its middle, `v_neg` for what it
+is below; one of the two is off. A bank of binary-weighted pFETs copies each, the bits let the banks' currents
+through, and the sign says which goes to the output directly and which through a mirror that draws:
+
+    I_out = +-(code / unit) (I_pos - I_neg),    code = sum of 2^k over the bits that are on
+
+Bits are on at 0 V. A column of such stages has one signal and a stage a neuron; what a neuron gets is the sum
+of its stages. With a fixed current in the place of the signal a stage is the neuron's bias. Topology, sizes
+and numbers are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.bias import bias_voltages
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from circuits.solver.power import drain_current, supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+BITS = 8
+UNIT = 20e-12  # A, what a code of 1 gives at full scale
+MEMBRANE = 0.3  # V, ours: ideal voltage at which the testbench measures the output's current
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Sizes in um; ours. Raises `ParameterError` for a size that cannot be built."""
+
+    unit_width: float = quantity(0.5, "um")
+    unit_length: float = quantity(2.0, "um")
+    mirror_width: float = quantity(4.0, "um")
+    mirror_length: float = quantity(8.0, "um")
+    switch_width: float = quantity(0.5, "um")
+    switch_length: float = quantity(1.0, "um")
+
+    def __post_init__(self) -> None:
+        for name in ("unit_width", "unit_length", "mirror_width", "mirror_length"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} um, must be > 0")
+
+
+BIASES = (
+    Bias("i_pos", "v_pos", "gate", UNIT, "md0"),
+    Bias("i_neg", "v_neg", "gate", 0.05 * UNIT, "mr0"),
+    *(Bias(f"v_b{k}", f"b{k}", "voltage", 0.0) for k in range(BITS)),
+    Bias("v_posn", "sign", "voltage", 1.8),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports v_pos, v_neg, b0 to b7 (low: on), sign (high: positive), i_out, and the supply."""
+    unit, switch = (params.unit_width, params.unit_length), (params.switch_width, params.switch_length)
+    banks = []
+    for letter, gate, out in (("d", "v_pos", "pos"), ("r", "v_neg", "neg")):
+        for k in range(BITS):
+            source = mos(f"m{letter}{k}", "p", f"{letter}{k}", gate, "vdd", *unit)
+            banks.append(replace(source, multiplicity=2.0**k))
+            banks.append(mos(f"ms{letter}{k}", "p", out, f"b{k}", f"{letter}{k}", *switch))
+    steering = (
+        *inverter("mi", "sign", "unsigned", width=0.5, length=0.18),
+        mos("mx1", "p", "i_out", "unsigned", "pos", *switch),
+        mos("mx2", "p", "low", "sign", "pos", *switch),
+        mos("mx3", "p", "i_out", "sign", "neg", *switch),
+        mos("mx4", "p", "low", "unsigned", "neg", *switch),
+        mos("mm1", "n", "low", "low", "0", params.mirror_width, params.mirror_length),
+        mos("mm2", "n", "i_out", "low", "0", params.mirror_width, params.mirror_length),
+    )
+    ports = (Port("vdd", "supply"), Port("i_out", "analog", "out"), *(Port(b.port, "bias") for b in BIASES))
+    return Circuit("nef_encoder", ports, (*banks, *steering), biases=BIASES)
+
+
+def bits_of(code: float, v_dd: float) -> dict[str, float]:
+    """Voltages of the latches that a code from -255 to 255 stands for, V, by port.
+
+    Raises `ParameterError` for another code.
+    """
+    most = 2**BITS - 1
+    if code != int(code) or abs(code) > most:
+        raise ParameterError(f"code: {code:g}, must be a whole number from {-most} to {most}")
+    on = {f"b{k}": 0.0 if abs(int(code)) >> k & 1 else v_dd for k in range(BITS)}
+    return on | {"sign": v_dd if code >= 0 else 0.0}
+
+
+STEP_TIME, STOP = 1e-3, 5e-3  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A code, and a signal above its middle whose gate goes `step` volts down from its bias at 1 ms."""
+    code, step = stimuli["code"] or 0.0, stimuli["step"] or 0.0
+    sources = [
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("i_out", "i_out", Constant(MEMBRANE)),
+        *(Source(name, name, Constant(v)) for name, v in bits_of(code, v_dd).items()),
+    ]
+    if step:
+        begin = float(bias_voltages(circuit, circuit.bias("i_pos"), Silicon(ROLLS_180)))
+        line = PiecewiseLinear((0.0, STEP_TIME, 1.1 * STEP_TIME), (begin, begin, begin - step))
+        sources.append(Source("v_pos", "v_pos", line))
+    return started_at_rest(Testbench("NEF encoder", circuit, tuple(sources), STOP), ROLLS_180)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`current_A` into the membrane at the end, `before_A` before the step, `supply_power_W`."""
+    current = output_current(result)
+    before = int((result.time < STEP_TIME).sum()) - 1
+    return {
+        "current_A": float(current[-1]),
+        "before_A": float(current[before]),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def output_current(result: Result) -> NDArray[np.float64]:
+    """Current out of `i_out`, A, float64[T]: pFETs' less the mirror's."""
+    return np.asarray(
+        np.abs(drain_current(result, "mx1"))
+        + np.abs(drain_current(result, "mx3"))
+        - np.abs(drain_current(result, "mm2"))
+    )
+
+
+def outcome(result: Result) -> str:
+    """`source`, `sink`, or `none` below a hundredth of a unit."""
+    current = float(output_current(result)[-1])
+    if abs(current) < 0.01 * UNIT:
+        return "none"
+    return "source" if current > 0.0 else "sink"
+
+
+BLOCK = Block(
+    name="nef-encoder",
+    summary="encoder stage of the NEF chip: a signed copy of 8 bits of a signal's current",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("code", "", 50.0, "weight, -255 to 255"),
+        Stimulus("step", "V", 20e-3, "of the signal's gate down from its bias at 1 ms", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("v_pos", "pos", "neg", "low"),
+    process=ROLLS_180,
+)

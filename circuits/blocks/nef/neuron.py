@@ -1,0 +1,144 @@
+"""Integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset.
+
+Parts:
+
+* membrane: C_mem takes the input current; an nFET with its gate at `v_leak` draws I_leak from it, and, its
+  drain above 4 U_T, always the same. So `C dv_mem/dt = I - I_leak` between reset and threshold;
+* threshold: an nFET at v_mem against the pFET's I_buf: `v_o1` falls where `I_n(v_mem) = I_buf`, and by a pFET
+  pulls the membrane up, so that the spike is whole; an inverter makes `spike`;
+* reset: `spike` fills C_ref to the supply; while `v_ref` is above an inverter's threshold V_inv the membrane
+  is held at `v_reset`, above 4 U_T; I_rfr empties C_ref: `t_ref = C_ref (V_dd - V_inv) / I_rfr`.
+
+So a steady current fires it at the rate
+
+    r = 1 / (t_ref + Q / (I - I_leak)),    Q = C (V_th - v_reset),    I > I_leak
+
+whose three numbers are its own on every die. The leak is of the constant kind (linear integrate-and-fire:
+Fusi and Mattia 1999; Indiveri et al. 2011, "Neuromorphic silicon neuron circuits"). Topology, sizes and
+numbers are ours; nominal at 27 degC: threshold 40 pA, Q / I_leak 19 ms, refractory period 1.0 ms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import outcome
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Capacitor, Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+LEAK = 40e-12  # A
+RESET = 0.15  # V
+REFRACTORY_CURRENT = 0.54e-9  # A: a refractory period of 1.0 ms
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad, sizes in um; all ours. Raises `ParameterError` for what cannot be built."""
+
+    membrane_capacitance: float = quantity(2e-12, "F")
+    refractory_capacitance: float = quantity(0.5e-12, "F")
+    hold_capacitance: float = quantity(20e-15, "F")  # holds the reset back until C_ref is full
+    leak_width: float = quantity(0.5, "um")
+    leak_length: float = quantity(4.0, "um")
+    # of the transistor that senses the membrane: long, so that V_th is high
+    sense_width: float = quantity(1.0, "um")
+    sense_length: float = quantity(8.0, "um")
+    # of what is shut while the membrane charges; off current I_0 / 32
+    switch_width: float = quantity(0.5, "um")
+    switch_length: float = quantity(16.0, "um")
+    logic_length: float = quantity(0.18, "um")
+
+    def __post_init__(self) -> None:
+        for name in ("membrane_capacitance", "refractory_capacitance", "hold_capacitance"):
+            if not getattr(self, name) > 0.0:
+                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+
+
+BIASES = (
+    Bias("i_leak", "v_leak", "gate", LEAK, "mf1"),
+    Bias("i_buf", "v_buf", "gate", 50e-9, "mc2"),
+    Bias("i_rfr", "v_rfr", "gate", REFRACTORY_CURRENT, "mk5"),
+    Bias("v_reset", "v_reset", "voltage", RESET),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports v_mem (current in), spike (event out), biases and the supply."""
+    ports = (
+        Port("vdd", "supply"),
+        Port("v_mem", "analog"),
+        Port("spike", "event", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    length, switch = params.logic_length, (params.switch_width, params.switch_length)
+    devices = (
+        Capacitor("c_mem", "v_mem", "0", params.membrane_capacitance),
+        mos("mf1", "n", "v_mem", "v_leak", "0", params.leak_width, params.leak_length),
+        mos("mc1", "n", "v_o1", "v_mem", "0", params.sense_width, params.sense_length),
+        mos("mc2", "p", "v_o1", "v_buf", "vdd", 1.0, 1.0),
+        *inverter("mc3", "v_o1", "spike", width=0.5, length=length),
+        mos("mc4", "p", "v_mem", "v_o1", "vdd", *switch),
+        Capacitor("c_ref", "v_ref", "0", params.refractory_capacitance),
+        *inverter("mk1", "spike", "quiet", width=0.5, length=length),
+        mos("mk4", "p", "v_ref", "quiet", "vdd", 0.5, 2.0),
+        mos("mk5", "n", "v_ref", "v_rfr", "0", 1.0, 2.0),
+        *inverter("mk6", "v_ref", "k1", width=0.5, length=6.0),
+        Capacitor("c_k", "k1", "0", params.hold_capacitance),
+        *inverter("mk7", "k1", "k2", width=0.5, length=length),
+        mos("mk8", "n", "v_mem", "k2", "v_reset", *switch),
+    )
+    return Circuit("nef_neuron", ports, devices, biases=BIASES)
+
+
+STEP_TIME = 1e-3  # s, when the testbench's current begins; ours
+STEP_RISE = 1e-6  # s
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A step of current into the membrane at 1 ms."""
+    values = {name: value or 0.0 for name, value in stimuli.items()}
+    step = PiecewiseLinear((0.0, STEP_TIME, STEP_TIME + STEP_RISE), (0.0, 0.0, values["current"]))
+    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("i_in", "v_mem", step, "current"))
+    bench = Testbench("NEF neuron", circuit, sources, values["duration"], watch=("spike",))
+    return started_at_rest(bench, ROLLS_180)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`latency_s`, `rate_Hz`, `supply_power_W`.
+
+    latency: from the step to the first spike; rate: of the last interval, None below two spikes.
+    """
+    spikes = result.spikes["spike"]
+    gaps = spikes[1:] - spikes[:-1]
+    return {
+        "latency_s": float(spikes[0]) - STEP_TIME if spikes.size else None,
+        "rate_Hz": 1.0 / float(gaps[-1]) if gaps.size else None,
+        "supply_power_W": supply_power(result),
+    }
+
+
+BLOCK = Block(
+    name="nef-neuron",
+    summary="integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("current", "A", 0.4e-9, "step into the membrane"),
+        Stimulus("duration", "s", 12e-3, "length of the run"),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("v_mem", "v_o1", "v_ref", "spike"),
+    process=ROLLS_180,
+)

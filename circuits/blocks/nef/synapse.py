@@ -1,0 +1,215 @@
+"""Synapse of the NEF chip: a current-mode low-pass of first order, and the line that carries its signal.
+
+A converter, of whose nFETs the block has that of the middle, draws the current `I_in = I_mid (1 + x)` from
+the DPI filter of `circuits.blocks.rolls.dpi_synapse`. With its pair in weak inversion, S being what flows to
+the supply over what reaches the capacitor,
+
+    (1 + 1 / S) tau dS/dt = I_in / I_tau - 1 - S,    tau = C_syn U_T / (kappa_n I_tau)
+    I_syn = g S^(kappa_p / kappa_n)
+
+S is far above 1, so that it is a linear low-pass of first order, and its output bends: a fixed curve, which
+neurons' tuning curves take in. The line adds up the outputs of the filters of one signal, with a time
+constant each, in an nFET, and takes the reference I_ref away: what is above it comes through an nFET whose
+drain makes `v_pos`, what is below it leaves through a pFET and a mirror that make `v_neg`, so that both begin
+at the same current. Unity-gain drivers pass both on to the
+gates of up to thousands of encoder stages, of which a unit copies a sixty-fourth.
+
+Topology, sizes and numbers are ours: I_mid 10 nA, C_syn 6 pF, 41 pA for 5 ms, I_ref 1.28 nA.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import mos
+from circuits.blocks.nef.encoder import UNIT
+from circuits.blocks.nef.encoder import Params as EncoderParams
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rolls import dpi_synapse
+from circuits.blocks.sonar.rebound_neuron import rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, OperationalAmplifier, Source, Transistor
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.power import drain_current, supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+MIDDLE = 10e-9  # A
+LINE_UNITS = 64.0  # of an encoder stage that the line's own transistor is worth
+TAU_CURRENT = 41e-12  # A: 5 ms
+REFERENCE = LINE_UNITS * UNIT  # A
+GAIN_CURRENT = 10.24e-12  # A, of I_th: at it the output's middle is the reference
+DRIVER_GAIN, DRIVER_RESISTANCE = 1e3, 1e4  # of a line's driver, in Ohm
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitor in farad, sizes in um; ours. Raises `ParameterError` for what cannot be built."""
+
+    synapse_capacitance: float = quantity(6e-12, "F")
+    tau_width: float = quantity(0.5, "um")
+    tau_length: float = quantity(16.0, "um")  # so that the slowest filter's current is above the off current
+    output_width: float = quantity(8.0, "um")  # wide, so that the output's middle is in weak inversion
+    output_length: float = quantity(1.0, "um")
+    converter_width: float = quantity(4.0, "um")
+    converter_length: float = quantity(4.0, "um")
+    mirror_width: float = quantity(8.0, "um")
+    mirror_length: float = quantity(4.0, "um")
+    split_width: float = quantity(0.5, "um")
+    split_length: float = quantity(0.5, "um")
+    load_capacitance: float = quantity(100e-12, "F")  # F, of the stages' gates on a line; ours
+
+    def __post_init__(self) -> None:
+        if not self.synapse_capacitance > 0.0:
+            raise ParameterError(f"synapse_capacitance: {self.synapse_capacitance:g} F, must be > 0")
+
+
+def low_pass(params: Params = Params()) -> Circuit:
+    """The filter: ports line (from which I_in is drawn), v_syn, i_out, v_thr, v_tau."""
+    return dpi_synapse.excitatory_filter(
+        replace(
+            dpi_synapse.Params(),
+            synapse_capacitance=params.synapse_capacitance,
+            tau_width=params.tau_width,
+            tau_length=params.tau_length,
+            output_width=params.output_width,
+            output_length=params.output_length,
+        )
+    )
+
+
+def line(params: Params = Params()) -> Circuit:
+    """What adds up filters and splits the sum: ports i_sum (current in), v_pos, v_neg, v_ref, v_split."""
+    mirror, split = (params.mirror_width, params.mirror_length), (params.split_width, params.split_length)
+    unit = EncoderParams()
+
+    def diode(name: str, node: str) -> Transistor:
+        one = mos(name, "p", node, node, "vdd", unit.unit_width, unit.unit_length)
+        return replace(one, multiplicity=LINE_UNITS)
+
+    def driver(name: str, node: str, out: str) -> OperationalAmplifier:
+        return OperationalAmplifier(name, node, out, out, "vdd", "0", DRIVER_GAIN, DRIVER_RESISTANCE, 0.0)
+
+    return Circuit(
+        "nef_line",
+        (
+            Port("vdd", "supply"),
+            Port("i_sum", "analog"),
+            *(Port(name, "analog", "out") for name in ("v_pos", "v_neg")),
+            *(Port(name, "bias") for name in ("v_ref", "v_split")),
+        ),
+        (
+            mos("ml1", "n", "i_sum", "i_sum", "0", *mirror),
+            mos("ml2", "n", "difference", "i_sum", "0", *mirror),
+            mos("mr1", "p", "difference", "v_ref", "vdd", *mirror),
+            mos("mw1", "n", "above", "v_split", "difference", *split),
+            mos("mw2", "p", "under", "v_split", "difference", *split),
+            mos("mr2", "n", "under", "under", "0", *mirror),
+            mos("mr3", "n", "below", "under", "0", *mirror),
+            diode("mu1", "above"),
+            diode("mu2", "below"),
+            driver("u1", "above", "v_pos"),
+            driver("u2", "below", "v_neg"),
+            Capacitor("c_pos", "v_pos", "0", params.load_capacitance),
+            Capacitor("c_neg", "v_neg", "0", params.load_capacitance),
+        ),
+    )
+
+
+BIASES = (
+    Bias("i_mid", "v_mid", "gate", MIDDLE, "mv1"),
+    Bias("i_tau", "v_tau", "gate", TAU_CURRENT, "filter.md3"),
+    Bias("i_thr", "v_thr", "gate", GAIN_CURRENT, "filter.md4"),
+    Bias("i_ref", "v_ref", "gate", REFERENCE, "line.mr1"),
+    Bias("v_split", "v_split", "voltage", 0.9),  # V, half the supply
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Filter, converter, line: ports i_in (drawn beside the middle), v_pos, v_neg, biases, the supply."""
+    ports = (
+        Port("vdd", "supply"),
+        Port("i_in", "analog"),
+        *(Port(name, "analog", "out") for name in ("v_pos", "v_neg")),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    inside = {"vdd": "vdd", "line": "i_in", "v_syn": "v_syn", "i_out": "i_sum"}
+    added = line(params)
+    parts = (
+        Instance("filter", low_pass(params), inside | {"v_thr": "v_thr", "v_tau": "v_tau"}),
+        Instance("line", added, {p.name: p.name for p in added.ports}),
+    )
+    middle = mos("mv1", "n", "i_in", "v_mid", "0", params.converter_width, params.converter_length)
+    return Circuit("nef_synapse", ports, (middle,), parts, biases=BIASES)
+
+
+STEP_TIME = 1e-3  # s
+_SETTLED = 12.0  # time constants of the longest step response that is awaited, at 5 ms each
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """The converter at its middle, and x = `step` from 1 ms on."""
+    step = stimuli["step"] or 0.0
+    if step <= -1.0:
+        raise ParameterError(f"step: {step:g}, must be above -1, where no current is left")
+    drawn = PiecewiseLinear((0.0, STEP_TIME, STEP_TIME + 1e-6), (0.0, 0.0, -step * MIDDLE))
+    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("i_in", "i_in", drawn, "current"))
+    stop = stimuli["duration"] or STEP_TIME + _SETTLED * 5e-3
+    return started_at_rest(Testbench("NEF synapse", circuit, sources, stop), ROLLS_180)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`time_constant_s`, `middle_A`, `current_A`, `signal_A`, `supply_power_W`.
+
+    middle, current: of the filter's output, before the step and at the end; signal: what is left of it above
+    the reference, or missing (negative). The time constant is when S, the current to the power of kappa_n /
+    kappa_p, has made 1 - 1 / e of its step, None without a step.
+    """
+    current = np.abs(drain_current(result, "line.ml2"))
+    process = result.machine.silicon.process
+    linear = current ** (process.n.kappa / process.p.kappa)
+    begin, end = float(np.interp(0.99 * STEP_TIME, result.time, linear)), float(linear[-1])
+    if abs(end / begin - 1.0) < 1e-3:
+        reached = None
+    else:
+        reached = rising_crossing(result.time, (linear - begin) / (end - begin), 1.0 - float(np.exp(-1.0)))
+    return {
+        "time_constant_s": None if reached is None else reached - STEP_TIME,
+        "middle_A": float(np.interp(0.99 * STEP_TIME, result.time, current)),
+        "current_A": float(current[-1]),
+        "signal_A": float(np.abs(drain_current(result, "line.mu1")[-1]))
+        - float(np.abs(drain_current(result, "line.mu2")[-1])),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`up`, `down` or `still`."""
+    found = measures(result)
+    ratio = (found["current_A"] or 0.0) / (found["middle_A"] or 1.0)
+    if abs(ratio - 1.0) < 1e-3:
+        return "still"
+    return "up" if ratio > 1.0 else "down"
+
+
+BLOCK = Block(
+    name="nef-synapse",
+    summary="synapse of the NEF chip: DPI low-pass about a middle current, and its signal's line",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("step", "", 0.5, "x from 1 ms on, above -1"),
+        Stimulus("duration", "s", 30e-3, "length of the run"),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("v_syn", "i_sum", "v_pos", "v_neg"),
+    process=ROLLS_180,
+)

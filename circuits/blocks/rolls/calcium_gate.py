@@ -1,0 +1,231 @@
+"""Learning circuit of a neuron of ROLLS' kind: whether its plastic synapses may go up, or down, or neither.
+
+* calcium: each spike of the neuron, made longer by an extender, adds to the current I_ca of a DPI filter with
+  a time constant of its own (`circuits.blocks.rolls.dpi_synapse`);
+  between pulses the far node of the switch to the line is held at v_shift, or it would leak more than I_tau;
+* I_ca is copied three times, each time against the current of a threshold; the node between is high where
+  I_ca is the larger one; a fourth copy, to ground, is the monitor;
+* a comparator, a pair of nFETs with a mirror, holds v_mem against v_memthr;
+* logic makes the two lines of the neuron's row of plastic synapses:
+
+    up = (v_mem > v_memthr) and I_thmin < I_ca < I_thup
+    dn = (v_mem < v_memthr) and I_thmin < I_ca < I_thdn
+
+Found: the rule (learning "fusi" of teili, after Brader, Senn, Fusi 2007, which has two lower thresholds) and
+the biases' names (control software of ROLLS: SL_CAW, SL_CATAU, SL_CATHR, SL_THMIN, SL_THUP, SL_THDN,
+SL_MEMTHR, SL_WTA). One lower threshold for both directions follows these names. Topology, sizes and currents
+are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rolls.bias import current_of
+from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
+from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
+from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import pulse_count
+from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
+from circuits.devices.source import Constant
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.power import drain_current, supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+# Coarse and fine codes, ours: 0.1 s of calcium, thresholds of 16, 66 and 192 pA
+TAU, GAIN, STEP = (7, 10), (7, 20), (3, 100)
+LEAST, MOST_DOWN, MOST_UP = (6, 40), (6, 160), (5, 60)
+MEMBRANE_THRESHOLD = 0.3  # V; ours
+SHIFT = 0.25  # V, as the non-plastic synapse's
+THRESHOLDS = ("thmin", "thdn", "thup")
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Sizes in um of the copies, thresholds and comparator, and the filter's; all ours."""
+
+    copy_width: float = quantity(1.0, "um")
+    copy_length: float = quantity(4.0, "um")
+    pair_width: float = quantity(1.0, "um")
+    pair_length: float = quantity(1.0, "um")
+    synapse: SynapseParams = field(default_factory=SynapseParams)
+
+
+def gate(params: Params) -> Circuit:
+    """Ports pulse (in), v_mem (in), up_b, dn, biases."""
+    ports = (
+        SUPPLY, Port("pulse", "analog"), Port("v_mem", "analog"),
+        Port("up_b", "analog", "out"), Port("dn", "analog", "out"),
+        *(Port(b.port, "bias") for b in BIASES if b.port != "v_pwlk"),
+    )  # fmt: skip
+    return Circuit("learning_gate", ports, (*_calcium(params), *_comparators(params), *_logic(params)))
+
+
+def _calcium(params: Params) -> tuple[Device, ...]:
+    s = params.synapse
+    pair = s.pair_width, s.pair_length
+    return (
+        Capacitor("c_line", "line", "0", s.line_capacitance),
+        Capacitor("c_ca", "vdd", "v_ca", s.synapse_capacitance),
+        *inverter("mc0", "pulse", "pulse_b", width=s.logic_width, length=s.logic_length),
+        mos("mc1", "n", "line", "pulse", "far", 0.5, s.logic_length),
+        mos("mc3", "n", "far", "pulse", "step", 0.5, s.logic_length),
+        mos("mc4", "n", "far", "pulse_b", "v_shift", 0.5, s.logic_length),
+        mos("mc2", "n", "step", "v_caw", "0", s.weight_width, s.weight_length),
+        mos("md1", "n", "vdd", "v_cathr", "line", *pair),
+        mos("md2", "n", "v_ca", "v_ca", "line", *pair),
+        mos("md3", "p", "v_ca", "v_catau", "vdd", s.tau_width, s.tau_length),
+        mos("md4", "p", "0", "v_cathr", "vdd", s.output_width, s.output_length),
+    )
+
+
+def _comparators(params: Params) -> tuple[Device, ...]:
+    copy, pair = (params.copy_width, params.copy_length), (params.pair_width, params.pair_length)
+    against = [
+        device
+        for name in THRESHOLDS
+        for device in (
+            mos(f"mk_{name}", "p", f"over_{name}", "v_ca", "vdd", *copy),
+            mos(f"ms_{name}", "n", f"over_{name}", f"v_{name}", "0", *copy),
+        )
+    ]
+    return (
+        *against,
+        mos("mk_mon", "p", "0", "v_ca", "vdd", *copy),
+        # `m` is low where v_mem is above v_memthr
+        mos("mm1", "n", "tail", "v_mcmp", "0", 0.5, 4.0),
+        mos("mm2", "n", "m", "v_mem", "tail", *pair),
+        mos("mm3", "n", "n", "v_memthr", "tail", *pair),
+        mos("mm4", "p", "n", "n", "vdd", *pair),
+        mos("mm5", "p", "m", "n", "vdd", *pair),
+    )
+
+
+def _logic(params: Params) -> tuple[Device, ...]:
+    size = {"width": params.synapse.logic_width, "length": params.synapse.logic_length}
+    return (
+        *inverter("mq1", "m", "above", **size),
+        *inverter("mq2", "above", "below", **size),
+        *inverter("mq3", "over_thmin", "less", **size),
+        *inverter("mq4", "less", "enough", **size),
+        *inverter("mq5", "over_thup", "up_allowed", **size),
+        *inverter("mq6", "over_thdn", "dn_allowed", **size),
+        *nand("mq7", ("above", "enough", "up_allowed"), "up_b", **size),
+        *nand("mq8", ("below", "enough", "dn_allowed"), "dn_b", **size),
+        *inverter("mq9", "dn_b", "dn", **size),
+    )
+
+
+_gate = partial(Bias, kind="gate")
+BIASES = (
+    _gate("i_pwlk", "v_pwlk", value=current_of((3, 53)), device="extender.mp2"),
+    _gate("i_caw", "v_caw", value=current_of(STEP), device="gate.mc2"),
+    _gate("i_catau", "v_catau", value=current_of(TAU), device="gate.md3"),
+    _gate("i_cathr", "v_cathr", value=current_of(GAIN), device="gate.md4"),
+    _gate("i_thmin", "v_thmin", value=current_of(LEAST), device="gate.ms_thmin"),
+    _gate("i_thdn", "v_thdn", value=current_of(MOST_DOWN), device="gate.ms_thdn"),
+    _gate("i_thup", "v_thup", value=current_of(MOST_UP), device="gate.ms_thup"),
+    _gate("i_mcmp", "v_mcmp", value=current_of((4, 40)), device="gate.mm1"),
+    Bias("v_memthr", "v_memthr", "voltage", MEMBRANE_THRESHOLD),
+    Bias("v_shift", "v_shift", "voltage", SHIFT),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports event (in), v_mem (in), up_b, dn, biases and the supply."""
+    extender, one = pulse_extender(params.synapse), gate(params)
+    instances = (
+        Instance("extender", extender, {p.name: p.name for p in extender.ports}),
+        Instance("gate", one, {p.name: p.name for p in one.ports}),
+    )
+    ports = (
+        SUPPLY, Port("event", "event"), Port("v_mem", "analog"),
+        Port("up_b", "analog", "out"), Port("dn", "analog", "out"), *(Port(b.port, "bias") for b in BIASES),
+    )  # fmt: skip
+    return Circuit("calcium_gate", ports, (), instances, biases=BIASES)
+
+
+FIRST = 1e-3  # s, of the first spike; ours
+AFTER = 0.25  # s, ours: of the run, after the last spike
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """`spikes` spikes at `rate` from 1 ms on, the membrane at an ideal voltage."""
+    count, rate = (float(stimuli[name] or 0.0) for name in ("spikes", "rate"))
+    times = tuple(FIRST + k / rate for k in range(pulse_count("spikes", count, rate)))
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("event", "event", pulse(times, v_dd)),
+        Source("v_mem", "v_mem", Constant(stimuli["membrane"] or 0.0)),
+    )
+    bench = Testbench("calcium gate", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
+    return started_at_rest(bench, ROLLS_180)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`calcium_A` (peak), `decay_s`, `up_s` and `dn_s`: how long each line was active; `supply_power_W`.
+
+    decay: time from half to a fifth of the last peak over ln 2.5.
+    """
+    half = half_supply(result.machine)
+    t, current = result.time, np.abs(drain_current(result, "gate.mk_mon"))
+    return {
+        "calcium_A": float(current.max()),
+        "decay_s": _decay(t, current),
+        "up_s": _time_of(t, result["up_b"] < half),
+        "dn_s": _time_of(t, result["dn"] > half),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def _time_of(t: np.ndarray, active: np.ndarray) -> float:
+    return float(np.diff(t)[active[1:]].sum())
+
+
+def _decay(t: np.ndarray, current: np.ndarray) -> float | None:
+    peak = int(current.argmax())
+    after, later = current[peak:], t[peak:]
+    times = []
+    for share in (0.5, 0.2):
+        below = np.flatnonzero(after < share * after[0])
+        if not below.size:
+            return None
+        times.append(float(later[below[0]]))
+    return (times[1] - times[0]) / float(np.log(2.5))
+
+
+def outcome(result: Result) -> str:
+    """`up`, `dn`, `both` (one after the other) or `neither`."""
+    found = measures(result)
+    up, dn = bool(found["up_s"]), bool(found["dn_s"])
+    return {(True, True): "both", (True, False): "up", (False, True): "dn"}.get((up, dn), "neither")
+
+
+BLOCK = Block(
+    name="calcium-gate",
+    summary="learning circuit of a neuron: whether its plastic synapses may go up or down",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("spikes", "", 6.0, "spikes of the neuron"),
+        Stimulus("rate", "Hz", 100.0, "of the spikes"),
+        Stimulus("membrane", "V", 0.5, "v_mem", can_be_off=True),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event", "gate.v_ca", "up_b", "dn"),
+    process=ROLLS_180,
+)

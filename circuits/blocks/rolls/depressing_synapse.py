@@ -1,0 +1,241 @@
+"""ROLLS synapse with short-term depression: spikes weaken its excitatory weights, which come back.
+
+The non-plastic synapse (`circuits.blocks.rolls.dpi_synapse`), but each of the three pFETs of the excitatory
+weights has its gate on a capacitor of its own, `x` volt above the weight's bias:
+
+* step: an excitatory pulse of length t connects a pFET of I_std to the supply, `x += I_std t / C_w`. Between
+  pulses its source is held at the weight's bias, 0.4 V and more below the supply: its switch leaks to there,
+  and it carries nothing. Its drain is at the capacitor, so little of the switches' charge gets there;
+* recovery: a pFET between the capacitor and the bias, of r times the W/L of a diode whose source is at that
+  bias and that carries I_rec: `C_w dx/dt = -r I_rec (e^(x / U_T) - 1)` in weak inversion.
+
+With `R = e^(-x / U_T)` these are `R -> R e^(-I_std t / (C_w U_T))` at a spike and
+`dR/dt = (1 - R) / tau`, `tau = C_w U_T / (r I_rec)`, between: the resource of the phenomenological models of
+depression, at any depth. The weight is `I_w = I_w0 R^kappa` in weak inversion. A train at the interval T
+finds `R = (1 - E) / (1 - E e^(-d / U_T))` at its pulses, d being a step and `E = e^(-T / tau)`.
+
+Found: the name of one bias, NPA_WEIGHT_STD_N, code 0 in the control software's default file (mn256r1_ncs),
+and no equation; general knowledge, unverified, is the form: a step of the weight's gate at a spike, a
+recovery, an exponential weight. That NPA_WEIGHT_STD is the step's current is ours: were it the recovery's,
+synapses of the default file would not come back from their first spikes. Topology, sizes, capacitor, I_rec,
+for which there is no name, and the codes of both currents are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import mos
+from circuits.blocks.rolls import dpi_synapse
+from circuits.blocks.rolls.bias import current_of
+from circuits.blocks.rolls.dpi_synapse import SUPPLY
+from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
+from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.solver.power import drain_current, supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+F64 = NDArray[np.float64]
+
+WEIGHTS = ("exc", "exc0", "exc1")  # the gates, each with a capacitor
+STEP, RECOVERY = (5, 36), (7, 27)  # codes, ours: R falls to 0.6 at a spike; tau 50 ms
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitor of a weight in farad, sizes in um, and the synapse; all ours."""
+
+    weight_capacitance: float = quantity(0.2e-12, "F")
+    bias_width: float = quantity(0.5, "um")  # of the nFETs of both biases, long enough to be turned off
+    bias_length: float = quantity(4.5, "um")
+    mirror_width: float = quantity(0.5, "um")  # of the step's pFETs
+    mirror_length: float = quantity(2.0, "um")
+    switch_width: float = quantity(0.25, "um")
+    switch_length: float = quantity(2.0, "um")  # long: for an inverter's delay both switches conduct
+    # of the recovery's diode; W/L over that of its transistor divides I_rec
+    diode_width: float = quantity(1.0, "um")
+    diode_length: float = quantity(1.0, "um")
+    recovery_width: float = quantity(0.25, "um")
+    recovery_length: float = quantity(4.0, "um")
+    synapse: SynapseParams = field(default_factory=SynapseParams)
+
+    def __post_init__(self) -> None:
+        if not self.weight_capacitance > 0.0:
+            raise ParameterError(f"weight_capacitance: {self.weight_capacitance:g} F, must be > 0")
+
+    @property
+    def ratio(self) -> float:
+        """The recovery's share r of I_rec."""
+        return self.recovery_width * self.diode_length / (self.recovery_length * self.diode_width)
+
+
+def depression(params: Params) -> Circuit:
+    """Ports exc_off, exc_on (the pulse), level (bias of the weight), w (its gate), v_std, v_rec."""
+    bias = params.bias_width, params.bias_length
+    mirror = params.mirror_width, params.mirror_length
+    switch = params.switch_width, params.switch_length
+    devices = (
+        Capacitor("c_w", "w", "0", params.weight_capacitance),
+        mos("ms1", "n", "step", "v_std", "0", *bias),
+        mos("ms2", "p", "step", "step", "vdd", *mirror),
+        mos("ms3", "p", "w", "step", "s", *mirror),
+        mos("ms4", "p", "s", "exc_off", "vdd", *switch),
+        mos("ms5", "p", "level", "exc_on", "s", *switch),
+        mos("mr1", "n", "back", "v_rec", "0", *bias),
+        mos("mr2", "p", "back", "back", "level", params.diode_width, params.diode_length),
+        mos("mr3", "p", "level", "back", "w", params.recovery_width, params.recovery_length),
+    )
+    ports = (
+        SUPPLY, Port("exc_off", "analog"), Port("exc_on", "analog"), Port("level", "bias"),
+        Port("w", "analog", "out"), Port("v_std", "bias"), Port("v_rec", "bias"),
+    )  # fmt: skip
+    return Circuit("weight_depression", ports, devices)
+
+
+def synapse(params: Params) -> Circuit:
+    """The non-plastic synapse with its excitatory pulse brought out and the gates of its weights free."""
+    one = dpi_synapse.synapse(params.synapse)
+    gates = {f"v_{name}" for name in WEIGHTS}
+    ports = tuple(replace(p, kind="analog") if p.name in gates else p for p in one.ports)
+    pulse = Port("exc_off", "analog", "out"), Port("exc_on", "analog", "out")
+    return replace(one, ports=(*ports, *pulse))
+
+
+_gate = partial(Bias, kind="gate")
+BIASES = (
+    *dpi_synapse.BIASES,
+    _gate("i_std", "v_std", value=current_of(STEP), device="depression_exc.ms1"),
+    _gate("i_rec", "v_rec", value=current_of(RECOVERY), device="depression_exc.mr1"),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports of the DPI synapse, and the gates `w_exc`, `w_exc0` and `w_exc1` of the excitatory weights."""
+    base, one, cell = dpi_synapse.build(params.synapse), synapse(params), depression(params)
+    to_gate = {f"v_{name}": f"w_{name}" for name in WEIGHTS}
+    connected = Instance("synapse", one, {p.name: to_gate.get(p.name, p.name) for p in one.ports})
+    cells = (
+        Instance(
+            f"depression_{name}",
+            cell,
+            {p.name: p.name for p in cell.ports} | {"level": f"v_{name}", "w": f"w_{name}"},
+        )
+        for name in WEIGHTS
+    )
+    instances = (*(connected if i.name == "synapse" else i for i in base.instances), *cells)
+    ports = (
+        *base.ports, Port("v_std", "bias"), Port("v_rec", "bias"),
+        *(Port(gate, "analog", "out") for gate in to_gate.values()),
+    )  # fmt: skip
+    return Circuit("depressing_synapse", ports, (), instances, biases=BIASES)
+
+
+AFTER = 25e-3  # s, ours: of the run, after the last event
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """`events` events at `rate` from 1 ms on, at a synapse of a `level` that rests."""
+    bench = dpi_synapse.testbench(circuit, stimuli, v_dd)
+    last = dpi_synapse.FIRST_EVENT + (int(stimuli["events"] or 0) - 1) / float(stimuli["rate"] or 1.0)
+    return replace(bench, title="depressing synapse", stop=stimuli["duration"] or last + AFTER)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`step_V`, `depression_V`, `recovery_s`, `weight_A`, `paired_pulse`, `last_to_first`, `supply_power_W`.
+
+    step: of the constant weight's gate over the first pulse, None where the next comes before it has settled;
+    depression: x after the last one; recovery: time constant of `1 - R` from there to the end of the run;
+    weight: mean current of the first pulse; ratios of the second and the last pulse's charge to the first's.
+    """
+    pulses = _pulses(result)
+    power = {"supply_power_W": supply_power(result)}
+    if not pulses:
+        return dict.fromkeys(MEASURED, None) | power
+    time, x = result.time, result["w_exc"] - float(np.interp(pulses[0][0], result.time, result["w_exc"]))
+    first, last = (float(np.interp(pulses[k][1] + SETTLED, time, x)) for k in (0, -1))
+    charges = [_charge(result, *p) for p in pulses]
+    apart = len(pulses) == 1 or pulses[1][0] > pulses[0][1] + SETTLED
+    values = (
+        first if apart else None,
+        last,
+        _recovery(time, x, pulses[-1][1] + SETTLED, thermal_voltage(result.machine.silicon.temperature_c)),
+        charges[0] / (pulses[0][1] - pulses[0][0]),
+        charges[1] / charges[0] if len(charges) > 1 else None,
+        charges[-1] / charges[0] if len(charges) > 1 else None,
+    )
+    return dict(zip(MEASURED, values, strict=True)) | power
+
+
+MEASURED = ("step_V", "depression_V", "recovery_s", "weight_A", "paired_pulse", "last_to_first")
+SETTLED = 0.1e-3  # s after a pulse, ours: the nodes at the gate have come back, and x has not yet
+LEAST = 0.02  # of 1 - R, ours: below, no time constant is read
+
+
+def _pulses(result: Result) -> list[tuple[float, float]]:
+    """Beginnings and ends of the excitatory pulses, s."""
+    half = half_supply(result.machine)
+    time, off = result.time, result["exc_off"]
+    found: list[tuple[float, float]] = []
+    while (begin := falling_crossing(time, off, half)) is not None:
+        rest = time > begin
+        end = rising_crossing(time[rest], off[rest], half)
+        if end is None:
+            break
+        found.append((begin, end))
+        time, off = time[time > end], off[time > end]
+    return found
+
+
+def _charge(result: Result, begin: float, end: float) -> float:
+    """What the synapse draws from the line of its filter in a pulse, C."""
+    inside = (result.time >= begin) & (result.time <= end)
+    current = drain_current(result, "synapse.me9")
+    return float(np.trapezoid(current[inside], result.time[inside]))
+
+
+def _recovery(time: F64, x: F64, begin: float, u_t: float) -> float | None:
+    spent = 1.0 - np.exp(-np.array([np.interp(begin, time, x), x[-1]]) / u_t)
+    if spent[1] < LEAST or spent[0] <= spent[1]:
+        return None
+    return float((time[-1] - begin) / np.log(spent[0] / spent[1]))
+
+
+DEPRESSES = 0.95  # last charge over the first below which a run is called so; ours
+
+
+def outcome(result: Result) -> str:
+    """`depresses`, `steady`, or `silent` without excitatory pulses."""
+    pulses = _pulses(result)
+    if not pulses:
+        return "silent"
+    return "depresses" if _charge(result, *pulses[-1]) < DEPRESSES * _charge(result, *pulses[0]) else "steady"
+
+
+BLOCK = Block(
+    name="depressing-synapse",
+    summary="ROLLS synapse whose excitatory weights are depressed by spikes and recover",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("level", "", 1.0, "weight, -4 to 4"),
+        Stimulus("events", "", 6.0, "how many events"),
+        Stimulus("rate", "Hz", 200.0, "of the events"),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event", "w_exc", "v_exc_syn"),
+    process=ROLLS_180,
+)

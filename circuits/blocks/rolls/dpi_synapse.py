@@ -1,0 +1,325 @@
+"""ROLLS synapse: pulse extender, non-plastic synapse with four levels of either sign, and two DPI filters.
+
+* pulse extender: the event pulls `v_p` to ground, I_pwlk lets it rise again; the pulse lasts as long as the
+  event and `C_pw V_inv / I_pwlk` more, V_inv the inverter's threshold;
+* synapse: four latches, of which the circuit has the outputs as levels: `recurrent` lets the pulse in,
+  `sign` (high: excitatory), `w0` and `w1`. During the pulse it draws `I_w = I_const + w0 I_w0 + w1 I_w1` from
+  the line of its sign, each sign with three currents of its own; the excitatory ones are pFETs' and mirrored.
+  Between pulses the far node of the switch to the line is held at `v_shift`, above ground as the generator's
+  shifted sources are: with its gate at 0 V the switch then leaks `I_0 (W/L) e^(-v_shift / U_T)`;
+* filter (DPI, one a sign): a differential pair of nFETs with gates v_thr and v_syn divides I_w between the
+  supply and a capacitor that I_tau fills again; a pFET at v_syn gives I_syn. In weak inversion with equal
+  kappa, `tau = C_syn U_T / (kappa I_tau)`,
+  `(1 + I_th / I_syn) tau dI_syn/dt = (I_th / I_tau) I_w - I_syn - I_th`,
+  and where I_syn >> I_th a pulse of width t adds `(I_th I_w / I_tau)(1 - e^(-t / tau))`. Here the pair has
+  kappa_n and the output kappa_p, which bends the gain. The inhibitory one is mirrored, to draw.
+
+The line carries the drains of all synapses that share it (`line_capacitance`): 256 drains of 0.5 um.
+Sources: bias names and the sum rule of the weights from the control software of ROLLS (mn256r1_ncs) and its
+header; DPI equation as software models print it (teili, after Chicca et al. 2014; its -I_th term is kept
+here). Topology in detail, sizes and capacitors are ours; default weights and times are the software's codes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rolls.bias import default_current
+from circuits.blocks.sonar.rebound_neuron import falling_crossing, pulse, rising_crossing
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import pulse_count
+from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
+from circuits.devices.source import Constant
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.power import drain_current, supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+SUPPLY = Port("vdd", "supply")
+LATCHES = ("recurrent", "sign", "w0", "w1")
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad, sizes in um; all ours."""
+
+    synapse_capacitance: float = quantity(1.5e-12, "F")
+    pulse_capacitance: float = quantity(0.15e-12, "F")
+    line_capacitance: float = quantity(0.1e-12, "F")
+    # wide, so that a filter's pair is in weak inversion at the excitatory weights
+    pair_width: float = quantity(8.0, "um")
+    pair_length: float = quantity(0.5, "um")
+    tau_width: float = quantity(0.5, "um")
+    tau_length: float = quantity(4.0, "um")
+    # long, so that a silent filter's off current is a quarter of I_0
+    output_width: float = quantity(1.0, "um")
+    output_length: float = quantity(4.0, "um")
+    weight_width: float = quantity(1.0, "um")
+    weight_length: float = quantity(1.0, "um")
+    logic_width: float = quantity(0.5, "um")
+    logic_length: float = quantity(0.18, "um")
+
+
+def pulse_extender(params: Params) -> Circuit:
+    """Ports event (in), pulse (out), v_pwlk."""
+    size = {"width": params.logic_width, "length": params.logic_length}
+    return Circuit(
+        "pulse_extender",
+        (SUPPLY, Port("event", "event"), Port("pulse", "analog", "out"), Port("v_pwlk", "bias")),
+        (
+            Capacitor("c_pw", "v_p", "0", params.pulse_capacitance),
+            mos("mp1", "n", "v_p", "event", "0", 2.0, params.logic_length),
+            mos("mp2", "p", "v_p", "v_pwlk", "vdd", 1.0, 1.0),
+            *inverter("mp3", "v_p", "p1", width=params.logic_width, length=1.0),
+            *inverter("mp4", "p1", "p2", **size),
+            *inverter("mp5", "p2", "pulse", **size),
+        ),
+    )
+
+
+def synapse(params: Params) -> Circuit:
+    """Ports pulse, the latches, lines exc and inh from which it draws, and six weight biases."""
+    size = {"width": params.logic_width, "length": params.logic_length}
+    gates = (
+        *nand("mq1", ("pulse", "recurrent", "sign"), "exc_off", **size),
+        *nand("mq2", ("pulse", "recurrent", "unsigned"), "inh_off", **size),
+        *inverter("mq3", "sign", "unsigned", **size),
+        *inverter("mq4", "exc_off", "exc_on", **size),
+        *inverter("mq5", "inh_off", "inh_on", **size),
+        *inverter("mq6", "w0", "w0_off", **size),
+        *inverter("mq7", "w1", "w1_off", **size),
+    )
+    biases = ("v_exc", "v_exc0", "v_exc1", "v_inh", "v_inh0", "v_inh1")
+    return Circuit(
+        "nonplastic_synapse",
+        (
+            SUPPLY,
+            Port("pulse", "analog"),
+            *(Port(name, "bias") for name in LATCHES),
+            Port("exc", "analog", "out"),
+            Port("inh", "analog", "out"),
+            *(Port(b, "bias") for b in (*biases, "v_shift")),
+        ),
+        (*gates, *_excitatory(params), *_inhibitory(params)),
+    )
+
+
+def _excitatory(params: Params) -> tuple[Device, ...]:
+    """PFETs of the three currents, switched by the pulse and the bits, and their mirror."""
+    weight = params.weight_width, params.weight_length
+    return (
+        mos("me1", "p", "es", "exc_off", "vdd", 4.0, params.logic_length),
+        mos("me2", "p", "em", "v_exc", "es", *weight),
+        mos("me3", "p", "em", "w0_off", "e0", 4.0, params.logic_length),
+        mos("me4", "p", "e0", "v_exc0", "es", *weight),
+        mos("me5", "p", "em", "w1_off", "e1", 4.0, params.logic_length),
+        mos("me6", "p", "e1", "v_exc1", "es", *weight),
+        mos("me7", "n", "em", "em", "0", *weight),
+        mos("me8", "n", "ed", "em", "0", *weight),
+        mos("me9", "n", "exc", "exc_on", "ed", 0.5, params.logic_length),
+        mos("me10", "n", "ed", "exc_off", "v_shift", 0.5, params.logic_length),
+    )
+
+
+def _inhibitory(params: Params) -> tuple[Device, ...]:
+    """NFETs of the three currents, switched by the pulse and the bits."""
+    weight = params.weight_width, params.weight_length
+    switch = 0.5, params.logic_length
+    return (
+        mos("mi1", "n", "inh", "inh_on", "ix", *switch),
+        mos("mi7", "n", "ix", "inh_on", "is", *switch),
+        mos("mi8", "n", "ix", "inh_off", "v_shift", *switch),
+        mos("mi2", "n", "is", "v_inh", "0", *weight),
+        mos("mi3", "n", "is", "w0", "i0", 4.0, params.logic_length),
+        mos("mi4", "n", "i0", "v_inh0", "0", *weight),
+        mos("mi5", "n", "is", "w1", "i1", 4.0, params.logic_length),
+        mos("mi6", "n", "i1", "v_inh1", "0", *weight),
+    )
+
+
+def _filter(params: Params) -> tuple[Device, ...]:
+    """The pair at `line`, v_syn, I_tau, and the gate voltage of I_th."""
+    pair = params.pair_width, params.pair_length
+    return (
+        Capacitor("c_line", "line", "0", params.line_capacitance),
+        Capacitor("c_syn", "vdd", "v_syn", params.synapse_capacitance),
+        mos("md1", "n", "vdd", "v_thr", "line", *pair),
+        mos("md2", "n", "v_syn", "v_syn", "line", *pair),
+        mos("md3", "p", "v_syn", "v_tau", "vdd", params.tau_width, params.tau_length),
+        mos("md4", "p", "0", "v_thr", "vdd", params.output_width, params.output_length),
+    )
+
+
+def _filter_ports(out: str) -> tuple[Port, ...]:
+    return (
+        SUPPLY,
+        Port("line", "analog"),
+        Port("v_syn", "analog", "out"),
+        Port(out, "analog", "out"),
+        Port("v_thr", "bias"),
+        Port("v_tau", "bias"),
+    )
+
+
+def excitatory_filter(params: Params) -> Circuit:
+    """DPI whose output current flows into `i_out`."""
+    output = mos("md5", "p", "i_out", "v_syn", "vdd", params.output_width, params.output_length)
+    return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params), output))
+
+
+def inhibitory_filter(params: Params) -> Circuit:
+    """DPI whose output current is drawn from `i_out`."""
+    width, length = params.output_width, params.output_length
+    output = (
+        mos("md5", "p", "vm", "v_syn", "vdd", width, length),
+        mos("md6", "n", "vm", "vm", "0", width, length),
+        mos("md7", "n", "i_out", "vm", "0", width, length),
+    )
+    return Circuit("inhibitory_dpi", _filter_ports("i_out"), (*_filter(params), *output))
+
+
+_gate = partial(Bias, kind="gate")
+
+BIASES = (
+    _gate("i_pwlk", "v_pwlk", value=default_current("NPA_PWLK_P"), device="extender.mp2"),
+    *(
+        _gate(f"i_{name}", f"v_{name}", value=default_current(f"NPA_WEIGHT_{code}"), device=f"synapse.{m}")
+        for name, code, m in (
+            ("exc", "EXC_P", "me2"), ("exc0", "EXC0_P", "me4"), ("exc1", "EXC1_P", "me6"),
+            ("inh", "INH_N", "mi2"), ("inh0", "INH0_N", "mi4"), ("inh1", "INH1_N", "mi6"),
+        )
+    ),
+    _gate("i_etau", "v_etau", value=default_current("NPDPIE_TAU_P"), device="excitatory.md3"),
+    _gate("i_ethr", "v_ethr", value=default_current("NPDPIE_THR_P"), device="excitatory.md4"),
+    _gate("i_itau", "v_itau", value=default_current("NPDPII_TAU_P"), device="inhibitory.md3"),
+    _gate("i_ithr", "v_ithr", value=default_current("NPDPII_THR_P"), device="inhibitory.md4"),
+    Bias("v_shift", "v_shift", "voltage", 0.25),  # V, ours: ten U_T
+    *(Bias(f"v_{name}", name, "voltage", 1.8 if name in ("recurrent", "sign") else 0.0) for name in LATCHES),
+)  # fmt: skip
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports event (in), i_exc and i_inh (currents out and in), biases and the supply."""
+    filters = {"excitatory": ("exc", "e", excitatory_filter), "inhibitory": ("inh", "i", inhibitory_filter)}
+    extender, one = pulse_extender(params), synapse(params)
+    instances = [Instance("extender", extender, {p.name: p.name for p in extender.ports})]
+    instances.append(Instance("synapse", one, {p.name: p.name for p in one.ports}))
+    for name, (line, letter, make) in filters.items():
+        instances.append(
+            Instance(
+                name,
+                make(params),
+                {
+                    "vdd": "vdd", "line": line, "v_syn": f"v_{line}_syn", "i_out": f"i_{line}_out",
+                    "v_thr": f"v_{letter}thr", "v_tau": f"v_{letter}tau",
+                },
+            )
+        )  # fmt: skip
+    ports = (
+        SUPPLY,
+        Port("event", "event"),
+        Port("i_exc_out", "analog", "out"),
+        Port("i_inh_out", "analog", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    return Circuit("dpi_synapse", ports, (), tuple(instances), biases=BIASES)
+
+
+FIRST_EVENT = 1e-3  # s; ours
+MEMBRANE = 0.4  # V, ours: ideal voltage at which both output currents are measured
+DECAY_FROM, DECAY_TO = 0.5, 0.1  # of the last peak, between which the decay is measured; ours
+
+
+def latches(level: float, v_dd: float) -> dict[str, float]:
+    """Voltages of the latches that a level from -4 to 4 stands for, V; 0 lets nothing in.
+
+    Levels 1 to 4 are `weight_0` to `weight_3` of the control software: constant, with I_w0, with I_w1, with
+    both; negative ones inhibit. Raises `ParameterError` for another level.
+    """
+    if level != int(level) or not -4 <= level <= 4:
+        raise ParameterError(f"level: {level:g}, must be a whole number from -4 to 4; 0 is off")
+    bits = max(abs(int(level)) - 1, 0)
+    on = {"recurrent": level != 0, "sign": level > 0, "w0": bool(bits & 1), "w1": bool(bits & 2)}
+    return {name: v_dd * up for name, up in on.items()}
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """`events` events at `rate` from 1 ms on, at a synapse of a `level`; outputs at ideal voltages."""
+    values = {name: value or 0.0 for name, value in stimuli.items()}
+    rate = values["rate"]
+    times = tuple(FIRST_EVENT + k / rate for k in range(pulse_count("events", values["events"], rate)))
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("event", "event", pulse(times, v_dd)),
+        *(Source(out, out, Constant(MEMBRANE)) for out in ("i_exc_out", "i_inh_out")),
+        *(Source(name, name, Constant(v)) for name, v in latches(values["level"], v_dd).items()),
+    )
+    bench = Testbench("DPI synapse", circuit, sources, stimuli["duration"] or times[-1] + 5e-3)
+    return started_at_rest(bench, ROLLS_180)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`pulse_width_s`, `peak_current_A`, `decay_s`, `charge_C`, `supply_power_W`.
+
+    Of the filter of the level's sign. peak: largest output current less that before the first event; decay:
+    time in which it falls from half to a tenth of the peak, over ln 5: the time constant where it falls
+    exponentially; charge: of the whole run, the current before the first event taken away.
+    """
+    half = half_supply(result.machine)
+    excites = bool(result["sign"][0] > half)
+    current = np.abs(drain_current(result, "excitatory.md5" if excites else "inhibitory.md7"))
+    current = current - float(np.interp(0.99 * FIRST_EVENT, result.time, current))
+    up = rising_crossing(result.time, result["pulse"], half)
+    down = falling_crossing(result.time, result["pulse"], half)
+    return {
+        "pulse_width_s": None if up is None or down is None else down - up,
+        "peak_current_A": float(current.max()),
+        "decay_s": _decay(result.time, current),
+        "charge_C": float(np.trapezoid(current, result.time)),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def _decay(time: NDArray[np.float64], current: NDArray[np.float64]) -> float | None:
+    peak = int(current.argmax())
+    after, later = current[peak:], time[peak:]
+    high, low = (falling_crossing(later, after, share * after[0]) for share in (DECAY_FROM, DECAY_TO))
+    return None if high is None or low is None else (low - high) / float(np.log(DECAY_FROM / DECAY_TO))
+
+
+def outcome(result: Result) -> str:
+    """`excites`, `inhibits`, or `silent` where the level lets nothing in."""
+    half = half_supply(result.machine)
+    if result["recurrent"][0] < half:
+        return "silent"
+    return "excites" if result["sign"][0] > half else "inhibits"
+
+
+BLOCK = Block(
+    name="dpi-synapse",
+    summary="ROLLS synapse: pulse extender, four levels of either sign, DPI filters",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("level", "", 1.0, "weight, -4 to 4"),
+        Stimulus("events", "", 2.0, "how many events"),
+        Stimulus("rate", "Hz", 1e3, "of the events"),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event", "pulse", "v_exc_syn", "v_inh_syn"),
+    process=ROLLS_180,
+)

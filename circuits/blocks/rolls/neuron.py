@@ -1,0 +1,289 @@
+"""Silicon neuron of ROLLS: leaky integration by a DPI, positive feedback, refractory reset, adaptation.
+
+Parts, I_mem being what an nFET with its gate at v_mem carries:
+
+* leak: the input current divides between ground and the membrane in a differential pair of pFETs with gates
+  v_thr and v_mem; the leak is one of two currents, chosen by the latch `select`. In weak inversion, with
+  `tau = C_mem U_T / (kappa I_tau)`,
+  `(1 + I_th / I_mem) tau dI_mem/dt = (I_th / I_tau)(I_in + ...) - I_th - I_mem (...)`;
+* sodium: an nFET at v_mem, its source at `v_shift`, mirrored into the membrane:
+  `I_fb = I_0 (W/L) e^((kappa v_mem - v_shift) / U_T)`. It rises with v_mem as I_mem does, so that it meets
+  the leak at a fixed ratio of I_mem to I_th at any temperature, and is far below the leak at rest;
+* comparator: `v_o1` falls where I_mem passes I_buf and pulls the membrane up, so that the spike is whole; an
+  inverter makes `spike`;
+* reset: while `spike` is high I_rfr1 fills C_ref; while `v_ref` is above the inverter's threshold V_inv the
+  membrane is held at ground; I_rfr2 empties C_ref: `t_ref = C_ref (V_dd - V_inv) / I_rfr2`;
+* adaptation: a DPI that the spike feeds with I_ahw and that draws I_ahp from the membrane;
+* NMDA gate: the current into `i_nmda` reaches the input only while v_mem is above v_nmda;
+* a direct current I_dc into the input.
+
+Whatever is shut while the membrane rests is long: its off current, that of a gate at the rail, is I_0 / 16 or
+I_0 / 9, where the slower leak is five times I_0. A bias of fine code 0 (0.06 pA) is such a current too, so
+that it needs no gate voltage beyond the rails at 27 degC; a generator's would, from 30 degC on.
+
+Sources: the parts and their bias names are those of the control software of ROLLS (mn256r1_ncs), the
+current-mode equations those of Chicca et al. 2014 as software models print them; topology in detail, sizes
+and capacitors are ours. IF_RST_N and IF_CASC_N, whose place in the circuit is not public, have none here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rolls.bias import OFF_CURRENT, default_current
+from circuits.blocks.sonar.rebound_neuron import outcome
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+SUPPLY = Port("vdd", "supply")
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad, sizes in um; all ours."""
+
+    membrane_capacitance: float = quantity(2e-12, "F")
+    refractory_capacitance: float = quantity(0.5e-12, "F")
+    hold_capacitance: float = quantity(100e-15, "F")  # holds the reset back until C_ref is full
+    adaptation_capacitance: float = quantity(1e-12, "F")
+    pair_width: float = quantity(4.0, "um")  # of a differential pair, and its length
+    pair_length: float = quantity(2.0, "um")
+    leak_width: float = quantity(1.0, "um")  # of what a bias may turn off; off current I_0 / 9
+    leak_length: float = quantity(9.0, "um")
+    # of what is shut while the membrane rests; off current I_0 / 16
+    switch_width: float = quantity(0.5, "um")
+    switch_length: float = quantity(8.0, "um")
+    feedback_width: float = quantity(2.0, "um")
+    feedback_length: float = quantity(2.0, "um")
+    # of the adaptation's pair: small, for it takes part of a spike's charge
+    adaptation_width: float = quantity(2.0, "um")
+    adaptation_length: float = quantity(1.0, "um")
+    mirror_width: float = quantity(0.5, "um")  # of the feedback's mirror, whose gate must follow
+    mirror_length: float = quantity(4.0, "um")
+    logic_length: float = quantity(0.18, "um")
+
+
+def leak(params: Params) -> Circuit:
+    """DPI of the membrane: ports i_in, v_mem, select (high: tau1), v_thr, v_tau1, v_tau2."""
+    pair = params.pair_width, params.pair_length
+    slow = params.leak_width, params.leak_length
+    switch = params.switch_width, params.switch_length
+    return Circuit(
+        "leak",
+        (
+            SUPPLY,
+            *(Port(p, "analog", "out") for p in ("i_in", "v_mem")),
+            *(Port(p, "bias") for p in ("select", "v_thr", "v_tau1", "v_tau2", "v_dc")),
+        ),
+        (
+            Capacitor("c_mem", "v_mem", "0", params.membrane_capacitance),
+            mos("ml1", "p", "0", "v_thr", "i_in", *pair),
+            mos("ml2", "p", "v_mem", "v_mem", "i_in", *pair),
+            mos("ml3", "n", "y1", "v_tau1", "0", *slow),
+            mos("ml4", "n", "y2", "v_tau2", "0", *slow),
+            mos("ml5", "n", "v_mem", "select", "y1", *switch),
+            mos("ml6", "n", "v_mem", "deselect", "y2", *switch),
+            *inverter("ml7", "select", "deselect", width=0.5, length=0.5),
+            mos("ml8", "n", "0", "v_thr", "0", *pair),
+            mos("ml9", "p", "i_in", "v_dc", "vdd", *slow),
+        ),
+    )
+
+
+def sodium(params: Params) -> Circuit:
+    """Positive feedback into v_mem; `v_shift` is the source of the transistor that senses it."""
+    mirror = params.mirror_width, params.mirror_length
+    return Circuit(
+        "sodium",
+        (SUPPLY, Port("v_mem", "analog", "out"), Port("v_shift", "bias")),
+        (
+            mos("mn1", "n", "nf", "v_mem", "v_shift", params.feedback_width, params.feedback_length),
+            mos("mn3", "p", "nf", "nf", "vdd", *mirror),
+            mos("mn4", "p", "v_mem", "nf", "vdd", *mirror),
+        ),
+    )
+
+
+def reset(params: Params) -> Circuit:
+    """Comparator, spike, and the refractory reset of v_mem."""
+    length = params.logic_length
+    switch = params.switch_width, params.switch_length
+    return Circuit(
+        "reset",
+        (
+            SUPPLY,
+            *(Port(p, "analog", "out") for p in ("v_mem", "v_o1", "v_ref")),
+            Port("spike", "event", "out"),
+            *(Port(p, "bias") for p in ("v_buf", "v_rfr1", "v_rfr2")),
+        ),
+        (
+            mos("mc1", "n", "v_o1", "v_mem", "0", 1.0, 1.0),
+            mos("mc2", "p", "v_o1", "v_buf", "vdd", 1.0, 1.0),
+            *inverter("mc3", "v_o1", "spike", width=0.5, length=length),
+            mos("mc4", "p", "v_mem", "v_o1", "vdd", *switch),
+            Capacitor("c_ref", "v_ref", "0", params.refractory_capacitance),
+            mos("mk1", "p", "kp", "kp", "vdd", 2.0, 0.5),
+            mos("mk2", "n", "kp", "spike", "kn", 2.0, length),
+            mos("mk3", "n", "kn", "v_rfr1", "0", 2.0, 0.5),
+            mos("mk4", "p", "v_ref", "kp", "vdd", 2.0, 0.5),
+            mos("mk5", "n", "v_ref", "v_rfr2", "0", 1.0, 2.0),
+            *inverter("mk6", "v_ref", "k1", width=0.5, length=6.0),
+            Capacitor("c_k", "k1", "0", params.hold_capacitance),
+            *inverter("mk7", "k1", "k2", width=0.5, length=length),
+            mos("mk8", "n", "v_mem", "k2", "0", *switch),
+        ),
+    )
+
+
+def adaptation(params: Params) -> Circuit:
+    """DPI fed by the spike (v_o1 low), whose output draws current from v_mem."""
+    pair = params.adaptation_width, params.adaptation_length
+    slow = params.leak_width, params.leak_length
+    return Circuit(
+        "adaptation",
+        (
+            SUPPLY,
+            Port("v_mem", "analog", "out"),
+            Port("v_o1", "analog"),
+            Port("v_ahp", "analog", "out"),
+            *(Port(p, "bias") for p in ("v_ahw", "v_athr", "v_ahtau")),
+        ),
+        (
+            Capacitor("c_ahp", "v_ahp", "0", params.adaptation_capacitance),
+            mos("ma1", "p", "aw", "v_o1", "vdd", 1.0, 0.5),
+            mos("ma2", "p", "at", "v_ahw", "aw", *slow),
+            mos("ma3", "p", "0", "v_athr", "at", *pair),
+            mos("ma4", "p", "v_ahp", "v_ahp", "at", *pair),
+            mos("ma5", "n", "v_ahp", "v_ahtau", "0", *slow),
+            mos("ma6", "n", "v_mem", "v_ahp", "0", *slow),
+            mos("ma7", "n", "0", "v_athr", "0", *slow),
+        ),
+    )
+
+
+def nmda_gate(params: Params) -> Circuit:
+    """Differential pair that passes `i_nmda` to `i_in` while v_mem is above v_nmda.
+
+    Two mirrors stand between, or the input's current would leave backwards through the pair.
+    """
+    pair = params.pair_width, params.pair_length
+    mirror = params.switch_width, params.switch_length
+    return Circuit(
+        "nmda_gate",
+        (
+            SUPPLY,
+            *(Port(p, "analog") for p in ("i_nmda", "v_mem")),
+            Port("i_in", "analog", "out"),
+            Port("v_nmda", "bias"),
+        ),
+        (
+            mos("mg1", "p", "gn", "v_nmda", "i_nmda", *pair),
+            mos("mg2", "p", "0", "v_mem", "i_nmda", *pair),
+            mos("mg3", "n", "0", "v_nmda", "0", params.leak_width, params.leak_length),
+            mos("mg4", "n", "gn", "gn", "0", *mirror),
+            mos("mg5", "n", "gp", "gn", "0", *mirror),
+            mos("mg6", "p", "gp", "gp", "vdd", *mirror),
+            mos("mg7", "p", "i_in", "gp", "vdd", *mirror),
+        ),
+    )
+
+
+BIASES = (
+    Bias("i_thr", "v_thr", "gate", default_current("IF_THR_N"), "leak.ml8"),
+    Bias("i_tau1", "v_tau1", "gate", default_current("IF_TAU1_N"), "leak.ml3"),
+    Bias("i_tau2", "v_tau2", "gate", default_current("IF_TAU2_N"), "leak.ml4"),
+    Bias("i_dc", "v_dc", "gate", OFF_CURRENT, "leak.ml9"),
+    Bias("i_buf", "v_buf", "gate", default_current("IF_BUF_P"), "reset.mc2"),
+    Bias("i_rfr1", "v_rfr1", "gate", default_current("IF_RFR1_N"), "reset.mk3"),
+    Bias("i_rfr2", "v_rfr2", "gate", default_current("IF_RFR2_N"), "reset.mk5"),
+    Bias("i_ahw", "v_ahw", "gate", default_current("IF_AHW_P"), "adaptation.ma2"),
+    Bias("i_athr", "v_athr", "gate", default_current("IF_ATHR_N"), "adaptation.ma7"),
+    Bias("i_ahtau", "v_ahtau", "gate", default_current("IF_AHTAU_N"), "adaptation.ma5"),
+    Bias("i_nmda", "v_nmda", "gate", default_current("IF_NMDA_N"), "nmda_gate.mg3"),
+    Bias("v_select", "select", "voltage", 0.0),  # V; latch of the slower leak, tau1, off
+    Bias("v_shift", "v_shift", "voltage", 0.15),  # V, ours: keeps the feedback of a resting membrane small
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports i_in, i_nmda (currents in), v_mem, spike (event out), biases and the supply."""
+    parts: tuple[tuple[str, Circuit], ...] = (
+        ("leak", leak(params)),
+        ("sodium", sodium(params)),
+        ("reset", reset(params)),
+        ("adaptation", adaptation(params)),
+        ("nmda_gate", nmda_gate(params)),
+    )
+    ports = (
+        SUPPLY,
+        Port("i_in", "analog"),
+        Port("i_nmda", "analog"),
+        Port("v_mem", "analog", "out"),
+        Port("spike", "event", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )
+    instances = tuple(Instance(name, part, {p.name: p.name for p in part.ports}) for name, part in parts)
+    return Circuit("rolls_neuron", ports, (), instances, biases=BIASES)
+
+
+STEP_TIME = 2e-3  # s, when the testbench's current begins; ours
+STEP_RISE = 1e-6  # s
+RESTING = 0.13e-12  # A, ours: leak of a silent filter into the NMDA gate, whose node would float at 0 A
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A step of current into the input at 2 ms, and one through the NMDA gate; `select` takes tau1."""
+    values = {name: value or 0.0 for name, value in stimuli.items()}
+    step = (0.0, STEP_TIME, STEP_TIME + STEP_RISE)
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("i_in", "i_in", PiecewiseLinear(step, (0.0, 0.0, values["current"])), "current"),
+        Source("i_nmda", "i_nmda", PiecewiseLinear(step, (RESTING, RESTING, values["nmda"])), "current"),
+        Source("select", "select", Constant(0.0 if stimuli["slow"] is None else v_dd)),
+    )
+    bench = Testbench("ROLLS neuron", circuit, sources, values["duration"], watch=("spike",))
+    return started_at_rest(bench, ROLLS_180)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`latency_s`, `rate_Hz`, `adaptation`, `supply_power_W`.
+
+    latency: from the step to the first spike; rate: of the last interval, None below two spikes; adaptation:
+    the first interval over the last, None below three spikes.
+    """
+    spikes = result.spikes["spike"]
+    gaps = spikes[1:] - spikes[:-1]
+    return {
+        "latency_s": float(spikes[0]) - STEP_TIME if spikes.size else None,
+        "rate_Hz": 1.0 / float(gaps[-1]) if gaps.size else None,
+        "adaptation": float(gaps[0] / gaps[-1]) if gaps.size > 1 else None,
+        "supply_power_W": supply_power(result),
+    }
+
+
+BLOCK = Block(
+    name="rolls-neuron",
+    summary="silicon neuron of ROLLS: DPI leak, positive feedback, refractory reset, adaptation",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("current", "A", 1e-9, "step into the input"),
+        Stimulus("nmda", "A", RESTING, "step through the NMDA gate"),
+        Stimulus("slow", "", None, "the leak's latch: tau1 where on, tau2 where off", can_be_off=True),
+        Stimulus("duration", "s", 20e-3, "length of the run"),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("i_in", "v_mem", "spike"),
+    process=ROLLS_180,
+)

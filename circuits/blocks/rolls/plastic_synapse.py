@@ -1,0 +1,230 @@
+"""Plastic synapse of ROLLS' kind: a bistable weight that spikes move and that drifts to its nearer rail.
+
+* `w` is the voltage of a capacitor. A presynaptic pulse moves it by `I_up t / C_w` up while `up_b` is low, by
+  `I_dn t / C_w` down while `dn` is high, t being the pulse's length; both lines come from the neuron's
+  learning circuit (`circuits.blocks.rolls.calcium_gate`).
+* A comparator of two stages holds w against v_wthr: a pair of nFETs with a mirror and the tail I_cmp, whose
+  output c gets no lower than the tail, and a pFET at c against I_cmp, whose output `low` is at ground where w
+  is above and at the supply where it is below. `low` is the gate of a starved inverter that drives w itself:
+  `dw/dt = I_driftup / C_w` above the threshold, `-I_driftdn / C_w` below, until w is at the rail.
+* The weight is binary: during a pulse `I_w` is drawn from the line while w is above its threshold. Between
+  pulses the far node of the switch to the line is held at v_shift, as in the non-plastic synapse.
+
+No gate that conducts by itself hangs on c or `low`, which pass slowly from rail to rail: at rest, and while
+they do, a weight takes little more than I_cmp from the supply. An inverter at c would conduct microamperes.
+
+The stacks that move w have their switches at the rails and bias devices at w, so that less of a switch's
+charge gets there; the switches are long, or their off currents would be as large as the drift.
+
+Found: the form of the rule (learning "fusi" of teili, after Brader, Senn, Fusi 2007) and the names of the
+biases (control software of ROLLS: PA_DELTAUP, PA_DELTADN, PA_WDRIFTUP, PA_WDRIFTDN, PA_WDRIFT, PA_WTHR,
+PA_WHIDN, PA_PWLK). Topology, sizes, capacitor and what each bias does are ours; so are the currents, since
+the software's default file has the learning switched off (PA_DELTAUP and PA_DELTADN of fine code 0).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos, nor
+from circuits.blocks.rolls.bias import current_of, default_current
+from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
+from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
+from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import pulse_count
+from circuits.devices import Capacitor, Source
+from circuits.devices.device import Device
+from circuits.devices.source import Constant
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
+from circuits.solver.power import drain_current, supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+# ours: 0.16 V a pulse of 23 us; 3.4 and 4 V/s of drift; the software's WDRIFT for the comparator
+UP, DOWN, DRIFT_UP, DRIFT_DOWN = (4, 30), (4, 30), (7, 7), (7, 8)
+THRESHOLD = 0.9  # V; ours: the middle of the supply
+SHIFT = 0.25  # V, as the non-plastic synapse's
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitor in farad, sizes in um, and the synapse whose extender it shares; all ours."""
+
+    weight_capacitance: float = quantity(0.1e-12, "F")
+    move_width: float = quantity(0.25, "um")  # of the devices whose current moves w
+    move_length: float = quantity(2.0, "um")
+    switch_length: float = quantity(4.0, "um")  # long, for an off current below a tenth of the drift's
+    pair_width: float = quantity(1.0, "um")
+    pair_length: float = quantity(1.0, "um")
+    # small, since I_cmp charges its gate; twice the W/L of the pair's mirror
+    second_width: float = quantity(1.0, "um")
+    second_length: float = quantity(0.5, "um")
+    tail_width: float = quantity(0.5, "um")  # of both currents I_cmp
+    tail_length: float = quantity(4.0, "um")
+    synapse: SynapseParams = field(default_factory=SynapseParams)
+
+    def __post_init__(self) -> None:
+        if not self.weight_capacitance > 0.0:
+            raise ParameterError(f"weight_capacitance: {self.weight_capacitance:g} F, must be > 0")
+
+
+def cell(params: Params) -> Circuit:
+    """Ports pulse, up_b, dn, line from which it draws, w, low (the weight's bit, inverted), biases."""
+    size = {"width": params.synapse.logic_width, "length": params.synapse.logic_length}
+    move = params.move_width, params.move_length
+    switch = params.move_width, params.switch_length
+    devices = (
+        Capacitor("c_w", "w", "0", params.weight_capacitance),
+        *inverter("mq1", "pulse", "pulse_b", **size),
+        mos("mu1", "p", "u1", "pulse_b", "vdd", *switch),
+        mos("mu2", "p", "u2", "up_b", "u1", *switch),
+        mos("mu3", "p", "w", "v_up", "u2", *move),
+        mos("md1", "n", "d1", "pulse", "0", *switch),
+        mos("md2", "n", "d2", "dn", "d1", *switch),
+        mos("md3", "n", "w", "v_dn", "d2", *move),
+        *_comparator(params),
+        # the starved inverter that drives w to its rail
+        mos("mr1", "p", "r1", "low", "vdd", *switch),
+        mos("mr2", "p", "w", "v_driftup", "r1", *move),
+        mos("mr3", "n", "r3", "low", "0", *switch),
+        mos("mr4", "n", "w", "v_driftdn", "r3", *move),
+        *nor("mq2", ("pulse_b", "low"), "on", **size),
+        *inverter("mq3", "on", "off", **size),
+        mos("mw1", "n", "line", "on", "wx", 0.5, params.synapse.logic_length),
+        mos("mw3", "n", "wx", "on", "ws", 0.5, params.synapse.logic_length),
+        mos("mw4", "n", "wx", "off", "v_shift", 0.5, params.synapse.logic_length),
+        mos("mw2", "n", "ws", "v_weight", "0", params.synapse.weight_width, params.synapse.weight_length),
+    )
+    ports = (
+        SUPPLY, Port("pulse", "analog"), Port("up_b", "analog"), Port("dn", "analog"),
+        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("low", "analog", "out"),
+        *(Port(b.port, "bias") for b in BIASES if b.port != "v_pwlk"),
+    )  # fmt: skip
+    return Circuit("plastic_cell", ports, devices)
+
+
+def _comparator(params: Params) -> tuple[Device, ...]:
+    """`c` is high where w is above v_wthr, `low` where it is below."""
+    width, length = params.pair_width, params.pair_length
+    tail = params.tail_width, params.tail_length
+    return (
+        mos("mb1", "n", "tail", "v_cmp", "0", *tail),
+        mos("mb2", "n", "b", "w", "tail", width, length),
+        mos("mb3", "n", "c", "v_wthr", "tail", width, length),
+        mos("mb4", "p", "b", "b", "vdd", width, length),
+        mos("mb5", "p", "c", "b", "vdd", width, length),
+        # mb5 has half of I_cmp in balance and mb6 all of it: of twice the W/L, both stages turn at once
+        mos("mb6", "p", "low", "c", "vdd", params.second_width, params.second_length),
+        mos("mb7", "n", "low", "v_cmp", "0", *tail),
+    )
+
+
+_gate = partial(Bias, kind="gate")
+BIASES = (
+    _gate("i_pwlk", "v_pwlk", value=current_of((3, 53)), device="extender.mp2"),  # PA_PWLK_P
+    _gate("i_up", "v_up", value=current_of(UP), device="cell.mu3"),
+    _gate("i_dn", "v_dn", value=current_of(DOWN), device="cell.md3"),
+    _gate("i_driftup", "v_driftup", value=current_of(DRIFT_UP), device="cell.mr2"),
+    _gate("i_driftdn", "v_driftdn", value=current_of(DRIFT_DOWN), device="cell.mr4"),
+    _gate("i_cmp", "v_cmp", value=current_of((6, 99)), device="cell.mb1"),  # PA_WDRIFT_P
+    _gate("i_weight", "v_weight", value=default_current("NPA_WEIGHT_EXC_P"), device="cell.mw2"),
+    Bias("v_wthr", "v_wthr", "voltage", THRESHOLD),
+    Bias("v_shift", "v_shift", "voltage", SHIFT),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports event (in), up_b, dn, line, w, low, biases and the supply."""
+    extender, one = pulse_extender(params.synapse), cell(params)
+    instances = (
+        Instance("extender", extender, {p.name: p.name for p in extender.ports}),
+        Instance("cell", one, {p.name: p.name for p in one.ports}),
+    )
+    ports = (
+        SUPPLY, Port("event", "event"), Port("up_b", "analog"), Port("dn", "analog"),
+        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("low", "analog", "out"),
+        *(Port(b.port, "bias") for b in BIASES),
+    )  # fmt: skip
+    return Circuit("plastic_synapse", ports, (), instances, biases=BIASES)
+
+
+FIRST = 1e-3  # s, of the first event; ours
+LINE = 0.9  # V, ours: ideal voltage of the line
+AFTER = 4e-3  # s, ours: of the run, after the last event
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """`events` events at `rate` from 1 ms on: they move w up (1), down (-1) or not (0), from a rail."""
+    up, count, rate = (float(stimuli[name] or 0.0) for name in ("up", "events", "rate"))
+    if up not in (-1.0, 0.0, 1.0):
+        raise ParameterError(f"up: {up:g}, must be 1, 0 or -1")
+    times = tuple(FIRST + k / rate for k in range(pulse_count("events", count, rate)))
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("event", "event", pulse(times, v_dd)),
+        Source("up_b", "up_b", Constant(0.0 if up > 0 else v_dd)),
+        Source("dn", "dn", Constant(v_dd if up < 0 else 0.0)),
+        Source("line", "line", Constant(LINE)),
+    )
+    bench = Testbench("plastic synapse", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
+    return _started(bench, v_dd if up < 0 else 0.0)
+
+
+def _started(bench: Testbench, weight: float) -> Testbench:
+    """`bench` from the state of rest with w at one of its rails (V)."""
+    held = replace(bench, sources=(*bench.sources, Source("hold", "w", Constant(weight))))
+    driven = {"0", *(s.node for s in bench.sources)}
+    voltages = operating_point(held, Silicon(ROLLS_180, 27.0)).voltages()
+    return replace(bench, start={n: round(v, 3) for n, v in voltages.items() if n not in driven})
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`jump_V` of the first event, `drift_V_per_s` after the last, `weight_V` at the end, `charge_C`, power.
+
+    drift: mean slope over the last 2 ms of the run; charge: drawn from the line in the whole run.
+    """
+    w, t = result["w"], result.time
+    before, after = (float(x) for x in (w[t < FIRST][-1], w[t < FIRST + 0.1e-3][-1]))
+    late = t > t[-1] - 2e-3
+    current = drain_current(result, "cell.mw1")
+    return {
+        "jump_V": after - before,
+        "drift_V_per_s": float((w[late][-1] - w[late][0]) / (t[late][-1] - t[late][0])),
+        "weight_V": float(w[-1]),
+        "charge_C": float(np.trapezoid(current, t)),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`high` or `low`, the weight at the end."""
+    return "low" if result["low"][-1] > half_supply(result.machine) else "high"
+
+
+BLOCK = Block(
+    name="plastic-synapse",
+    summary="bistable weight that spikes move and that drifts to its nearer rail",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("up", "", 1.0, "1: events move the weight up, -1: down, 0: not", can_be_off=True),
+        Stimulus("events", "", 5.0, "how many events"),
+        Stimulus("rate", "Hz", 200.0, "of the events"),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event", "w", "cell.c", "low"),
+    process=ROLLS_180,
+)

@@ -1,0 +1,1 @@
+"""Circuits that choose among currents."""

@@ -1,0 +1,1 @@
+"""Circuits of the sonar: hearing, ranging, and the next call."""

@@ -1,0 +1,230 @@
+"""Centroid board: each spike pulls a common node towards its neuron's look-up voltage; filtered: proximity.
+
+Cheely & Horiuchi 2003, section 4 and Figure 9, describe it in words; values are ours. While the spikes of a
+set S of neurons are high their transmission gates are on, and the common node tends to
+`V = sum_S(V_k / R) / (|S| / R + 1 / R_leak)` with the time constant `C_hold / (|S| / R + 1 / R_leak)`:
+spikes of length t move it by the share `1 - exp(-|S| t / (R C_hold))` of the way (the gates' own resistance,
+up to 10 % of R, and strays, 3 % of C_hold, left out). Without spikes it falls to ground, the far default,
+with `R_leak C_hold`, but for the gates' off current through R_leak: 8 mV at 27 degC, 67 mV at 85 degC.
+A follower, R_lp and C_lp and a second follower give the proximity voltage, which rises as the target nears.
+
+The d^4 law. An amplitude that falls as `a = a_0 + s V` with its control voltage follows
+`a_k = a(V_far) (d_k / d_max)^4` where `V_k = (a_k - a_0) / s`, as far as V_k stays within the board's range.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.blocks.sonar.vocalization_controller import amplifier, inverter, mos, strays
+from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Port
+from circuits.count import PULSES, whole_number
+from circuits.devices import Capacitor, Resistor, Source
+from circuits.devices.source import Constant
+from circuits.errors import ParameterError
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+NEURONS = 13
+NEAREST, FARTHEST = 3.0, 0.2  # V, look-up voltages of the first and the last neuron; ours
+GATE_WIDTH = 100.0  # um, both pass transistors of a transmission gate; ours
+EVENT_WIDTH = 10.1e-6  # s, an event's pulse at half the supply
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Resistances in ohm, capacitances in farad; ours.
+
+    R C_hold is as long as an event, so that one spike moves the estimate by 63 % and two by 86 %; the leak
+    (2 s) is slow against call intervals of 33 to 200 ms; the low-pass (50 ms) lags 3 m/s by 0.15 m.
+    """
+
+    gate_resistance: float = quantity(5e3, "Ohm")
+    leak_resistance: float = quantity(1e9, "Ohm")
+    hold_capacitance: float = quantity(2e-9, "F")
+    filter_resistance: float = quantity(1e6, "Ohm")
+    filter_capacitance: float = quantity(50e-9, "F")
+
+
+@dataclass(frozen=True, slots=True)
+class Lookup:
+    """Look-up voltages (V) in the order of the neurons, and which of them the board's range clipped."""
+
+    voltages: tuple[float, ...]
+    clipped: tuple[bool, ...]
+
+    @property
+    def summary(self) -> str:
+        """One line that says how many neurons do not follow the law."""
+        return f"{sum(self.clipped)} of {len(self.clipped)} look-up voltages are clipped to the board's range"
+
+
+def linear_lookup(
+    count: int = NEURONS, nearest: float = NEAREST, farthest: float = FARTHEST
+) -> tuple[float, ...]:
+    """Voltages of `count` neurons in equal steps from `nearest` to `farthest`, V."""
+    return tuple(float(v) for v in np.linspace(nearest, farthest, count))
+
+
+def fourth_power_lookup(
+    ranges: Sequence[float],
+    law: tuple[float, float],
+    nearest: float = NEAREST,
+    farthest: float = FARTHEST,
+) -> Lookup:
+    """Look-up that makes the call's amplitude follow the fourth power of range.
+
+    ranges: of the neurons, m (or their best delays, s: only ratios count). law: (intercept V, slope V/V) of
+    the amplitude, as `vocalization_controller.amplitude_law` gives it. nearest, farthest: the board's range,
+    V. The amplitude at the farthest neuron is the law's at `farthest`. Raises `ParameterError` unless all
+    ranges are above zero and the slope is below zero.
+    """
+    d = np.asarray(ranges, dtype=np.float64)
+    if d.size == 0 or not (np.isfinite(d).all() and (d > 0.0).all()):
+        raise ParameterError(f"ranges: {[float(x) for x in d]} m, must be > 0; give a range for each neuron")
+    intercept, slope = law
+    if slope >= 0.0:
+        raise ParameterError(
+            f"law: slope {slope:g} V/V, must be < 0; the amplitude falls as the target nears"
+        )
+    wanted = (intercept + slope * farthest) * (d / d.max()) ** 4
+    exact = (wanted - intercept) / slope
+    within = np.clip(exact, farthest, nearest)
+    clipped = np.abs(within - exact) > 1e-9 * nearest
+    return Lookup(tuple(float(v) for v in within), tuple(bool(c) for c in clipped))
+
+
+def static_centroid(params: Params, voltages: Sequence[float]) -> float:
+    """Voltage to which the common node tends while the gates at `voltages` (V) are on, V."""
+    on, leak = 1.0 / params.gate_resistance, 1.0 / params.leak_resistance
+    return sum(voltages) * on / (len(voltages) * on + leak)
+
+
+def centroid_after(params: Params, before: float, voltages: Sequence[float], duration: float) -> float:
+    """Voltage of the common node, V, `duration` s after gates came on while it was at `before` V.
+
+    voltages: what the gates that are on lead to, V; none leaves the leak alone.
+    """
+    conductance = len(voltages) / params.gate_resistance + 1.0 / params.leak_resistance
+    target = static_centroid(params, voltages)
+    return target + (before - target) * math.exp(-duration * conductance / params.hold_capacitance)
+
+
+def transmission_gate() -> Circuit:
+    """An nFET and a pFET that join a and b while control is high; an inverter makes the complement."""
+    return Circuit(
+        "transmission_gate",
+        (Port("vdd", "supply"), Port("control", "event"), Port("a", "analog"), Port("b", "analog", "out")),
+        (
+            *inverter("i", "control", "complement"),
+            mos("m_n", "n", ("a", "control", "b"), GATE_WIDTH),
+            mos("m_p", "p", ("a", "complement", "b"), GATE_WIDTH),
+        ),
+    )
+
+
+def lookup_switch(params: Params) -> Circuit:
+    """A transmission gate in series with a resistor, from a look-up voltage to the common node."""
+    ports = (
+        Port("vdd", "supply"),
+        Port("spike", "event"),
+        Port("entry", "analog"),
+        Port("common", "analog", "out"),
+    )
+    wires = {"vdd": "vdd", "control": "spike", "a": "entry", "b": "end"}
+    return Circuit(
+        "lookup_switch",
+        ports,
+        (Resistor("r_gate", "end", "common", params.gate_resistance), *strays("end")),
+        (Instance("gate", transmission_gate(), wires),),
+    )
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The board: ports spike and lookup (13 each), proximity (out) and supply."""
+    ports = (
+        Port("vdd", "supply"),
+        Port("spike", "event", shape=(NEURONS,)),
+        Port("lookup", "bias", shape=(NEURONS,)),
+        Port("proximity", "analog", "out"),
+    )
+    devices = (
+        Resistor("r_leak", "common", "0", params.leak_resistance),
+        Capacitor("c_hold", "common", "0", params.hold_capacitance),
+        *amplifier("hold_follower", "common", "held", "held"),
+        Resistor("r_filter", "held", "filtered", params.filter_resistance),
+        Capacitor("c_filter", "filtered", "0", params.filter_capacitance),
+        *amplifier("output_follower", "filtered", "proximity", "proximity"),
+    )
+    wires = {"vdd": "vdd", "spike": "spike", "entry": "lookup", "common": "common"}
+    gates = InstanceArray("switch", lookup_switch(params), (NEURONS,), wires)
+    biases = (Bias("lookup", "lookup", "voltage", linear_lookup()),)
+    return Circuit("centroid_board", ports, devices, (gates,), biases=biases)
+
+
+def neuron_index(name: str, value: float | None) -> int:
+    """Check a stimulus that chooses a neuron; `ParameterError` unless it is an index."""
+    if value is None or value != int(value) or not 0 <= value < NEURONS:
+        raise ParameterError(
+            f"{name}: {value}, must be a whole number from 0 to {NEURONS - 1}; give a neuron's index"
+        )
+    return int(value)
+
+
+FIRST_SPIKE = 5e-3  # s, when the testbench's first spikes arrive; ours
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """Spikes of `neuron`, and of `second` unless off at the same times, at `rate` from 5 ms to `duration`."""
+    stop, rate = stimuli["duration"] or 0.0, stimuli["rate"]
+    chosen = {neuron_index(name, stimuli[name]) for name in ("neuron", "second") if stimuli[name] is not None}
+    wanted = 0.0 if rate is None else max(0.0, float(np.ceil((stop - FIRST_SPIKE) * rate - 1e-9)))
+    count = whole_number("spikes", wanted, 0, PULSES)
+    times = tuple(FIRST_SPIKE + k / (rate or 1.0) for k in range(count))
+    spikes = (
+        Source(f"spike[{k}]", f"spike[{k}]", pulse(times if k in chosen else (), v_dd))
+        for k in range(NEURONS)
+    )
+    return Testbench("centroid board", circuit, (Source("vdd", "vdd", Constant(v_dd)), *spikes), stop)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`centroid_V` and `proximity_V` at the end, `proximity_peak_V`, `supply_power_W`."""
+    return {
+        "centroid_V": float(result["common"][-1]),
+        "proximity_V": float(result["proximity"][-1]),
+        "proximity_peak_V": float(result["proximity"].max()),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`target` while the centroid is above half of the lowest look-up voltage, else `far` (the default)."""
+    lowest = min(float(result[f"lookup[{k}]"][-1]) for k in range(NEURONS))
+    return "target" if float(result["common"][-1]) > 0.5 * lowest else "far"
+
+
+BLOCK = Block(
+    name="centroid-board",
+    summary="look-up voltages of the spiking neurons averaged, held and low-passed to the proximity voltage",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),
+        Stimulus("second", "", None, "index of a neuron that spikes together with it", can_be_off=True),
+        Stimulus("rate", "Hz", 20.0, "rate of the spikes", can_be_off=True),
+        Stimulus("duration", "s", 0.3, "length of the run"),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("spike[2]", "common", "proximity"),
+)

@@ -1,0 +1,157 @@
+"""First-target isolation: from the array's first spike to the next call V_ex,max is switched to the supply.
+
+Cheely & Horiuchi 2003, section 4, say what it does; the circuit and its values are ours. Thirteen nFETs pull
+a line with a pull-up low (wired OR); its inverse sets a latch of two cross-coupled NOR gates, a call resets:
+`q = not (call or q_bar)`, `q_bar = not (set or q)`, `set = spike_0 or ... or spike_12`; a call wins over a
+spike. Two transmission gates put `V_dd` on the output while q is high and the bias `v_ex_max_set` while it is
+low, so that ideally the output is `V_dd` from the first spike after a call to the next call.
+The latch has two rest states; `rest(v_dd)` starts a run with the array open.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.sonar.centroid_board import NEURONS, neuron_index, transmission_gate
+from circuits.blocks.sonar.rebound_neuron import falling_crossing, pulse, rising_crossing
+from circuits.blocks.sonar.vocalization_controller import inverter, mos, strays
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, Device, Resistor, Source
+from circuits.devices.source import Constant
+from circuits.lowering.supply import half_supply
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+V_EX_MAX = 4.301  # V, of the rebound neuron's facts: I_max 1 nA
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Pull-up in ohm, capacitance in farad; ours.
+
+    The load is a pad (2 pF) and the gates' side of 13 synapses (20 fF each).
+    """
+
+    pull_up_resistance: float = quantity(20e3, "Ohm")
+    load_capacitance: float = quantity(2e-12 + NEURONS * 20e-15, "F")
+
+
+def nor(name: str, a: str, b: str, y: str, width: float = 30.0) -> tuple[Device, ...]:
+    """`y = not (a or b)`; `width` of the nFETs in um, the stacked pFETs four times as wide."""
+    return (
+        mos(f"{name}_pa", "p", (f"{name}_mid", a, "vdd"), 4 * width),
+        mos(f"{name}_pb", "p", (y, b, f"{name}_mid"), 4 * width),
+        mos(f"{name}_na", "n", (y, a, "0"), width),
+        mos(f"{name}_nb", "n", (y, b, "0"), width),
+    )
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The board: ports spike (13) and call (events in), v_ex_max (out), bias v_ex_max_set and supply."""
+    ports = (
+        Port("vdd", "supply"), Port("spike", "event", shape=(NEURONS,)), Port("call", "event"),
+        Port("v_ex_max_set", "bias"), Port("v_ex_max", "analog", "out"),
+    )  # fmt: skip
+    devices = (
+        *(mos(f"m_or{k}", "n", ("quiet", f"spike[{k}]", "0"), 6) for k in range(NEURONS)),
+        Resistor("r_pull_up", "vdd", "quiet", params.pull_up_resistance),
+        *inverter("i_set", "quiet", "set"),
+        *nor("nor_q", "call", "q_bar", "q"),
+        *nor("nor_q_bar", "set", "q", "q_bar"),
+        *inverter("i_open", "q", "open"),
+        Capacitor("c_load", "v_ex_max", "0", params.load_capacitance),
+        *strays("quiet", "set", "q", "q_bar", "open"),
+    )
+    gate = transmission_gate()
+    wires = {"vdd": "vdd", "b": "v_ex_max"}
+    gates = (
+        Instance("isolate", gate, wires | {"control": "q", "a": "vdd"}),
+        Instance("pass", gate, wires | {"control": "open", "a": "v_ex_max_set"}),
+    )
+    biases = (Bias("v_ex_max_set", "v_ex_max_set", "voltage", V_EX_MAX),)
+    return Circuit("first_target_isolation", ports, devices, gates, biases=biases)
+
+
+def isolated_intervals(spikes: Sequence[float], calls: Sequence[float]) -> list[tuple[float, float]]:
+    """Ideal behaviour: (start, end), s, of every isolation of the array; inf where no call ends it.
+
+    spikes, calls: times of rising edges, s, in any order.
+    """
+    intervals: list[tuple[float, float]] = []
+    for spike in sorted(spikes):
+        if not intervals or spike >= intervals[-1][1]:
+            intervals.append((spike, min((c for c in calls if c > spike), default=math.inf)))
+    return intervals
+
+
+def rest(v_dd: float) -> dict[str, float]:
+    """Start voltages (V) by node of the rest state in which the array is open."""
+    return {"q": 0.0, "q_bar": v_dd}
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A spike of `neuron` at `spike` (s) and a call at `call` (s), each can be off, within `duration`."""
+    stop = stimuli["duration"] or 0.0
+    neuron = neuron_index("neuron", stimuli["neuron"])
+    spike, call = (() if time is None else (time,) for time in (stimuli["spike"], stimuli["call"]))
+    spikes = (
+        Source(f"spike[{k}]", f"spike[{k}]", pulse(spike if k == neuron else (), v_dd))
+        for k in range(NEURONS)
+    )
+    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("call", "call", pulse(call, v_dd)), *spikes)
+    return Testbench("first-target isolation", circuit, sources, stop, start=rest(v_dd))
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`set_delay_s`, `reset_delay_s`, `v_ex_max_V` (at the end), `v_ex_max_peak_V`, `supply_power_W`.
+
+    Delays are from the half-supply crossing of the first spike or call to the output's passage half-way
+    between its two levels; None where either does not happen.
+    """
+    process = result.machine.silicon.process
+    half, level = 0.5 * process.v_dd, 0.5 * (process.v_dd + float(result["v_ex_max_set"][0]))
+    spikes = [rising_crossing(result.time, result[f"spike[{k}]"], half) for k in range(NEURONS)]
+    spike = min((t for t in spikes if t is not None), default=None)
+    out = result["v_ex_max"]
+    return {
+        "set_delay_s": _delay(spike, rising_crossing(result.time, out, level)),
+        "reset_delay_s": _delay(
+            rising_crossing(result.time, result["call"], half), falling_crossing(result.time, out, level)
+        ),
+        "v_ex_max_V": float(out[-1]),
+        "v_ex_max_peak_V": float(out.max()),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`isolated` or `open`, at the end of the run."""
+    half = half_supply(result.machine)
+    return "isolated" if float(result["q"][-1]) > half else "open"
+
+
+def _delay(cause: float | None, effect: float | None) -> float | None:
+    return None if cause is None or effect is None else effect - cause
+
+
+BLOCK = Block(
+    name="first-target-isolation",
+    summary="latch that takes the array's excitation away from the first spike until the next call",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),
+        Stimulus("spike", "s", 0.1e-3, "time of the spike", can_be_off=True),
+        Stimulus("call", "s", 0.3e-3, "time of the call", can_be_off=True),
+        Stimulus("duration", "s", 0.4e-3, "length of the run"),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("call", "spike[2]", "q", "v_ex_max"),
+)

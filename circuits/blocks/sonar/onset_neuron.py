@@ -1,0 +1,127 @@
+"""Onset neuron: a single spike at the beginning of a sound.
+
+It is "triggered by a positive derivative on a signal of sufficient magnitude". An amplifier of fixed gain G,
+cut off at its rails, lets weak echoes be seen and leaves no trace of loud calls; a high-pass follows it
+whose resistor's current is balanced by a source follower `mh`, and an equal branch without the capacitor,
+its follower `mt` with a slightly higher gate, makes the threshold:
+
+    C_h d(v_h - v_amp)/dt = I_S e^((kappa (v_base - V_T0) - v_h) / U_T) - v_h / R_h
+    v_threshold - v_h = kappa (v_level - v_base)   at rest
+
+v_h follows a fast rise of the envelope and falls back at the slope `s_h = v_h / (R_h C_h)`; it cannot fall
+far below its rest, because the follower's current grows e-fold in U_T: the neuron is ready again soon
+after the loudest call. Under a steady rise v_h keeps on rising only if `G d envelope/dt > s_h`; a slower
+one, `G d envelope/dt = s`, moves it by `-U_T ln(1 - s / s_h)`. Spikes come from the `spike_generator`.
+
+Source: Cheely & Horiuchi 2003, section 4, Echoes; the circuit and every number here are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Values
+from circuits.blocks.sonar.rebound_neuron import outcome
+from circuits.blocks.sonar.spike_generator import (
+    SUPPLY,
+    GeneratorParams,
+    envelope_testbench,
+    generator_biases,
+    sound_stimuli,
+    spike_generator,
+    spike_measures,
+)
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transistor
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Resistors in ohm, capacitors in farad, followers' size in metre; all ours."""
+
+    ground_resistance: float = quantity(100e3, "Ohm")  # with the next: G = 10
+    feedback_resistance: float = quantity(900e3, "Ohm")
+    # with the line above 18 us: takes the 40 kHz ripple down
+    feedback_capacitance: float = quantity(20e-12, "F")
+    amplifier_gain: float = quantity(1e4, "")  # V/V
+    amplifier_resistance: float = quantity(100.0, "Ohm")
+    stray_capacitance: float = quantity(5e-12, "F")  # of a board's node to ground
+    onset_capacitance: float = quantity(4.7e-9, "F")  # C_h
+    onset_resistance: float = quantity(1.8e6, "Ohm")  # R_h; 150 mV/ms with C_h, 15 mV/ms at the envelope
+    follower_width: float = quantity(300e-6, "m")
+    follower_length: float = quantity(1.5e-6, "m")
+    refractory_capacitance: float = quantity(470e-12, "F")
+    refractory_resistance: float = quantity(1.5e6, "Ohm")  # 0.4 ms
+
+
+BIASES = (
+    Bias("v_base", "v_base", "voltage", 2.5),  # ours: v_h rests at 1.42 V
+    Bias("v_level", "v_level", "voltage", 2.56),  # ours: the threshold is 42 mV, 4.2 mV at the envelope
+    *generator_biases("generator"),
+)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The neuron: ports envelope (analog in), spike (event out), biases and the supply."""
+    width, length = params.follower_width, params.follower_length
+    generator = spike_generator(
+        GeneratorParams(
+            refractory_capacitance=params.refractory_capacitance,
+            refractory_resistance=params.refractory_resistance,
+        )
+    )
+    connections = {p.name: p.name for p in generator.ports} | {"v_in": "v_h"}
+    return Circuit(
+        "onset_neuron",
+        (
+            SUPPLY,
+            Port("envelope", "analog"),
+            Port("spike", "event", "out"),
+            *(Port(b.port, "bias") for b in BIASES),
+        ),
+        (
+            OperationalAmplifier(
+                "op", "envelope", "v_n", "v_amp", "vdd",
+                gain=params.amplifier_gain, output_resistance=params.amplifier_resistance,
+            ),
+            Resistor("rg", "v_n", "0", params.ground_resistance),
+            Resistor("rf", "v_amp", "v_n", params.feedback_resistance),
+            Capacitor("cf", "v_amp", "v_n", params.feedback_capacitance),
+            Capacitor("cn", "v_n", "0", params.stray_capacitance),
+            Capacitor("ca", "v_amp", "0", params.stray_capacitance),
+            Capacitor("ch", "v_amp", "v_h", params.onset_capacitance),
+            Resistor("rh", "v_h", "0", params.onset_resistance),
+            Transistor("mh", "n", "vdd", "v_base", "v_h", "0", width, length),
+            Resistor("rt", "v_threshold", "0", params.onset_resistance),
+            Transistor("mt", "n", "vdd", "v_level", "v_threshold", "0", width, length),
+            Capacitor("ct", "v_threshold", "0", params.stray_capacitance),
+        ),
+        (Instance("generator", generator, connections),),
+        biases=BIASES,
+    )  # fmt: skip
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """Trapezoids of the envelope on its pedestal, at 0.5 ms and `delay` later."""
+    return envelope_testbench("onset neuron", circuit, stimuli, v_dd)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`latency_s`, `interval_s`, `spike_width_s`, `margin_V` (of v_h), `supply_power_W`."""
+    return spike_measures(result, "v_h", "v_threshold")
+
+
+BLOCK = Block(
+    name="onset-neuron",
+    summary="single spike at the beginning of a sound, by the slope of its envelope",
+    params=Params,
+    build=build,
+    stimuli=sound_stimuli(0.03),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("envelope", "v_amp", "v_h", "spike"),
+)

@@ -1,0 +1,122 @@
+"""Closed forms of a rebound neuron, from its own circuit: equations (3) to (17) with its sizes and biases.
+
+`V_inhH` and `V_hl` are not printed in the paper. In weak inversion the diode mi4, gate and drain at V_dd,
+charges C for the call's length t: `V_inhH = v_p + U_T ln(I_S t / (C U_T))`. The starved inverter switches
+where its nFET mi8 carries the limited current: `I_lim = I_S ln^2(1 + e^(v_p / 2U_T))`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from circuits.bias import bias_voltages, saturation_current
+from circuits.blocks.block import ClosedForm
+from circuits.blocks.sonar import rebound_equations as eq
+from circuits.circuit import Circuit
+from circuits.devices.softplus import inverse_softplus
+from circuits.lowering.analysis import find_transistor, node_capacitances
+from circuits.lowering.flatten import FlatCircuit, flatten
+from circuits.silicon.silicon import Silicon
+
+CALL_LENGTH = 10e-6  # s, of an event's pulse
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """Parameters with the drawn capacitors, and with all capacitance that loads the nodes."""
+
+    drawn: eq.ReboundParameters
+    loaded: eq.ReboundParameters
+
+
+def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
+    """Parameters of the closed forms for a rebound neuron on the nominal die."""
+    flat = flatten(circuit)
+    currents = {
+        name: float(saturation_current(circuit, circuit.bias(name), silicon))
+        for name in ("i_rslope", "i_rtau", "i_inh_tau", "i_ex_tau", "i_lim")
+    }
+    voltages = {
+        name: float(bias_voltages(circuit, circuit.bias(name), silicon)) for name in ("v_rest", "v_ex_max")
+    }
+    load = node_capacitances(circuit, silicon)
+    drawn_c = {
+        g.device.name: float(g.parameters["capacitance"][0])
+        for g in flat.groups
+        if "capacitance" in g.parameters
+    }
+    n, p = silicon.law("n"), silicon.law("p")
+    i_sn, i_sp = _specific(flat, silicon, "membrane.m1"), _specific(flat, silicon, "membrane.m2")
+    c_inh = load["inhibition.v_inh"]
+    v_hl = n.v_t0 + 2.0 * n.u_t / n.kappa * inverse_softplus(
+        math.sqrt(currents["i_lim"] / _specific(flat, silicon, "inhibition.mi8"))
+    )
+    charged = _specific(flat, silicon, "inhibition.mi4") * CALL_LENGTH / (c_inh * n.u_t)
+    v_inh_high = n.kappa * (silicon.process.v_dd - n.v_t0) + n.u_t * math.log(charged)
+    drawn = eq.ReboundParameters(
+        u_t=n.u_t,
+        kappa_n=n.kappa,
+        kappa_p=p.kappa,
+        i_0n=eq.weak_inversion_prefactor(i_sn, n.kappa, n.v_t0, n.u_t),
+        i_0p=eq.weak_inversion_prefactor(i_sp, p.kappa, p.v_t0, p.u_t),
+        i_sn=i_sn,
+        i_sp=i_sp,
+        v_dd=silicon.process.v_dd,
+        v_rest=voltages["v_rest"],
+        i_rslope=currents["i_rslope"],
+        i_rtau=currents["i_rtau"],
+        i_inh_tau=currents["i_inh_tau"],
+        i_ex_tau=currents["i_ex_tau"],
+        v_ex_max=voltages["v_ex_max"],
+        c_m=drawn_c["c_m"],
+        c_r=drawn_c["c_r"],
+        c_ex=drawn_c["c_ex"],
+        c_inh=drawn_c["c_inh"],
+        v_inh_high=v_inh_high,
+        v_hl=v_hl,
+    )
+    loaded = replace(
+        drawn, c_m=load["v_mem"], c_r=load["membrane.v_r"], c_ex=load["excitation.v_ex"], c_inh=c_inh
+    )
+    return Analysis(drawn, loaded)
+
+
+def closed_forms(circuit: Circuit, silicon: Silicon) -> tuple[ClosedForm, ...]:
+    """Times and voltages as printed, with the drawn capacitors, and as corrected, with all capacitance."""
+    analysis = analyse(circuit, silicon)
+    drawn, loaded = analysis.drawn, analysis.loaded
+    t_reb = eq.rebound_duration(loaded)
+    return (
+        ClosedForm(
+            3,
+            "t_inh_s",
+            eq.inhibition_duration_as_printed(drawn),
+            eq.inhibition_duration(drawn, loaded.c_inh),
+        ),
+        ClosedForm(4, "v_r_peak_V", eq.rebound_slow_equilibrium(drawn), None),
+        ClosedForm(6, "v_mem_rest_V", eq.membrane_equilibrium_as_printed(drawn), eq.membrane_rest(drawn)),
+        ClosedForm(8, "v_r_min_V", eq.rebound_slow_minimum(drawn), None),
+        ClosedForm(12, "t_reb_s", eq.rebound_duration_as_printed(drawn), t_reb),
+        ClosedForm(
+            13,
+            "v_mem_peak_V",
+            eq.rebound_peak_as_printed(drawn, eq.rebound_duration(drawn)),
+            eq.rebound_peak_rounded(loaded, t_reb),
+        ),
+        ClosedForm(
+            17,
+            "epsc_time_constant_s",
+            eq.excitatory_time_constant(drawn),
+            eq.excitatory_time_constant(loaded),
+        ),
+        ClosedForm(
+            17, "epsc_peak_A", eq.excitatory_peak_current(drawn), eq.excitatory_peak_current_ekv(drawn)
+        ),
+    )
+
+
+def _specific(flat: FlatCircuit, silicon: Silicon, label: str) -> float:
+    """Specific current of a transistor, A."""
+    device = find_transistor(flat, label)
+    return silicon.law(device.polarity).square_current * device.multiplicity * device.width / device.length

@@ -1,0 +1,326 @@
+"""Rebound neuron: a range-tuned neuron that fires when an echo meets its postinhibitory rebound.
+
+Five sub-circuits (Cheely & Horiuchi 2003, Figure 3): an inhibitory synapse started by the call, membrane
+dynamics with a slow restoring node, an excitatory synapse started by the echo, a comparator, an axon.
+The paper's schematic is reconstructed: topology from its text, sizes ours (the feasibility study's guesses),
+C_m, C_r, C_ex and C_inh from the paper; C_ax, C_fb and the membrane reset (ma8) ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from circuits.blocks.block import Block, EquationText, Stimulus, Values
+from circuits.blocks.sonar.rebound_analysis import closed_forms
+from circuits.blocks.sonar.rebound_equation_table import EQUATIONS
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor, Device, Source, Transistor
+from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import Polarity
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+UM = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitors in farad."""
+
+    membrane_capacitance: float = quantity(600e-15, "F")
+    rebound_capacitance: float = quantity(600e-15, "F")
+    excitation_capacitance: float = quantity(400e-15, "F")
+    inhibition_capacitance: float = quantity(440e-15, "F")
+    axon_capacitance: float = quantity(150e-15, "F")  # ours
+    feedback_capacitance: float = quantity(50e-15, "F")  # ours
+
+
+# Neuron 2 of the array: best delay 6.33 ms.
+I_INH_TAU = 199.9e-12
+I_EX_TAU = 60.7e-12
+
+SUPPLY = Port("vdd", "supply")
+
+
+def _mos(
+    name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
+) -> Transistor:
+    bulk = "vdd" if polarity == "p" else "0"
+    return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
+
+
+def _inverter(p: str, n: str, a: str, y: str, top: str = "vdd") -> tuple[Device, ...]:
+    return _mos(p, "p", y, a, top, 6, 1.5), _mos(n, "n", y, a, "0", 3, 1.5)
+
+
+def inhibitory_synapse(params: Params) -> Circuit:
+    """The call charges C_inh through a diode, I_inh_tau empties it; while it is high v_mem is held down."""
+    return Circuit(
+        "inhibitory_synapse",
+        (
+            SUPPLY,
+            Port("call", "event"),
+            Port("v_mem", "analog", "out"),
+            Port("v_inh_tau", "bias"),
+            Port("v_ilim", "bias"),
+        ),
+        (
+            *_inverter("mi1", "mi2", "call", "callb"),
+            _mos("mi3", "p", "nd", "callb", "vdd", 3, 1.5),
+            _mos("mi4", "n", "nd", "nd", "v_inh", 3, 1.5),
+            _mos("mi5", "n", "v_inh", "v_inh_tau", "0", 6, 6),
+            Capacitor("c_inh", "v_inh", "0", params.inhibition_capacitance),
+            _mos("mi6", "p", "ap", "v_ilim", "vdd", 3, 3),
+            *_inverter("mi7", "mi8", "v_inh", "a", "ap"),
+            _mos("mi9", "p", "bp", "v_ilim", "vdd", 3, 3),
+            *_inverter("mi10", "mi11", "a", "b", "bp"),
+            _mos("mi12", "n", "v_mem", "b", "0", 3, 1.5),
+        ),
+    )
+
+
+def membrane(params: Params) -> Circuit:
+    """C_m, charged by I_rslope, tied to V_rest through m1, whose gate v_r follows at I_rtau / C_r."""
+    return Circuit(
+        "membrane",
+        (
+            SUPPLY,
+            Port("v_mem", "analog", "out"),
+            Port("v_rest", "bias"),
+            Port("v_rslope", "bias"),
+            Port("v_rtau", "bias"),
+        ),
+        (
+            Capacitor("c_m", "v_mem", "0", params.membrane_capacitance),
+            Capacitor("c_r", "v_r", "0", params.rebound_capacitance),
+            _mos("m1", "n", "v_mem", "v_r", "v_rest", 3, 6),
+            _mos("mr1", "p", "v_mem", "v_rslope", "vdd", 6, 6),
+            _mos("m2", "p", "0", "v_mem", "v_r", 6, 3),
+            _mos("mr2", "p", "v_r", "v_rtau", "vdd", 6, 6),
+        ),
+    )
+
+
+def excitatory_synapse(params: Params) -> Circuit:
+    """The echo pulls v_ex to V_ex,max; I_ex_tau charges it back: the output current decays exponentially."""
+    return Circuit(
+        "excitatory_synapse",
+        (
+            SUPPLY,
+            Port("echo", "event"),
+            Port("v_mem", "analog", "out"),
+            Port("v_ex_max", "bias"),
+            Port("v_ex_tau", "bias"),
+        ),
+        (
+            *_inverter("me1", "me2", "echo", "echob"),
+            _mos("me3", "p", "v_ex_max", "echob", "v_ex", 3, 1.5),
+            _mos("me4", "p", "v_ex", "v_ex_tau", "vdd", 6, 6),
+            Capacitor("c_ex", "v_ex", "vdd", params.excitation_capacitance),
+            _mos("me5", "p", "v_mem", "v_ex", "vdd", 6, 3),
+        ),
+    )
+
+
+def comparator(params: Params) -> Circuit:
+    """Differential pair: charges the axon's input while v_mem is above V_th."""
+    return Circuit(
+        "comparator",
+        (
+            SUPPLY,
+            Port("v_mem", "analog"),
+            Port("v_ax", "analog", "out"),
+            Port("v_th", "bias"),
+            Port("v_bcmp", "bias"),
+        ),
+        (
+            _mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
+            _mos("mc1", "p", "m", "v_mem", "tail", 6, 3),
+            _mos("mc2", "p", "v_ax", "v_th", "tail", 6, 3),
+            _mos("mc4", "n", "m", "m", "0", 6, 3),
+            _mos("mc5", "n", "v_ax", "m", "0", 6, 3),
+        ),
+    )
+
+
+def axon(params: Params) -> Circuit:
+    """Axon-hillock: two inverters with capacitive feedback; a spike resets v_ax at I_pw, and v_mem."""
+    ports = ("v_ax", "v_mem")
+    return Circuit(
+        "axon",
+        (
+            SUPPLY,
+            *(Port(p, "analog", "out") for p in ports),
+            Port("spike", "event", "out"),
+            Port("v_ilim", "bias"),
+            Port("v_pw", "bias"),
+        ),
+        (
+            Capacitor("c_ax", "v_ax", "0", params.axon_capacitance),
+            Capacitor("c_fb", "spike", "v_ax", params.feedback_capacitance),
+            _mos("ma1", "p", "xp", "v_ilim", "vdd", 3, 3),
+            *_inverter("ma2", "ma3", "v_ax", "x", "xp"),
+            *_inverter("ma4", "ma5", "x", "spike"),
+            _mos("ma6", "n", "v_ax", "spike", "rm", 3, 1.5),
+            _mos("ma7", "n", "rm", "v_pw", "0", 6, 6),
+            _mos("ma8", "n", "v_mem", "spike", "0", 3, 1.5),
+        ),
+    )
+
+
+BIASES = (
+    Bias("i_inh_tau", "v_inh_tau", "gate", I_INH_TAU, "inhibition.mi5"),
+    Bias("i_ex_tau", "v_ex_tau", "gate", I_EX_TAU, "excitation.me4"),
+    Bias("i_rslope", "v_rslope", "gate", 500e-12, "membrane.mr1"),
+    Bias("i_rtau", "v_rtau", "gate", 400e-12, "membrane.mr2"),
+    Bias("i_lim", "v_ilim", "gate", 6.3e-6, "axon.ma1"),
+    Bias("i_cmp", "v_bcmp", "gate", 500e-9, "comparator.mc3"),
+    Bias("i_pw", "v_pw", "gate", 650e-9, "axon.ma7"),
+    Bias("v_rest", "v_rest", "voltage", 1.8),
+    Bias("v_th", "v_th", "voltage", 2.5),
+    Bias("v_ex_max", "v_ex_max", "voltage", 4.301),
+)
+
+# Ours, for neuron 2: with these, others as above, all of dies A/0 to A/299 work at 27 degC under mismatch
+# alone, on the same areas and I_cmp. The nominal neuron keeps its best delay within 1 %, its interval within
+# a tenth, and one spike an echo. Found by a random search; its steps, and the yield on dies that it never
+# saw, are in benchmarks/bias_search.py. What it does: a larger echo current, and a threshold that is higher
+# above the rest, so that the call alone stays below it.
+ROBUST_BIASES: Mapping[str, float] = {
+    "i_inh_tau": 202.3e-12,
+    "i_ex_tau": 75.2e-12,
+    "i_rslope": 363.3e-12,
+    "v_rest": 1.792,
+    "v_th": 2.602,
+    "v_ex_max": 4.24,
+}
+
+# Ours: the same with other echo currents, I_inh_tau chosen so that the nominal best delay stays within 0.1 %.
+# On dies A/0 to A/299, mismatch alone, all work; an echo at the best delay makes one spike in 297, two in 3
+# when its current decays fast, two to four (three in the nominal neuron) when it decays slowly: each spike
+# resets the membrane and its restoring node, and what is left of the current drives the next rebound.
+SINGLE_SPIKE_BIASES: Mapping[str, float] = {**ROBUST_BIASES, "i_ex_tau": 102e-12}
+BURST_BIASES: Mapping[str, float] = {**ROBUST_BIASES, "i_inh_tau": 186e-12, "i_ex_tau": 25e-12}
+
+# By name on the command line; complete, so that a set means the same wherever the neuron stands.
+_FACTS = {b.name: float(np.asarray(b.value)) for b in BIASES}
+BIAS_SETS: Mapping[str, Mapping[str, float]] = {
+    "facts": _FACTS,
+    "robust": {**_FACTS, **ROBUST_BIASES},
+    "single-spike": {**_FACTS, **SINGLE_SPIKE_BIASES},
+    "burst": {**_FACTS, **BURST_BIASES},
+}
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The neuron: ports call, echo (events in), v_mem (analog), spike (event out), biases and supply."""
+    parts = (
+        ("inhibition", inhibitory_synapse(params)),
+        ("membrane", membrane(params)),
+        ("excitation", excitatory_synapse(params)),
+        ("comparator", comparator(params)),
+        ("axon", axon(params)),
+    )
+    ports = (
+        SUPPLY, Port("call", "event"), Port("echo", "event"), Port("v_mem", "analog", "out"),
+        Port("spike", "event", "out"), *(Port(b.port, "bias") for b in BIASES),
+    )  # fmt: skip
+    instances = tuple(Instance(name, part, {p.name: p.name for p in part.ports}) for name, part in parts)
+    return Circuit("rebound_neuron", ports, (), instances, biases=BIASES)
+
+
+CALL_TIME = 1e-3  # s, when the testbench's call arrives
+AFTER_RELEASE = 8e-3  # s, how long the testbench goes on after the later of echo and release
+NOMINAL_RELEASE = 7e-3  # s
+
+
+def pulse(times: tuple[float, ...], v_dd: float) -> Waveform:
+    """Full-supply pulses of 10 us with 0.1 us edges, the form that an event takes at a circuit's port."""
+    return Pulse(0.0, v_dd, times, 10e-6, 0.1e-6, 0.1e-6) if times else Constant(0.0)
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A call at 1 ms and an echo `delay` later; either can be off. `duration` overrides the length."""
+    delay = stimuli["delay"] or 0.0
+    if delay < 0.0:
+        raise ParameterError(f"delay: {delay:g} s, must be >= 0; the echo follows the call")
+    call = (CALL_TIME,) if stimuli["call"] is not None else ()
+    echo = (CALL_TIME + delay,) if stimuli["echo"] is not None else ()
+    stop = stimuli["duration"] or CALL_TIME + max(delay, NOMINAL_RELEASE) + AFTER_RELEASE
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("call", "call", pulse(call, v_dd)),
+        Source("echo", "echo", pulse(echo, v_dd)),
+    )
+    return Testbench("rebound neuron", circuit, sources, stop, watch=("spike",))
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`t_inh_s`, `t_reb_s`, `v_mem_peak_V`, `supply_power_W`.
+
+    t_inh: from the call's edge to the fall of the inhibition gate (node inhibition.b) through half the
+    supply; t_reb: from there to the peak of v_mem, or to the spike that ends the rise; None without a call.
+    v_mem_peak: largest v_mem after the release, or over the whole run without a call.
+    """
+    half = half_supply(result.machine)
+    release = falling_crossing(result.time, result["inhibition.b"], half)
+    v_mem = result["v_mem"]
+    after = result.time >= (release or 0.0)
+    peak = int(np.argmax(np.where(after, v_mem, -np.inf)))
+    call = rising_crossing(result.time, result["call"], half)
+    return {
+        "t_inh_s": None if release is None or call is None else release - call,
+        "t_reb_s": None if release is None or call is None else float(result.time[peak]) - release,
+        "v_mem_peak_V": float(v_mem[peak]),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def rising_crossing(time: np.ndarray, v: np.ndarray, level: float) -> float | None:
+    """First time at which v rises through level by linear interpolation, s; None where it never does."""
+    below = np.flatnonzero((v[:-1] < level) & (v[1:] >= level))
+    if below.size == 0:
+        return None
+    k = int(below[0])
+    return float(time[k] + (level - v[k]) / (v[k + 1] - v[k]) * (time[k + 1] - time[k]))
+
+
+def falling_crossing(time: np.ndarray, v: np.ndarray, level: float) -> float | None:
+    """First time at which v falls through level, s; None where it never does."""
+    return rising_crossing(time, -v, -level)
+
+
+def outcome(result: Result) -> str:
+    """`none`, `one-spike` or `several-spikes`."""
+    n = result.spikes["spike"].size
+    return "none" if n == 0 else "one-spike" if n == 1 else "several-spikes"
+
+
+BLOCK = Block(
+    name="rebound-neuron",
+    summary="range-tuned neuron that fires when an echo meets its postinhibitory rebound",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("delay", "s", 6.4e-3, "echo after the call"),
+        Stimulus("call", "", 1.0, "the call's pulse", can_be_off=True),
+        Stimulus("echo", "", 1.0, "the echo's pulse", can_be_off=True),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("call", "echo", "v_mem", "spike"),
+    closed_forms=closed_forms,
+    equations=tuple(
+        EquationText(e.number, e.name, e.printed_form, e.corrected_form, e.difference) for e in EQUATIONS
+    ),
+    bias_sets=BIAS_SETS,
+)

@@ -1,0 +1,70 @@
+"""Metrics of a rebound neuron's tuning; all but the number of spikes come from one `tune`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+
+from circuits.blocks.metric import Metric
+from circuits.blocks.sonar.rebound_neuron import AFTER_RELEASE, CALL_TIME, NOMINAL_RELEASE
+from circuits.blocks.sonar.spike_count import SpikeCount, count_spikes
+from circuits.blocks.sonar.tuning import NeuronClass, Tuning, tune, tuning_machine
+
+
+def shown(tuning: Tuning) -> Mapping[str, float | None]:
+    """Stimuli of the testbench that show a tuning: the pulses by which the neuron's class was decided.
+
+    A neuron that works has an echo at its best delay, one that never fires at the peak of its rebound.
+    """
+    call = None if tuning.outcome in _WITHOUT_CALL else 1.0
+    echo = None if tuning.outcome in _WITHOUT_ECHO else 1.0
+    if call is None or not math.isfinite(tuning.t_inh):
+        return {"call": call, "echo": echo}
+    rebound = tuning.t_inh + tuning.t_reb
+    delay = tuning.best_delay if tuning.outcome is NeuronClass.WORKS else rebound
+    end = CALL_TIME + max(NOMINAL_RELEASE, rebound, delay) + AFTER_RELEASE + tuning.t_reb
+    return {"call": call, "echo": echo, "delay": delay, "duration": end}
+
+
+_WITHOUT_CALL = (NeuronClass.REST_FIRES, NeuronClass.ECHO_ALONE)
+_WITHOUT_ECHO = (NeuronClass.REST_FIRES, NeuronClass.CALL_ALONE)
+
+
+def _outcome(tuning: Tuning) -> str:
+    return tuning.outcome.value
+
+
+def _metric(name: str, unit: str, summary: str, value: Callable[[Tuning], float] | None) -> Metric:
+    reason: Callable[[Tuning], str] = attrgetter("reason")
+    circuits = ("rebound_neuron",)
+    return Metric(name, unit, summary, circuits, tuning_machine, tune, _outcome, reason, value, shown=shown)
+
+
+BEST_DELAY = _metric("best_delay", "s", "midpoint of the facilitating interval", attrgetter("best_delay"))
+WIDTH = _metric("width", "s", "length of the facilitating interval", attrgetter("width"))
+T_INH = _metric("t_inh", "s", "from the call to the release of the inhibition", attrgetter("t_inh"))
+T_REB = _metric("t_reb", "s", "from the release to the peak of v_mem", attrgetter("t_reb"))
+CLASS = _metric("class", "", "what the neuron does: works, call-alone, ...", None)
+
+
+def _count_shown(count: SpikeCount) -> Mapping[str, float | None]:
+    return shown(count.tuning)
+
+
+def _count_outcome(count: SpikeCount) -> str:
+    return count.outcome
+
+
+SPIKES_PER_ECHO = Metric(
+    "spikes_per_echo",
+    "",
+    "spikes after a call and an echo at the best delay",
+    ("rebound_neuron",),
+    tuning_machine,
+    count_spikes,
+    _count_outcome,
+    attrgetter("tuning.reason"),
+    attrgetter("spikes"),
+    shown=_count_shown,
+)

@@ -1,0 +1,245 @@
+"""Vocalization controller: call rate rises and amplitude falls, both linearly, with the proximity voltage.
+
+Cheely & Horiuchi 2003, section 4 and Figure 10, give the two linear laws and no schematic: topology and all
+values are ours. Board parts on the process's supply.
+
+Voltage to current: a resistor network mixes proximity and supply, an amplifier puts the mix on R:
+`v_x = (v_prox G_in + V_dd G_off) / (G_in + G_off + G_gnd)`, `I = v_x / R`.
+Oscillator: I charges C until the comparator's upper threshold, where the call rises and a transistor empties
+C through R_d down to the lower threshold; the call lasts as long as that:
+`1/f = C (V_hi - V_lo) / I + t_call`, `t_call = R_d C ln[(V_hi - I R_d) / (V_lo - I R_d)]`,
+`V_lo = V_dd G_top / G`, `V_hi = V_dd (G_top + G_fb) / G`, `G = G_top + G_bottom + G_fb`.
+Amplitude: an inverting amplifier about a fraction of the supply:
+`a = V_dd r_b / (r_t + r_b) (1 + R_f / R_i) - v_control R_f / R_i`.
+While `enable` is low C is held empty, so that the first call comes one interval after it rises.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.sonar.rebound_neuron import rising_crossing
+from circuits.circuit import Circuit, Port
+from circuits.devices import Capacitor, Device, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import Polarity
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+UM = 1e-6
+
+# Ours, all of them, for every board block. The compensation sets an amplifier's unity-gain frequency,
+# gain / (2 pi R_o C) = 1.6 MHz.
+STRAY = 5e-12  # F, at every board node
+GAIN = 1e4  # V/V
+AMPLIFIER_RESISTANCE = 10e3  # ohm
+COMPENSATION = 100e-9  # F
+COMPARATOR_RESISTANCE = 100.0  # ohm
+COMPARATOR_CAPACITANCE = 1e-9  # F
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Resistances in ohm, capacitance in farad; ours: 5 Hz at 0 V, 30 Hz at 3 V, 4.5 V falling to 0.9 V.
+
+    The shortest call interval in use, 33 ms at 3 V, stays above the longest best delay of the array (28 ms).
+    """
+
+    mix_input_resistance: float = quantity(100e3, "Ohm")
+    mix_offset_resistance: float = quantity(846e3, "Ohm")
+    mix_ground_resistance: float = quantity(89.4e3, "Ohm")
+    current_resistance: float = quantity(211e3, "Ohm")
+    ramp_capacitance: float = quantity(100e-9, "F")
+    discharge_resistance: float = quantity(1.5e3, "Ohm")
+    threshold_top_resistance: float = quantity(750e3, "Ohm")
+    threshold_bottom_resistance: float = quantity(31.26e3, "Ohm")
+    threshold_feedback_resistance: float = quantity(30e3, "Ohm")
+    amplitude_input_resistance: float = quantity(100e3, "Ohm")
+    amplitude_feedback_resistance: float = quantity(120e3, "Ohm")
+    amplitude_top_resistance: float = quantity(144.4e3, "Ohm")
+    amplitude_bottom_resistance: float = quantity(100e3, "Ohm")
+
+
+def mos(
+    name: str, polarity: Polarity, terminals: tuple[str, str, str], width: float, length: float = 1.5
+) -> Transistor:
+    """A transistor on (drain, gate, source), its bulk at its supply; width and length in um."""
+    bulk = "vdd" if polarity == "p" else "0"
+    return Transistor(name, polarity, *terminals, bulk, width * UM, length * UM)
+
+
+def inverter(name: str, a: str, y: str, width: float = 30.0) -> tuple[Device, ...]:
+    """An inverter from `a` to `y`; `width` of its nFET in um, the pFET twice as wide."""
+    return mos(f"{name}_p", "p", (y, a, "vdd"), 2 * width), mos(f"{name}_n", "n", (y, a, "0"), width)
+
+
+def amplifier(name: str, positive: str, negative: str, output: str) -> tuple[Device, ...]:
+    """A compensated operational amplifier."""
+    return (
+        OperationalAmplifier(name, positive, negative, output, "vdd", "0", GAIN, AMPLIFIER_RESISTANCE),
+        Capacitor(f"c_{name}", output, "0", COMPENSATION),
+    )
+
+
+def strays(*nodes: str) -> tuple[Device, ...]:
+    """A stray capacitance from each of `nodes` to ground."""
+    return tuple(Capacitor(f"c_stray_{n}", n, "0", STRAY) for n in nodes)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The board: ports proximity, amplitude_control, enable (in), call, amplitude (out) and supply."""
+    ports = (
+        Port("vdd", "supply"), Port("proximity", "analog"), Port("amplitude_control", "analog"),
+        Port("enable", "analog"), Port("call", "event", "out"), Port("amplitude", "analog", "out"),
+    )  # fmt: skip
+    devices = (*_current(params), *_oscillator(params), *_amplitude(params))
+    return Circuit("vocalization_controller", ports, devices)
+
+
+def _current(params: Params) -> tuple[Device, ...]:
+    """Proximity voltage to a current out of the supply into node ramp."""
+    return (
+        Resistor("r_in", "proximity", "mix", params.mix_input_resistance),
+        Resistor("r_off", "vdd", "mix", params.mix_offset_resistance),
+        Resistor("r_gnd", "mix", "0", params.mix_ground_resistance),
+        *amplifier("converter", "mix", "sense", "drive"),
+        mos("m_drive", "n", ("mirror", "drive", "sense"), 30),
+        Resistor("r_current", "sense", "0", params.current_resistance),
+        mos("m_in", "p", ("mirror", "mirror", "vdd"), 60, 6),
+        mos("m_out", "p", ("ramp", "mirror", "vdd"), 60, 6),
+        *strays("mix", "sense", "mirror"),
+    )
+
+
+def _oscillator(params: Params) -> tuple[Device, ...]:
+    """The ramp, the comparator with hysteresis (its output is low during a call), reset and hold."""
+    return (
+        Capacitor("c_ramp", "ramp", "0", params.ramp_capacitance),
+        OperationalAmplifier(
+            "comparator", "threshold", "ramp", "idle", "vdd", "0", GAIN, COMPARATOR_RESISTANCE
+        ),
+        Capacitor("c_comparator", "idle", "0", COMPARATOR_CAPACITANCE),
+        Resistor("r_top", "vdd", "threshold", params.threshold_top_resistance),
+        Resistor("r_bottom", "threshold", "0", params.threshold_bottom_resistance),
+        Resistor("r_fb", "idle", "threshold", params.threshold_feedback_resistance),
+        *inverter("i_call", "idle", "call"),
+        mos("m_reset", "n", ("ramp", "call", "foot"), 600),
+        Resistor("r_discharge", "foot", "0", params.discharge_resistance),
+        *inverter("i_hold", "enable", "hold"),
+        mos("m_hold", "n", ("ramp", "hold", "0"), 60),
+        *strays("threshold", "call", "foot", "hold"),
+    )
+
+
+def _amplitude(params: Params) -> tuple[Device, ...]:
+    return (
+        Resistor("r_reference_top", "vdd", "reference", params.amplitude_top_resistance),
+        Resistor("r_reference_bottom", "reference", "0", params.amplitude_bottom_resistance),
+        Resistor("r_control", "amplitude_control", "summing", params.amplitude_input_resistance),
+        Resistor("r_amplitude", "summing", "amplitude", params.amplitude_feedback_resistance),
+        *amplifier("inverting", "reference", "summing", "amplitude"),
+        *strays("reference", "summing"),
+    )
+
+
+def thresholds(params: Params, v_dd: float) -> tuple[float, float]:
+    """(V_lo, V_hi): the ramp voltages at which a call ends and begins, V."""
+    top = 1.0 / params.threshold_top_resistance
+    feedback = 1.0 / (params.threshold_feedback_resistance + COMPARATOR_RESISTANCE)
+    total = top + feedback + 1.0 / params.threshold_bottom_resistance
+    return v_dd * top / total, v_dd * (top + feedback) / total
+
+
+def ramp_current(params: Params, proximity: float, v_dd: float) -> float:
+    """Current that charges the ramp at a proximity voltage (V), A."""
+    inward, offset = 1.0 / params.mix_input_resistance, 1.0 / params.mix_offset_resistance
+    total = inward + offset + 1.0 / params.mix_ground_resistance
+    return (proximity * inward + v_dd * offset) / total / params.current_resistance
+
+
+def call_width(params: Params, proximity: float, v_dd: float) -> float:
+    """Length of a call's pulse at a proximity voltage (V), s."""
+    low, high = thresholds(params, v_dd)
+    rest = ramp_current(params, proximity, v_dd) * params.discharge_resistance
+    return params.discharge_resistance * params.ramp_capacitance * math.log((high - rest) / (low - rest))
+
+
+def call_rate(params: Params, proximity: float, v_dd: float) -> float:
+    """Call rate at a constant proximity voltage (V), Hz."""
+    low, high = thresholds(params, v_dd)
+    charging = params.ramp_capacitance * (high - low) / ramp_current(params, proximity, v_dd)
+    return 1.0 / (charging + call_width(params, proximity, v_dd))
+
+
+def amplitude_law(params: Params, v_dd: float) -> tuple[float, float]:
+    """(intercept V, slope V/V) of the amplitude against its control voltage; the slope is negative."""
+    ratio = params.amplitude_feedback_resistance / params.amplitude_input_resistance
+    bottom = params.amplitude_bottom_resistance
+    return v_dd * bottom / (params.amplitude_top_resistance + bottom) * (1.0 + ratio), -ratio
+
+
+ENABLE_TIME = 0.1e-3  # s, when the testbench lets the oscillator go; ours
+EDGE = 1e-6  # s; ours
+INTERVALS = 2.5  # call intervals in a run of default length; ours
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """Constant `proximity`; `amplitude_control` off is proximity. `duration` overrides 2.5 intervals."""
+    proximity, control = stimuli["proximity"] or 0.0, stimuli["amplitude_control"]
+    stop = stimuli["duration"] or ENABLE_TIME + INTERVALS / call_rate(Params(), max(proximity, 0.0), v_dd)
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("proximity", "proximity", Constant(proximity)),
+        Source("amplitude_control", "amplitude_control", Constant(proximity if control is None else control)),
+        Source("enable", "enable", PiecewiseLinear((ENABLE_TIME, ENABLE_TIME + EDGE), (0.0, v_dd))),
+    )
+    return Testbench("vocalization controller", circuit, sources, stop, watch=("call",))
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`first_call_s`, `call_rate_Hz`, `amplitude_V` (at the end), `supply_power_W`.
+
+    The first call counts from the enabling; the rate is that of the last interval, None without one.
+    """
+    calls = result.spikes["call"]
+    half = half_supply(result.machine)
+    enabled = rising_crossing(result.time, result["enable"], half) or 0.0
+    return {
+        "first_call_s": float(calls[0]) - enabled if calls.size else None,
+        "call_rate_Hz": 1.0 / float(calls[-1] - calls[-2]) if calls.size > 1 else None,
+        "amplitude_V": float(result["amplitude"][-1]),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`calling` or `silent`."""
+    return "calling" if result.spikes["call"].size else "silent"
+
+
+BLOCK = Block(
+    name="vocalization-controller",
+    summary="oscillator and amplitude stage that turn the proximity voltage into call rate and amplitude",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("proximity", "V", 1.5, "proximity voltage"),
+        Stimulus(
+            "amplitude_control",
+            "V",
+            None,
+            "control of the amplitude, off for the proximity voltage",
+            can_be_off=True,
+        ),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("proximity", "ramp", "call", "amplitude"),
+)

@@ -1,0 +1,157 @@
+"""Delay of an axonal delay element over its code: unit, offset and integral non-linearity; its metrics.
+
+D(code) = unit code + offset, by least squares over codes 1 to 31
+INL = max |D(code) - unit code - offset| / D(31)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.blocks.metric import Metric
+from circuits.blocks.wavefront.axon_delay import BITS, HIGHEST, code_voltages
+from circuits.circuit import Circuit
+from circuits.devices import Source
+from circuits.devices.source import Constant, PiecewiseLinear, vertices
+from circuits.errors import SolverError
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import DEFAULT_RTOL, Runner
+from circuits.testbench import Testbench
+
+F64 = NDArray[np.float64]
+
+FIRE_TIME = 1e-6  # s
+EDGE = 1e-9  # s, of `fired`: what a cell gives
+LONGEST = 10.0  # s that a delay is waited for
+CODES = tuple(range(1, HIGHEST + 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Linearity:
+    """`delays`: float64[31], s, of codes 1 to 31. `reason`: why there are none, empty otherwise."""
+
+    delays: F64
+    reason: str = ""
+
+    @property
+    def unit(self) -> float:
+        """Delay a unit of the code, s."""
+        return float(np.polyfit(CODES, self.delays, 1)[0])
+
+    @property
+    def offset(self) -> float:
+        """Delay at code 0 by the best line, s."""
+        return float(np.polyfit(CODES, self.delays, 1)[1])
+
+    @property
+    def non_linearity(self) -> float:
+        """Integral non-linearity, a share of full scale."""
+        line = np.polyval(np.polyfit(CODES, self.delays, 1), CODES)
+        return float(np.abs(self.delays - line).max() / self.delays[-1])
+
+
+def delay_machine(circuit: Circuit, silicon: Silicon) -> Machine:
+    """The element with a cell that fires at 1 us and stays so; code 1 until `delay_at` sets another."""
+    v_dd = silicon.process.v_dd
+    fired = PiecewiseLinear((0.0, FIRE_TIME - 0.5 * EDGE, FIRE_TIME + 0.5 * EDGE), (0.0, 0.0, v_dd))
+    bits = enumerate(code_voltages(1, v_dd))
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("fired", "fired", fired),
+        *(Source(f"v_code[{k}]", f"v_code[{k}]", Constant(v)) for k, v in bits),
+    )
+    return to_kernel(Testbench("axon delay", circuit, sources, np.inf, watch=("delayed",)), silicon)
+
+
+def delay_at(machine: Machine, code: int, rtol: float = DEFAULT_RTOL) -> float:
+    """Delay at a code, s, on a machine of `delay_machine`; raises `SolverError` after 10 s."""
+    lines = list(machine.polylines)
+    for k, v in enumerate(code_voltages(code, machine.silicon.process.v_dd)):
+        name = f"v_code[{k}]"
+        lines[machine.source_names.index(name)] = vertices(name, (0.0,), (v,))
+    coded = replace(machine, polylines=tuple(lines))
+    runner = Runner(coded, (), rtol)
+    _, segment = runner.advance(runner.begin(operating_point(coded)), FIRE_TIME + LONGEST)
+    if not segment.spikes:
+        raise SolverError(f"{machine.testbench.title}: no step within {LONGEST:g} s; raise i_delay")
+    return segment.spikes[0][1] - FIRE_TIME
+
+
+def delays_at(machine: Machine, codes: Sequence[int], rtol: float = DEFAULT_RTOL) -> F64:
+    """Delays at several codes, float64[codes], s."""
+    return np.array([delay_at(machine, code, rtol) for code in codes])
+
+
+def linearity(machine: Machine) -> Linearity:
+    """Delays at all codes on a machine of `delay_machine`."""
+    try:
+        return Linearity(delays_at(machine, CODES))
+    except SolverError as error:
+        return Linearity(np.full(len(CODES), math.nan), str(error))
+
+
+def _outcome(found: Linearity) -> str:
+    if found.reason:
+        return "none"
+    return "monotone" if (np.diff(found.delays) > 0.0).all() else "not-monotone"
+
+
+def _reason(found: Linearity) -> str:
+    return found.reason
+
+
+def shown(_: Linearity) -> dict[str, float | None]:
+    """Stimuli of the testbench that show a delay: the middle code; the run lasts until the step is over."""
+    return {"code": float(_MIDDLE)}
+
+
+def _delay(found: Linearity) -> float:
+    return float(found.delays[_MIDDLE - 1])
+
+
+def _unit(found: Linearity) -> float:
+    return found.unit
+
+
+def _offset(found: Linearity) -> float:
+    return found.offset
+
+
+def _non_linearity(found: Linearity) -> float:
+    return found.non_linearity
+
+
+_MIDDLE = 1 << (BITS - 1)  # code 16
+_CIRCUITS = ("axon_delay",)
+
+DELAY = Metric(
+    "delay",
+    "s",
+    f"axonal delay at code {_MIDDLE}",
+    _CIRCUITS,
+    delay_machine,
+    linearity,
+    _outcome,
+    _reason,
+    _delay,
+    shown=shown,
+)
+UNIT_DELAY = Metric(
+    "unit_delay", "s", "axonal delay a unit of the code, by the best line", _CIRCUITS, delay_machine,
+    linearity, _outcome, _reason, _unit, shown=shown,
+)  # fmt: skip
+DELAY_OFFSET = Metric(
+    "delay_offset", "s", "axonal delay at code 0, by the best line", _CIRCUITS, delay_machine, linearity,
+    _outcome, _reason, _offset, shown=shown,
+)  # fmt: skip
+INL = Metric(
+    "inl", "", "integral non-linearity of the axonal delay, a share of full scale", _CIRCUITS,
+    delay_machine, linearity, _outcome, _reason, _non_linearity, shown=shown,
+)  # fmt: skip

@@ -1,0 +1,222 @@
+"""Wavefront cell: fires once at the first of eight arrivals, remembers which it was, and waits for the reset.
+
+Inputs 0 to 7 are steps from the neighbours' axons, N, NE, E, SE, S, SW, W, NW. Every input has a latch:
+
+    held_k falls where arrive_k is high while `quiet` is high;  first_k = not held_k, latched
+    quiet falls with any first_k, or with `start`;              fired = quiet low, and the cell not blocked
+
+so that the first arrival sets its own bit, the bit fires the cell, and `quiet`, low until the plan's reset,
+closes the branches of all others. `start` fires the cell without a bit: the start of a wave points nowhere.
+`fired` drives the cell's own axon, and `request` asks for the address-event bus until `acknowledge` answers.
+A blocked cell (v_blocked high) latches inside, but neither fires nor requests.
+
+Near-simultaneous arrivals: the branches close as soon as `quiet` falls through an nFET's threshold. A second
+arrival within 1.0 ns of the first (27 degC, nominal; edges of 5 ns) sets its bit too, a later one does not;
+at the very edge the latch regenerates to either state. Readers take the lowest set bit.
+
+The reset charges all latches while `reset` is high. Its pFETs are stronger than the branches, so that
+arrivals that are still there lose; it must outlast the recovery of the axons (2 us), as an event of 10 us
+does. The circuit has several rest states until its first reset: a run begins in one.
+
+Source: one spike a cell and a plan, its causes read back, Hwu et al. 2018, section II; circuit and numbers
+are ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.mos import inverter, mos
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import rising_crossing
+from circuits.circuit import Bias, Circuit, InstanceArray, Port
+from circuits.devices import Device, Source
+from circuits.devices.source import Constant, PiecewiseLinear, Waveform
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.silicon.process import AMI_1500
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+UM = 1e-6
+INPUTS = 8
+NAMES = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")  # of the inputs, in their order
+BIASES = (Bias("v_blocked", "v_blocked", "voltage", 0.0),)
+
+# Sizes (width, length) in um, all ours.
+_P, _N, _STACKED = (6.0, 1.5), (3.0, 1.5), (12.0, 1.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Length of what keeps a state and width of what resets it, in metre; ours.
+
+    Raises `ParameterError` where the reset would not win: its pFET must be stronger than a branch.
+    """
+
+    keeper_length: float = quantity(12e-6, "m")
+    precharge_width: float = quantity(12e-6, "m")
+
+    def __post_init__(self) -> None:
+        if not self.keeper_length >= 6e-6:
+            raise ParameterError(
+                f"keeper_length: {self.keeper_length:g} m, must be >= 6e-06, weaker than a branch"
+            )
+        if not self.precharge_width >= 9e-6:
+            raise ParameterError(
+                f"precharge_width: {self.precharge_width:g} m, must be >= 9e-06 to win the reset"
+            )
+
+
+def arrival_latch(params: Params = Params()) -> Circuit:
+    """One input: a bit that is set by an arrival while `quiet` is high, and pulls `quiet` down."""
+    return Circuit(
+        "arrival_latch",
+        (
+            Port("vdd", "supply"),
+            Port("arrive", "event"),
+            Port("quiet", "analog", "out"),
+            Port("reset_n", "event"),
+            Port("first", "event", "out"),
+        ),
+        (
+            mos("ma", "n", "held", "arrive", "branch", *_N),
+            mos("mb", "n", "branch", "quiet", "0", *_N),
+            *_latch("mk", "held", "first", params),
+            mos("mo", "n", "quiet", "first", "0", *_N),
+        ),
+    )
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Ports arrive[8], start, reset, acknowledge (events in), fired, first[8], request (events out)."""
+    latches = InstanceArray(
+        "input",
+        arrival_latch(params),
+        (INPUTS,),
+        {"vdd": "vdd", "arrive": "arrive", "quiet": "quiet", "reset_n": "reset_n", "first": "first"},
+    )
+    ports = (
+        Port("vdd", "supply"),
+        Port("arrive", "event", "in", (INPUTS,)),
+        Port("start", "event"),
+        Port("reset", "event"),
+        Port("acknowledge", "event"),
+        Port("fired", "event", "out"),
+        Port("first", "event", "out", (INPUTS,)),
+        Port("request", "event", "out"),
+        Port("v_blocked", "bias"),
+    )
+    devices = (
+        *inverter("mr", "reset", "reset_n", width=3.0, length=1.5),
+        mos("ms", "n", "quiet", "start", "0", *_N),
+        *_latch("mq", "quiet", "seen", params),
+        *_nor("mf", ("quiet", "v_blocked"), "fired"),
+        *inverter("mi", "fired", "fired_n", width=3.0, length=1.5),
+        mos("mw1", "n", "waiting", "acknowledge", "answer", *_N),
+        mos("mw2", "n", "answer", "fired", "0", *_N),
+        *_latch("mt", "waiting", "taken", params),
+        *_nor("mg", ("fired_n", "taken"), "request"),
+    )
+    return Circuit("wavefront_cell", ports, devices, (latches,), biases=BIASES)
+
+
+def _latch(name: str, a: str, y: str, params: Params) -> tuple[Device, ...]:
+    """Node `a`, high after the reset, its inverse `y`, and what keeps `a` where it is."""
+    weak = (3.0, params.keeper_length / UM)
+    return (
+        mos(f"{name}r", "p", a, "reset_n", "vdd", params.precharge_width / UM, 1.5),
+        *inverter(name, a, y, width=3.0, length=1.5),
+        mos(f"{name}kp", "p", a, y, "vdd", *weak),
+        mos(f"{name}kn", "n", a, y, "0", *weak),
+    )
+
+
+def _nor(name: str, inputs: tuple[str, str], y: str) -> tuple[Device, ...]:
+    a, b = inputs
+    top = f"{name}_top"
+    return (
+        mos(f"{name}p1", "p", top, b, "vdd", *_STACKED),
+        mos(f"{name}p2", "p", y, a, top, *_STACKED),
+        mos(f"{name}n1", "n", y, a, "0", *_N),
+        mos(f"{name}n2", "n", y, b, "0", *_N),
+    )
+
+
+RESET_END = 10e-6  # s, ours: the testbench begins in the reset, from which every state follows
+ARRIVAL = 20e-6  # s, ours: the first arrival, or the start
+ANSWER = 30e-6  # s, ours: the bus acknowledges
+STOP = 50e-6
+EDGE = 5e-9  # s, of an arrival: what an axon's output gives to its eight branches
+
+
+def _step(time: float, edge: float, v_dd: float) -> Waveform:
+    """A rise at half the supply at `time`."""
+    return PiecewiseLinear((0.0, time - 0.5 * edge, time + 0.5 * edge), (0.0, 0.0, v_dd))
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A reset up to 10 us, an arrival at 20 us, another `lag` later, an answer of the bus at 30 us."""
+    lag = stimuli["lag"] or 0.0
+    waves: dict[str, Waveform] = {}
+    for name, time in (("second", ARRIVAL + lag), ("first", ARRIVAL)):
+        number = stimuli[name]
+        if number is None:
+            continue
+        if number != int(number) or not 0 <= number < INPUTS:
+            raise ParameterError(f"{name}: {number:g}, must be an input from 0 to {INPUTS - 1}, or off")
+        waves[f"arrive[{int(number)}]"] = _step(time, EDGE, v_dd)
+    off = Constant(0.0)
+    begun = stimuli["start"] is not None
+    reset = PiecewiseLinear((0.0, RESET_END, RESET_END + 1e-7), (v_dd, v_dd, 0.0))
+    answer = PiecewiseLinear((0.0, ANSWER, ANSWER + 1e-7), (0.0, 0.0, v_dd))
+    sources = (
+        Source("vdd", "vdd", Constant(v_dd)),
+        Source("reset", "reset", reset),
+        Source("start", "start", _step(ARRIVAL, EDGE, v_dd) if begun else off),
+        Source("acknowledge", "acknowledge", answer),
+        *(Source(f"arrive[{k}]", f"arrive[{k}]", waves.get(f"arrive[{k}]", off)) for k in range(INPUTS)),
+    )
+    watch = ("fired", "request", *(f"first[{k}]" for k in range(INPUTS)))
+    return started_at_rest(Testbench("wavefront cell", circuit, sources, STOP, watch=watch), AMI_1500)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`delay_s` from arrival to `fired`, `bits`, the first-arrival latch as a number, `supply_power_W`."""
+    half = half_supply(result.machine)
+    fired = rising_crossing(result.time, result["fired"], half)
+    bits = sum(1 << k for k in range(INPUTS) if result[f"first[{k}]"][-1] > half)
+    return {
+        "delay_s": None if fired is None else fired - ARRIVAL,
+        "bits": float(bits),
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """Neighbours whose arrival is remembered, as in `E` or `E+SW`; `start` or `none` without any."""
+    half = half_supply(result.machine)
+    names = [NAMES[k] for k in range(INPUTS) if result[f"first[{k}]"][-1] > half]
+    fired = result["fired"][-1] > half
+    return "+".join(names) or ("start" if fired else "none")
+
+
+BLOCK = Block(
+    name="wavefront-cell",
+    summary="fires once at the first of eight arrivals and remembers which it was",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("first", "", 2.0, "input of the first arrival, 0 to 7", can_be_off=True),
+        Stimulus("second", "", 5.0, "input of a second arrival", can_be_off=True),
+        Stimulus("lag", "s", 1e-6, "second arrival after the first"),
+        Stimulus("start", "", None, "the plan's start, at the time of the first arrival", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("arrive[2]", "quiet", "fired", "first[2]", "first[5]", "request"),
+)

@@ -1,0 +1,191 @@
+"""Grid of wavefront cells, each with its axon and eight neighbours: the wavefront chip at transistor level.
+
+A cell that fires starts its axon; the axon's step arrives at all neighbours. Input k of a cell comes from the
+neighbour in direction k (N, NE, E, SE, S, SW, W, NW); inputs from beyond the edge are at ground. Wires are
+resistors. A die draws for cell (r, c) what it draws for `cell[r,c]` and `axon[r,c]` here, whatever the size.
+
+On a small grid the simulator shows the whole wave, 16 cells with 2048 transistors in 7 s; the chip's 400
+cells stand here for their places: `--at wavefront-chip/axon[3,4]`.
+
+Source: 20 x 20 cells with eight neighbours each, Hwu et al. 2018, section II; the chip is ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.blocks.wavefront import axon_delay
+from circuits.blocks.wavefront import cell as wavefront_cell
+from circuits.blocks.wavefront.axon_delay import EDGE, UNIT, code_voltages
+from circuits.blocks.wavefront.cell import INPUTS
+from circuits.circuit import Circuit, InstanceArray, Node, Port
+from circuits.count import whole_number
+from circuits.devices import Resistor, Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.lowering.supply import half_supply
+from circuits.solver.power import supply_power
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+# (row, column) of the neighbour at input k, relative to the cell
+NEIGHBOURS = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Size of the grid, resistance of a wire in ohm (ours), and the parts' parameters.
+
+    Raises `ParameterError` for a grid without cells, or with too many.
+    """
+
+    rows: int = quantity(20, "")
+    columns: int = quantity(20, "")
+    wire_resistance: float = quantity(100.0, "Ohm")
+    cell: wavefront_cell.Params = field(default_factory=wavefront_cell.Params)
+    axon: axon_delay.Params = field(default_factory=axon_delay.Params)
+
+    def __post_init__(self) -> None:
+        for name in ("rows", "columns"):
+            whole_number(name, getattr(self, name))
+
+
+def build(params: Params = Params()) -> Circuit:
+    """Of every cell ports start, acknowledge (events in), fired, request, first[8] (events out).
+
+    And v_code[5] and v_blocked; reset, the axons' biases and the supply are shared.
+    """
+    shape = (params.rows, params.columns)
+    cell, axon = wavefront_cell.build(params.cell), axon_delay.build(params.axon)
+    own = {"arrive", "start", "acknowledge", "fired", "request", "first", "v_blocked"}
+    ports = (
+        Port("vdd", "supply"),
+        Port("reset", "event"),
+        *(replace(p, shape=shape + p.shape) for p in cell.ports if p.name in own - {"arrive"}),
+        Port("v_code", "bias", "in", shape + axon.port("v_code").shape),
+        *(axon.port(b.port) for b in axon.biases),
+    )
+    arrays = (
+        InstanceArray("cell", cell, shape, {p.name: p.name for p in cell.ports}),
+        InstanceArray("axon", axon, shape, {p.name: p.name for p in axon.ports}),
+    )
+    nodes = (Node("arrive", (*shape, INPUTS)), Node("delayed", shape))
+    biases = (*(replace(b, device=b.device and f"axon.{b.device}") for b in axon.biases), *cell.biases)
+    return Circuit("wavefront_chip", ports, tuple(_wires(params)), arrays, nodes, biases)
+
+
+def _wires(params: Params) -> Iterator[Resistor]:
+    for row in range(params.rows):
+        for column in range(params.columns):
+            for k, (down, right) in enumerate(NEIGHBOURS):
+                r, c = row + down, column + right
+                inside = 0 <= r < params.rows and 0 <= c < params.columns
+                source = f"delayed[{r},{c}]" if inside else "0"
+                target = f"arrive[{row},{column},{k}]"
+                yield Resistor(f"w{row}_{column}_{k}", target, source, params.wire_resistance)
+
+
+RESET_END = 10e-6  # s, ours: a plan begins in the reset
+START_TIME = 20e-6  # s, ours: when the start is pulsed
+MARGIN = 1.5  # length of a run over the longest nominal way through the grid, ours
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """A reset up to 10 us, then the start's pulse at 20 us; every cell has the same code."""
+    code = stimuli["code"] or 0.0
+    start = tuple(_whole(stimuli, name) for name in ("start_row", "start_column"))
+    rows, columns = circuit.port("start").shape
+    if not (0 <= start[0] < rows and 0 <= start[1] < columns):
+        raise ParameterError(f"start: {start[0]},{start[1]}, must be inside {rows} x {columns} cells")
+    codes = np.full((rows, columns), code)
+    stop = stimuli["duration"] or START_TIME + MARGIN * UNIT * code * max(rows, columns)
+    return plan_testbench(circuit, codes, (start[0], start[1]), stop, v_dd)
+
+
+def plan_testbench(
+    circuit: Circuit, codes: NDArray[np.float64] | NDArray[np.int64], start: tuple[int, int], stop: float,
+    v_dd: float,
+) -> Testbench:  # fmt: skip
+    """One plan from cell `start` on a grid of codes, [rows, columns]; a cell of code 0 is blocked."""
+    off = Constant(0.0)
+    reset = PiecewiseLinear((0.0, RESET_END, RESET_END + EDGE), (v_dd, v_dd, 0.0))
+    sources = [Source("vdd", "vdd", Constant(v_dd)), Source("reset", "reset", reset)]
+    for index in np.ndindex(codes.shape):
+        at = ",".join(map(str, index))
+        begin = pulse((START_TIME,), v_dd) if index == tuple(start) else off
+        levels = {f"start[{at}]": begin, f"acknowledge[{at}]": off}
+        if codes[index] == 0:
+            levels[f"v_blocked[{at}]"] = Constant(v_dd)
+        bits = code_voltages(float(codes[index]), v_dd)
+        levels |= {f"v_code[{at},{k}]": Constant(v) for k, v in enumerate(bits)}
+        sources += [Source(node, node, wave) for node, wave in levels.items()]
+    return Testbench("wavefront grid", circuit, tuple(sources), stop, watch=("fired", "first"))
+
+
+def firing_times(result: Result) -> NDArray[np.float64]:
+    """When every cell fired, float64[rows, columns], s; inf where it did not."""
+    shape = result.machine.testbench.circuit.port("fired").shape
+    found = np.full(shape, np.inf)
+    for index in np.ndindex(shape):
+        spikes = result.spikes[f"fired[{','.join(map(str, index))}]"]
+        found[index] = spikes[0] if spikes.size else np.inf
+    return found
+
+
+def pointers(result: Result) -> NDArray[np.int64]:
+    """Lowest first-arrival bit of every cell at the end, int64[rows, columns]; -1 where none is set."""
+    half = half_supply(result.machine)
+    shape = result.machine.testbench.circuit.port("first").shape
+    bits = np.zeros(shape, dtype=np.bool_)
+    for index in np.ndindex(shape):
+        bits[index] = result[f"first[{','.join(map(str, index))}]"][-1] > half
+    return np.where(bits.any(axis=-1), bits.argmax(axis=-1), -1)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """`fired_cells`, `arrival_s` of the last one after the first, `supply_power_W`."""
+    times = firing_times(result)
+    fired = times[np.isfinite(times)]
+    return {
+        "fired_cells": float(fired.size),
+        "arrival_s": float(fired.max() - fired.min()) if fired.size else None,
+        "supply_power_W": supply_power(result),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`reached` where every cell fired, `partly` or `none`."""
+    reached = np.isfinite(firing_times(result))
+    return "reached" if reached.all() else "partly" if reached.any() else "none"
+
+
+def _whole(stimuli: Values, name: str) -> int:
+    value = stimuli[name] or 0.0
+    if value != int(value):
+        raise ParameterError(f"{name}: {value:g}, must be a whole number")
+    return int(value)
+
+
+CHIP = Block(
+    name="wavefront-chip",
+    summary="20 x 20 wavefront cells with axons; simulate a part: --param rows=2 --param columns=3",
+    params=Params,
+    build=build,
+    stimuli=(
+        Stimulus("code", "", 2.0, "cost code of every cell, 0 to 31"),
+        Stimulus("start_row", "", 0.0, "row of the start"),
+        Stimulus("start_column", "", 0.0, "column of the start"),
+        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("fired[0,0]", "axon[0,0].ramp", "delayed[0,0]"),
+)

@@ -1,0 +1,1 @@
+"""Silicon: process and temperature, dies and their draws."""

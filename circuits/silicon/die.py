@@ -1,0 +1,222 @@
+"""A die is a key, not a stream.
+
+The deviation of a parameter of a device is a pure function of (lot, die, instance path, parameter): the
+counter-based generator Philox4x32-10 with a key hashed from lot, die, the names in the path and the
+parameter, and the array indices of the path as its counter. Order, edits elsewhere, subsets and worker counts
+change nothing, and whole arrays are drawn at once. A place of a path counts as an array by how many indices
+it has: `neuron` and `neuron[0]` are two places, `neuron[0]` of 1 and of 13 are one.
+
+Local mismatch follows area (Pelgrom 1989): a published A is the pair's figure, so that one device has
+`sigma = A / sqrt(2 m W L)`. Process variation is one draw a die, polarity and parameter; corners set it to
+plus or minus 3 sigma instead.
+Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (2011), Philox4x32-10.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from circuits.checks import require_choice, require_type
+from circuits.compiled import compiled
+from circuits.errors import ParameterError
+from circuits.silicon.process import Polarity, Process
+from circuits.silicon.sampling import Sampling
+
+F64 = NDArray[np.float64]
+U32 = NDArray[np.uint32]
+Path = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, shape), ...): all places of an array
+Place = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, index), ...): one place
+
+Corner = Literal["random", "typical", "ss", "ff", "sf", "fs"]
+CORNERS: tuple[Corner, ...] = ("random", "typical", "ss", "ff", "sf", "fs")
+CORNER_SIGMAS = 3.0
+# Direction of (n, p) at each corner: slow is a higher |V_T0| and a lower beta.
+_SLOW = {"typical": (0, 0), "ss": (1, 1), "ff": (-1, -1), "sf": (1, -1), "fs": (-1, 1)}
+
+PARAMETERS = ("v_t0", "beta")
+# no device has a dotted parameter, so that a circuit called `process` shares no key with `shared.v_t0`
+SHARED_PLACE: Place = (("process", ()),)
+
+_COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may have
+
+
+@dataclass(frozen=True, slots=True)
+class Die:
+    """A die: `lot` and `number` choose the silicon.
+
+    `number` None is the nominal die: no mismatch, and process as the corner says (`random` is typical
+    then). `mismatch` and `process` switch local and shared variation off separately. `sampling` is the plan
+    of a study that the die belongs to, in the place of its own draws.
+    """
+
+    lot: str = "A"
+    number: int | None = None
+    corner: Corner = "random"
+    mismatch: bool = True
+    process: bool = True
+    sampling: Sampling | None = None
+
+    def __post_init__(self) -> None:
+        """Keep lot and number in Python's own types: the key is made of their text."""
+        object.__setattr__(self, "lot", str(self.lot))
+        if self.number is not None:
+            object.__setattr__(self, "number", _whole(self.number))
+        require_choice("corner", self.corner, CORNERS)
+        for name in ("mismatch", "process"):
+            require_type(f"die.{name}", getattr(self, name), bool, "True or False")
+
+    def __str__(self) -> str:
+        """As in a netlist's title: `die A/1003`, with the corner where one is set."""
+        name = "die nominal" if self.number is None else f"die {self.lot}/{self.number}"
+        parts = [name, "" if self.corner == "random" else self.corner]
+        if self.number is not None:
+            parts += ["" if self.mismatch else "no mismatch", "" if self.process else "no process variation"]
+        if self.number is not None and self.sampling is not None:
+            parts.append(f"plan {self.sampling.name}")
+        return " ".join(p for p in parts if p)
+
+
+NOMINAL = Die()
+
+
+class Shift(NamedTuple):
+    """Shared process deviation of one polarity: V_T0 (V, of the magnitude) and relative beta."""
+
+    v_t0: float
+    beta: float
+
+
+def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: str) -> F64:
+    """Standard normal draws of devices at all their places, float64[sum of the products of their shapes].
+
+    place: where the circuit stands, ((chip, ()), (instance, index), ...); paths: ((name, shape), ...) from
+    there on, a device's name last with shape (); one after the other, row-major over the shapes. Raises
+    `ParameterError` for more than four index dimensions in all.
+    """
+    own = _normals(die, [_names(place, path) for path in paths], _places(place, paths), parameter)
+    return _planned(die, place, paths, parameter, own)
+
+
+def mismatch(
+    die: Die, process: Process, place: Place, paths: Sequence[Path], area: F64 | float
+) -> tuple[F64 | float, F64 | float]:
+    """Local deviations (V_T0 V, relative beta) of transistors, float64[count] in the order of the paths.
+
+    area: m W L of each, m^2, or of all.
+    """
+    if die.number is None or not die.mismatch:
+        return 0.0, 0.0
+    root = np.sqrt(2.0 * np.asarray(area))
+    names, places = [_names(place, path) for path in paths], _places(place, paths)
+    v_t0, beta = (
+        _planned(die, place, paths, name, _normals(die, names, places, name)) for name in PARAMETERS
+    )
+    return v_t0 * process.pair_a_vt / root, beta * process.pair_a_beta / root
+
+
+def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
+    """Process deviation of a polarity on this die."""
+    variation = process.variation
+    if die.corner != "random":
+        slow = CORNER_SIGMAS * _SLOW[die.corner][0 if polarity == "n" else 1]
+        return Shift(slow * variation.sigma_v_t0, -slow * variation.sigma_beta)
+    if die.number is None or not die.process:
+        return Shift(0.0, 0.0)
+    v_t0, beta = (
+        float(standard_normals(die, SHARED_PLACE, [((polarity, ()),)], f"shared.{name}")[0])
+        for name in PARAMETERS
+    )
+    return Shift(v_t0 * variation.sigma_v_t0, beta * variation.sigma_beta)
+
+
+def _planned(die: Die, place: Place, paths: Sequence[Path], parameter: str, own: F64) -> F64:
+    if die.sampling is None or die.number is None:
+        return own
+    return die.sampling.draws(die.number, place, tuple(paths), parameter, own)
+
+
+def _whole(number: object) -> int:
+    try:
+        whole = operator.index(number)  # type: ignore[arg-type]  # whatever is no whole number raises
+    except TypeError:
+        whole = -1
+    if not 0 <= whole < 2**63:
+        raise ParameterError(f"die: {number}, must be a whole number from 0 to 2^63 - 1")
+    return whole
+
+
+class _Places(NamedTuple):
+    """Counters of all places of some paths, uint32[4, places], and how many each path has."""
+
+    counters: U32
+    counts: list[int]
+
+
+def _names(place: Place, path: Path) -> str:
+    """Names with their numbers of indices, as text in which no two different paths look alike."""
+    return repr(tuple((str(name), len(dimensions)) for name, dimensions in (*place, *path)))
+
+
+def _places(place: Place, paths: Sequence[Path]) -> _Places:
+    fixed = [i for _, index in place for i in index]
+    shapes = [[n for _, shape in path for n in shape] for path in paths]
+    for path, shape in zip(paths, shapes, strict=True):
+        if len(fixed) + len(shape) > _COUNTERS:
+            label = ".".join(name for name, _ in (*place, *path))
+            dimensions = len(fixed) + len(shape)
+            raise ParameterError(f"{label}: {dimensions} index dimensions, must be at most {_COUNTERS}")
+    counts = [math.prod(shape) for shape in shapes]
+    counters = np.zeros((_COUNTERS, sum(counts)), dtype=np.uint32)
+    for row, index in enumerate(fixed):
+        counters[row] = index
+    start = 0
+    for shape, count in zip(shapes, counts, strict=True):
+        if shape:
+            rows = slice(len(fixed), len(fixed) + len(shape))
+            counters[rows, start : start + count] = np.unravel_index(np.arange(count), shape)
+        start += count
+    return _Places(counters, counts)
+
+
+def _normals(die: Die, names: Sequence[str], places: _Places, parameter: str) -> F64:
+    """Draws at all places, the 64-bit key of each path being a hash of die, names and parameter."""
+    before, after = f"({die.lot!r}, {die.number!r}, ", f", {parameter!r})"
+    digests = [
+        hashlib.blake2b((before + n + after).encode(), digest_size=8, person=b"noctule-die").digest()
+        for n in names
+    ]
+    keys = np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T
+    words = np.empty((2, places.counters.shape[1]), dtype=np.uint32)
+    philox(np.repeat(keys, places.counts, axis=1), places.counters, words)
+    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
+    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
+    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
+
+
+@compiled()
+def philox(keys: U32, counters: U32, words: U32) -> None:
+    """First output words of Philox4x32-10, one key and counter a column.
+
+    keys: uint32[2, n]; counters: uint32[4, n]; words: uint32[up to 4, n], filled.
+    """
+    mask, shift = np.uint64(0xFFFFFFFF), np.uint64(32)
+    for i in range(counters.shape[1]):
+        c0, c1 = np.uint64(counters[0, i]), np.uint64(counters[1, i])
+        c2, c3 = np.uint64(counters[2, i]), np.uint64(counters[3, i])
+        k0, k1 = np.uint64(keys[0, i]), np.uint64(keys[1, i])
+        for _ in range(10):
+            p0, p1 = np.uint64(0xD2511F53) * c0, np.uint64(0xCD9E8D57) * c2
+            c0, c1, c2, c3 = (p1 >> shift) ^ c1 ^ k0, p1 & mask, (p0 >> shift) ^ c3 ^ k1, p0 & mask
+            k0, k1 = (k0 + np.uint64(0x9E3779B9)) & mask, (k1 + np.uint64(0xBB67AE85)) & mask
+        out = (c0, c1, c2, c3)
+        for w in range(words.shape[0]):
+            words[w, i] = np.uint32(out[w])

@@ -1,0 +1,79 @@
+"""Draws of a sampling plan in the place of a die's own.
+
+A plan (Latin hypercube, Sobol, importance sampling) fixes the standard normals of a range of dies together.
+It hands a table to `Die.sampling`: one row a die, one column a labelled draw. A draw that the table does not
+have stays the die's own, so that a plan made for one block leaves the rest of a chip alone.
+
+Labels are paths with the parameter last: `rebound_neuron.inhibition.mi5.v_t0`, `chip.neuron[2].m1.beta`, and
+`process.n.shared.v_t0` for what a polarity of a die shares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+
+F64 = NDArray[np.float64]
+Path = tuple[tuple[str, tuple[int, ...]], ...]
+
+_ABSENT = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sampling:
+    """Standard normals of the dies `first`, `first + 1`, ... under a plan called `name`.
+
+    columns: column of each label; rows: float64[dies, columns].
+    """
+
+    name: str
+    first: int
+    columns: Mapping[str, int]
+    rows: F64
+    _found: dict[tuple[Path, tuple[Path, ...], str], NDArray[np.int64]] = field(
+        default_factory=dict, repr=False
+    )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Leave what was looked up behind."""
+        return Sampling, (self.name, self.first, self.columns, self.rows)
+
+    def draws(self, number: int, place: Path, paths: Sequence[Path], parameter: str, own: F64) -> F64:
+        """Standard normals of die `number`, `own` where the plan has none; arguments as in `die`.
+
+        Raises `ParameterError` for a die that the plan does not have.
+        """
+        row = number - self.first
+        if not 0 <= row < len(self.rows):
+            last = self.first + len(self.rows) - 1
+            raise ParameterError(f"die: {number}, the plan {self.name} has {self.first} to {last}")
+        key = (place, tuple(paths), parameter)
+        if key not in self._found:
+            known = [self.columns.get(label, _ABSENT) for label in labels(place, paths, parameter)]
+            self._found[key] = np.array(known, dtype=np.int64)
+        column = self._found[key]
+        return np.where(column == _ABSENT, own, self.rows[row, column])
+
+
+def labels(place: Path, paths: Sequence[Path], parameter: str) -> list[str]:
+    """Label of every draw of `parameter` at the paths, in the order of the draws."""
+    prefix = ".".join(_element(name, index) for name, index in place)
+    found = []
+    for path in paths:
+        shape = tuple(n for _, dimensions in path for n in dimensions)
+        for index in np.ndindex(shape):
+            rest, parts = index, [prefix]
+            for name, dimensions in path:
+                parts.append(_element(name, rest[: len(dimensions)]))
+                rest = rest[len(dimensions) :]
+            found.append(".".join([*parts, parameter]))
+    return found
+
+
+def _element(name: str, index: tuple[int, ...]) -> str:
+    return f"{name}[{','.join(map(str, index))}]" if index else name

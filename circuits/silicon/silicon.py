@@ -1,0 +1,75 @@
+"""Silicon: what a circuit is made of in a run. A process, a temperature, a die and a place on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.checks import require_type
+from circuits.silicon.die import NOMINAL, Die, Path, Place, mismatch, shared
+from circuits.silicon.process import (
+    AMI_1500,
+    Polarity,
+    Process,
+    TransistorAtTemperature,
+    at_temperature,
+    check_temperature,
+    thermal_voltage,
+)
+
+F64 = NDArray[np.float64]
+
+
+class Deviation(NamedTuple):
+    """Local deviation of transistors: V_T0 (V, of the magnitude) and relative beta, float64[count] or 0."""
+
+    v_t0: F64 | float
+    beta: F64 | float
+
+
+@dataclass(frozen=True, slots=True)
+class Silicon:
+    """A process at a temperature (degC) on a die.
+
+    `place`: where a lone circuit stands on its chip, ((chip, ()), (instance, index), ...), so that its
+    devices are the chip's; a circuit without a place stands by itself under its own name.
+    """
+
+    process: Process = AMI_1500
+    temperature_c: float = 27.0
+    die: Die = NOMINAL
+    place: Place | None = None
+
+    def __post_init__(self) -> None:
+        require_type("silicon.process", self.process, Process, "a process, as AMI_1500")
+        require_type("silicon.die", self.die, Die, "a die, as Die('A', 1003)")
+        check_temperature(self.temperature_c)
+
+    @property
+    def thermal_voltage(self) -> float:
+        """U_T, V."""
+        return thermal_voltage(self.temperature_c)
+
+    def law(self, polarity: Polarity) -> TransistorAtTemperature:
+        """Parameters that all transistors of a polarity share on this die at this temperature."""
+        law = at_temperature(self.process.model(polarity), self.process, self.temperature_c)
+        shift = shared(self.die, self.process, polarity)
+        return replace(
+            law, v_t0=law.v_t0 + shift.v_t0, square_current=law.square_current * (1.0 + shift.beta)
+        )
+
+    def deviation(self, circuit: str, path: Path, area: F64 | float) -> Deviation:
+        """Local deviations of the transistors at `path` in the top circuit `circuit`.
+
+        path: ((instance name, shape), ..., (device name, ())); area: m W L of one or of each, m^2.
+        """
+        return self.deviations(circuit, (path,), area)
+
+    def deviations(self, circuit: str, paths: Sequence[Path], area: F64 | float) -> Deviation:
+        """Local deviations of the transistors at several paths, one after the other; area as above."""
+        place = ((circuit, ()),) if self.place is None else self.place
+        return Deviation(*mismatch(self.die, self.process, place, paths, area))

@@ -1,0 +1,256 @@
+"""Noise about an operating point: density at a node, by device, referred to a source, and integrated.
+
+Every noise current between two nodes reaches the output through the transfer of its own place; one solve of
+the transposed circuit a frequency gives all of them. Devices' noises are independent:
+
+    S_out(f) = sum_k |Z_k(f)|^2 S_k(f),   S_k(f) = white_k + flicker_k / f^AF,
+
+and what a source would have to make for the same is S_out / |H|^2. Integrals take the density as a power of
+frequency between two neighbouring points, as ngspice does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import singledispatch
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices.device import Device
+from circuits.devices.noise import (
+    NoiseModel,
+    channel_noise,
+    gate_flicker,
+    junction_noise,
+    noise_model,
+    resistor_noise,
+)
+from circuits.errors import ParameterError
+from circuits.lowering.flatten import DeviceGroup
+from circuits.silicon.process import kelvin
+from circuits.solver.operating_point import OperatingPoint
+from circuits.solver.small_signal import ac, linearise, transistors_at
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+
+class NoiseSources(NamedTuple):
+    """Noise currents of a circuit at an operating point, n of them.
+
+    device: instance paths; kind: `channel`, `junction` or `resistor`; start, end: int64[n], columns of the
+    voltage vector between which the current flows; white: float64[n], A^2/Hz; flicker: float64[n], A^2/Hz
+    at 1 Hz.
+    """
+
+    device: tuple[str, ...]
+    kind: tuple[str, ...]
+    start: I64
+    end: I64
+    white: F64
+    flicker: F64
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Noise at `node`. frequency: float64[F], Hz; density: float64[F, devices], V^2/Hz, white and flicker.
+
+    `gain`: float64[F], |transfer| from `source` to the node, or None without a source.
+    """
+
+    node: str
+    source: str | None
+    unit: str
+    devices: tuple[str, ...]
+    frequency: F64
+    white: F64 = field(repr=False)
+    flicker: F64 = field(repr=False)
+    gain: F64 | None = field(repr=False)
+
+    @property
+    def output(self) -> F64:
+        """Density at the node, float64[F], V^2/Hz."""
+        return np.asarray((self.white + self.flicker).sum(axis=1))
+
+    @property
+    def referred(self) -> F64 | None:
+        """Density that the source would have to make, float64[F], V^2/Hz or A^2/Hz; None without a source."""
+        return None if self.gain is None else self.output / self.gain**2
+
+    @property
+    def variance(self) -> float:
+        """Density integrated over the frequencies, V^2."""
+        return integrate_power(self.frequency, self.output)
+
+    def shares(self) -> dict[str, tuple[float, float]]:
+        """Integrated white and flicker noise of each device, V^2, the largest first."""
+        parts = {
+            name: (
+                integrate_power(self.frequency, self.white[:, k]),
+                integrate_power(self.frequency, self.flicker[:, k]),
+            )
+            for k, name in enumerate(self.devices)
+        }
+        return dict(sorted(parts.items(), key=lambda item: -sum(item[1])))
+
+
+def noise(
+    point: OperatingPoint,
+    node: str,
+    frequency: F64,
+    source: str | None = None,
+    model: NoiseModel | None = None,
+) -> Noise:
+    """Noise at a node over frequency.
+
+    Parameters
+    ----------
+    point
+        Operating point.
+    node
+        Path of the output; one that no source fixes.
+    frequency
+        float64[F], Hz.
+    source
+        Source to which the noise is referred, if any.
+    model
+        Flicker; the process's own unless given.
+
+    Raises
+    ------
+    ParameterError
+        A source fixes the node.
+    UnknownNameError
+        No such node or source.
+    """
+    machine = point.machine
+    k = machine.kernel
+    out = machine.column_of(node)
+    if out >= k.unknowns:
+        raise ParameterError(f"{node}: fixed by a source, must be a node of its own; name another output")
+    model = model or noise_model(machine.silicon.process)
+    found = noise_sources(point, model)
+    pick = np.zeros(k.unknowns, dtype=complex)
+    pick[out] = 1.0
+    power = np.zeros((frequency.size, found.start.size))
+    paths = np.zeros(k.columns, dtype=complex)
+    for row, factors in zip(power, linearise(point).admittances(frequency), strict=True):
+        paths[: k.unknowns] = factors.solve(pick, trans="T")
+        row[:] = np.abs(paths[found.start] - paths[found.end]) ** 2
+    names, owner = _owners(found.device)
+    gain, unit = None, "V^2/Hz"
+    if source is not None:
+        response = ac(point, source, frequency, (node,))
+        gain = np.abs(response.transfer[:, 0])
+        unit = "V^2/Hz" if response.unit == "V/V" else "A^2/Hz"
+    per_hertz = frequency[:, None] ** -model.exponent
+    return Noise(
+        node, source, unit, names, frequency, _summed(power * found.white, owner, len(names)),
+        _summed(power * found.flicker * per_hertz, owner, len(names)), gain,
+    )  # fmt: skip
+
+
+def noise_sources(point: OperatingPoint, model: NoiseModel | None = None) -> NoiseSources:
+    """All noise currents of the circuit at `point`; flicker by `model`, the process's own unless given."""
+    machine = point.machine
+    model = model or noise_model(machine.silicon.process)
+    parts = [_none()]
+    parts += [noise_of(g.device, g, point) for g in machine.flat.groups]
+    parts.append(_transistors(point, model))
+    return NoiseSources(
+        tuple(n for part in parts for n in part.device),
+        tuple(n for part in parts for n in part.kind),
+        *(np.concatenate([part[j] for part in parts]) for j in range(2, 6)),
+    )
+
+
+@singledispatch
+def noise_of(device: Device, group: DeviceGroup, point: OperatingPoint) -> NoiseSources:
+    """Noise currents of a group of devices; a transistor's come from `_transistors`, all at once."""
+    raise TypeError(f"{type(device).__name__}: no noise")
+
+
+@noise_of.register(Capacitor)
+@noise_of.register(ControlledSource)
+@noise_of.register(OperationalAmplifier)
+@noise_of.register(Source)
+@noise_of.register(Transistor)
+def _(device: Device, group: DeviceGroup, point: OperatingPoint) -> NoiseSources:
+    return _none()
+
+
+@noise_of.register
+def _(device: Resistor, group: DeviceGroup, point: OperatingPoint) -> NoiseSources:
+    machine = point.machine
+    start, end = machine.column[group.nodes]
+    white = resistor_noise(group.parameters["resistance"], kelvin(machine.silicon.temperature_c))
+    labels = tuple(group.label(k) for k in range(start.size))
+    return NoiseSources(labels, ("resistor",) * start.size, start, end, white, np.zeros(start.size))
+
+
+def integrate_power(frequency: F64, density: F64) -> float:
+    """Integral of a density that is a power of frequency between two neighbours; float64[F] each."""
+    if frequency.size < 2:
+        return 0.0
+    low, high, ratio = frequency[:-1], frequency[1:], np.log(frequency[1:] / frequency[:-1])
+    first, last = density[:-1], density[1:]
+    whole = (first > 0.0) & (last > 0.0)
+    slope = np.log(np.where(whole, last, 1.0) / np.where(whole, first, 1.0)) / ratio + 1.0
+    # (e^x - 1) / x with x = slope * ratio, whose limit for a density like 1/f is 1
+    x = slope * ratio
+    grown = np.divide(np.expm1(x), x, out=np.ones_like(x), where=np.abs(x) > 1e-9)
+    straight = 0.5 * (first + last) * (high - low)
+    return float(np.where(whole, first * low * ratio * grown, straight).sum())
+
+
+def transistor_areas(point: OperatingPoint) -> F64:
+    """Area m W L of all transistors in the kernel's order, m^2."""
+    groups = [g.parameters for g in point.machine.flat.groups if isinstance(g.device, Transistor)]
+    areas = [p["multiplicity"] * p["width"] * p["length"] for p in groups]
+    return np.concatenate([np.zeros(0), *areas])
+
+
+def _transistors(point: OperatingPoint, model: NoiseModel) -> NoiseSources:
+    machine = point.machine
+    a, w = machine.kernel.transistors, transistors_at(point)
+    n = a.sign.size
+    white = np.zeros(n)
+    channel_noise(a, point.voltage, w, white)
+    at_gate = gate_flicker(model, machine.silicon.process, a.sign > 0.0, transistor_areas(point))
+    labels = tuple(machine.flat.labels(Transistor))
+    drain, _, source, bulk = a.terminal.astype(np.int64)
+    channels = NoiseSources(labels, ("channel",) * n, drain, source, white, at_gate * w.conductance[1] ** 2)
+    if not a.leaks:
+        return channels
+    shot = junction_noise(a, w)
+    return NoiseSources(
+        labels * 3,
+        (*channels.kind, *("junction",) * (2 * n)),
+        np.concatenate([drain, drain, source]),
+        np.concatenate([source, bulk, bulk]),
+        np.concatenate([white, *shot]),
+        np.concatenate([channels.flicker, np.zeros(2 * n)]),
+    )
+
+
+def _none() -> NoiseSources:
+    nothing = np.zeros(0, np.int64)
+    return NoiseSources((), (), nothing, nothing, np.zeros(0), np.zeros(0))
+
+
+def _owners(device: Sequence[str]) -> tuple[tuple[str, ...], I64]:
+    """Names of the devices once each, and whose each noise current is."""
+    names = tuple(dict.fromkeys(device))
+    index = {name: k for k, name in enumerate(names)}
+    return names, np.array([index[d] for d in device], dtype=np.int64)
+
+
+def _summed(power: F64, owner: I64, count: int) -> F64:
+    """Sum of the columns that belong to one device."""
+    total = np.zeros((power.shape[0], count))
+    np.add.at(total.T, owner, power.T)
+    return total

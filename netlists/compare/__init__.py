@@ -1,0 +1,1 @@
+"""Whether two circuits are the same."""

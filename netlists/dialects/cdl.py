@@ -1,0 +1,147 @@
+"""CDL, for layout versus schematic: what is drawn, and nothing else.
+
+Transistors are M elements with W, L and M, bulk included, models `nmos` and `pmos`; capacitors and resistors
+have their values. There is no source, no analysis and no call of the top cell; `*.PININFO` gives the ports
+(`I` in, `O` out, `B` a supply). Ground is the global net `0`. Node arrays are buses, `v_mem<3>`.
+
+A die has no deviation here: all dies are drawn alike, so the nominal die is written whatever was asked for.
+What is not drawn as one device is a black box: an operational amplifier is a call of `black_box_amplifier`
+(positive, negative, output, vdd, vss), a linear controlled source one of `black_box_transconductor`
+(positive, negative, control positive, control negative); the cells are empty and stand first, if used.
+Written to the Cadence and Calibre manuals' description of the format. Not run here.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from typing import Any
+
+from circuits.circuit import Port
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices.device import Device
+from circuits.silicon.die import NOMINAL
+from circuits.silicon.silicon import Deviation, Silicon
+from circuits.testbench import Testbench
+from netlists.dialects.spice import open_definition
+from netlists.naming import make_naming
+from netlists.registry import NO_DEVIATION, Dialect, Settings
+from netlists.write.annotation import Annotation, format_annotation
+from netlists.write.deck import NOT_RUN, Writer, format_deck, no_control, wrap
+from netlists.write.traversal import Definition, Design
+
+_AMPLIFIER, _TRANSCONDUCTOR = "black_box_amplifier", "black_box_transconductor"
+_BOXES: dict[type[Device], list[str]] = {
+    OperationalAmplifier: [f".subckt {_AMPLIFIER} positive negative output vdd vss", f".ends {_AMPLIFIER}"],
+    ControlledSource: [
+        f".subckt {_TRANSCONDUCTOR} positive negative control_positive control_negative",
+        f".ends {_TRANSCONDUCTOR}",
+    ],
+}
+_NAMING = make_naming("angle", frozenset({_AMPLIFIER, _TRANSCONDUCTOR}))
+
+
+@functools.singledispatch
+def _format_device(device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    raise TypeError(f"{type(device).__name__}: no lowering to cdl text")
+
+
+@_format_device.register
+def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    size = f"w={float(device.width)!r} l={float(device.length)!r} m={float(device.multiplicity)!r}"
+    return [f"{_element('m', device)} {device.polarity}mos {size}"]
+
+
+@_format_device.register
+def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    begin = "" if device.ic is None else f" ic={float(device.ic)!r}"
+    return [f"{_element('c', device)} {float(device.capacitance)!r}{begin}"]
+
+
+@_format_device.register
+def _(device: Resistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    return [f"{_element('r', device)} {float(device.resistance)!r}"]
+
+
+@_format_device.register
+def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    note = format_annotation(Annotation("transconductor", device))
+    return [*note, f"{_element('x', device)} {_TRANSCONDUCTOR}"]
+
+
+@_format_device.register
+def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    return [f"{_element('x', device)} {_AMPLIFIER}"]
+
+
+@_format_device.register
+def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+    """Write nothing: a source is no part of the layout."""
+    return []
+
+
+def _element(letter: str, device: Device) -> str:
+    return " ".join((letter + _NAMING.plain(device.name), *map(_NAMING.node, device.terminals())))
+
+
+def _open(name: str, definition: Definition) -> list[str]:
+    ports = [
+        f"{_NAMING.node(each)}:{_pin(port)}" for port in definition.circuit.ports for each in port.elements()
+    ]
+    pins = [f"*.PININFO {line}" for line in _lines(ports)]
+    return [*open_definition(_NAMING, name, definition), *pins]
+
+
+def _lines(words: list[str]) -> list[str]:
+    """Words in lines of their own; a comment has no continuation."""
+    return [line.removeprefix("+ ") for line in wrap(words)] if words else []
+
+
+def _pin(port: Port) -> str:
+    return "B" if port.kind == "supply" else "O" if port.direction == "out" else "I"
+
+
+def _boxes(design: Design) -> list[str]:
+    used = {type(device) for definition in design.definitions for device, _ in definition.devices}
+    return [line for kind, lines in _BOXES.items() if kind in used for line in lines]
+
+
+def _no_call(name: str, nodes: list[str], definition: str) -> list[str]:
+    """Leave the top cell uncalled."""
+    return []
+
+
+_WRITER = Writer(
+    dialect="cdl",
+    remark=NOT_RUN,
+    comment="*",
+    naming=_NAMING,
+    separator="/",
+    open=_open,
+    close=lambda name: [f".ends {name}"],
+    call=lambda name, nodes, definition: wrap([name, *nodes, definition]),
+    head=lambda: ["*.SCALE METER", "*.GLOBAL 0:G"],
+    control=no_control,
+    top=_no_call,
+)
+
+_any: Any = _format_device
+format_device = _any
+
+
+def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
+    """Netlist of a testbench's circuit on the nominal die; sources and analysis are notes alone."""
+    formatter = DIALECT.formatter(settings.models)
+    nominal = replace(silicon, die=NOMINAL)
+    return format_deck(_WRITER, formatter, _boxes, testbench, nominal, settings, title)
+
+
+DIALECT = Dialect(
+    name="cdl",
+    summary="for LVS: M, C and R as drawn; not run here",
+    runs=False,
+    comment="*",
+    naming=_NAMING,
+    devices={"ekv": format_device},
+    write=write,
+)

@@ -1,0 +1,132 @@
+"""ngspice: one `.subckt` a definition, EKV transistors as B sources with constants folded, or BSIM3 cards.
+
+Names. ngspice ignores case, and a node array has no form of its own: `v_mem[3]` is written `v_mem#3`,
+`w[1,2]` is `w#1#2`. Our names have no `#`, so nothing collides and `node_path` reads them back. Names that
+ngspice gives a meaning wherever they stand (`gnd`, `time`, `limit`, ...) get a `#` at the end. An instance
+`neuron[2]` is `xneuron#2` and a device `mi5` is `bmi5` or `rmi5`, its capacitances `cmi5#gb` and so on.
+Node `neuron[2].v_r` of circuit `chip` is known to a run as `xchip.xneuron#2.v_r`, ports of the chip by their
+name alone.
+
+Time. `.tran` stores every accepted point; the largest step is a 2000th of the run unless given. Defaults
+(gear, reltol 1e-5, trtol 1, gmin 1e-15) put a rebound neuron's spike within 0.2 us of the converged time;
+ngspice's own are 200 us off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from circuits.silicon.process import Polarity
+from circuits.silicon.silicon import Silicon
+from circuits.testbench import Testbench
+from netlists.dialects.spice import Syntax, format_mos, make_formatter, make_writer, tolerances
+from netlists.naming import make_naming
+from netlists.registry import DEFAULT_RELTOL, POINTS, Analysis, Dialect, Method, Settings
+from netlists.write import deck
+from netlists.write.bsim3 import Form, make_cards, make_transistors
+from netlists.write.deck import Control, format_deck, format_voltages, no_cards, wrap
+from netlists.write.traversal import Definition
+
+__all__ = ["DEFAULT_RELTOL", "DIALECT", "POINTS", "Method", "format_device", "format_testbench", "node_name"]
+
+# gnd is ground; time is the axis of a run; the others crash ngspice's parser inside v(...)
+_RESERVED = frozenset({"gnd", "time", "temper", "hertz", "limit", "agauss", "aunif", "gauss", "unif"})
+
+
+def _current(name: str, start: str, end: str, expression: str) -> list[str]:
+    return [f"b{name} {start} {end} i={expression}"]
+
+
+def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]:
+    return wrap([".model", name, f"{polarity}mos", "level=8", "version=3.3.0", *parameters])
+
+
+def _control(control: Control) -> list[str]:
+    temperature = repr(control.silicon.temperature_c)
+    step, uic = repr(control.step), " uic" if control.uic else ""
+    return [
+        *format_voltages(".nodeset", [(name.lower(), v) for name, v in control.starts]),
+        *format_voltages(".ic", [(name.lower(), v) for name, v in control.held]),
+        f".options temp={temperature} tnom={temperature}",
+        f".options {tolerances(control.models)} trtol=1.0 reltol={control.reltol!r} method={control.method}",
+        *wrap([".save", *(f"v({name.lower()})" for name in control.saved)]),
+        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r} 0 {step}{uic}",
+        ".end",
+    ]
+
+
+_NAMING = make_naming("hash", _RESERVED)
+_SYNTAX = Syntax("ngspice", _NAMING, _current, _control, runs=True)
+_WRITER = make_writer(_SYNTAX)
+
+_BSIM3 = Form(_NAMING, _card, format_mos, instance=True)
+
+format_device = make_formatter(_SYNTAX)
+node_name = _NAMING.node
+
+
+def format_testbench(
+    testbench: Testbench,
+    silicon: Silicon,
+    title: str | None = None,
+    *,
+    analysis: Analysis = "tran",
+    reltol: float = DEFAULT_RELTOL,
+    tmax: float | None = None,
+    method: Method = "gear",
+    nodes: Iterable[str] | None = None,
+) -> str:
+    """Complete deck of a testbench, the same text for the same input.
+
+    Parameters
+    ----------
+    testbench
+        Circuit, sources and stop time; `start` becomes `.nodeset`, what it begins with `.ic` and `uic`.
+    silicon
+        Process and temperature; every law is applied here, the deck has literal numbers only.
+    title
+        What the first line begins with; the testbench's title by default. Die and temperature follow.
+    analysis
+        `tran` up to the stop time, or `op` with the sources as they are at time 0.
+    reltol, method
+        ngspice's options.
+    tmax
+        Largest step, s; a 2000th of the stop time by default.
+    nodes
+        Paths of the nodes to save; all by default.
+
+    Raises
+    ------
+    TopologyError
+        Two names of one circuit, or of two sources, differ in case only.
+    """
+    return write(testbench, silicon, Settings("ekv", analysis, reltol, tmax, method, nodes), title)
+
+
+def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
+    """Complete deck of a testbench with any choice of models, and with parasitic capacitances."""
+    formatter = DIALECT.formatter(settings.models)
+    cards = make_cards(_BSIM3, silicon) if settings.models == "bsim3" else no_cards
+    return format_deck(_WRITER, formatter, cards, testbench, silicon, settings, title)
+
+
+def run_name(path: str, top: Definition) -> str:
+    """Name, in lower case, by which a run of circuit `top` knows the node at `path`."""
+    return deck.run_name(_WRITER, path, top).lower()
+
+
+def node_path(name: str) -> str:
+    """Our path of a node by its name in a run, in lower case; the inverse of `run_name`."""
+    *instances, node = name.split(".")
+    return ".".join(_NAMING.reference(part) for part in (*(i.removeprefix("x") for i in instances[1:]), node))
+
+
+DIALECT = Dialect(
+    name="ngspice",
+    summary="B sources or BSIM3; run here",
+    runs=True,
+    comment="*",
+    naming=_NAMING,
+    devices={"ekv": format_device, "bsim3": make_formatter(_SYNTAX, make_transistors(_BSIM3))},
+    write=write,
+)

@@ -1,0 +1,1 @@
+"""Circuits on the process of a foundry."""

@@ -1,0 +1,1 @@
+"""Circuits of PySpice, written and read."""

@@ -1,0 +1,173 @@
+"""Testbench -> PySpice circuit, and a simulator for PySpice circuits that works.
+
+`to_pyspice` gives `PySpice.Spice.Netlist.Circuit`: a `SubCircuit` a definition, elements as PySpice's own
+objects, transistors as B sources with the expressions of the exported text (`netlists.dialects.ngspice`, from
+which names and values come, so that the two cannot differ). Numbers are plain floats: PySpice would write
+`1@u_F` as `1F`, and a current of a piecewise-linear source as `5.0A`: femto and atto to SPICE.
+
+`pyspice_simulator` mends what stops PySpice 1.5 from simulating: its search for `libngspice.so`, stderr
+lines that are no failures, `save` of a text. It runs any PySpice circuit; `.simulator()` of our circuits is
+this one, with tolerances that these circuits need. Results are PySpice's; `numpy.asarray` makes them arrays.
+
+`--engine ngspice` uses the exported text in the same library, which PySpice's `NgSpiceShared` binds
+(`netlists.ngspice.run`); it does not build PySpice's objects on the way.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+from PySpice.Spice.Netlist import Circuit, SubCircuit
+from PySpice.Spice.NgSpice.Simulation import NgSpiceCircuitSimulator
+
+from circuits.devices import Source
+from circuits.silicon.silicon import Silicon
+from circuits.testbench import Testbench
+from netlists.dialects.ngspice import DEFAULT_RELTOL, POINTS, format_device, node_name, run_name
+from netlists.ngspice import run as ngspice
+from netlists.write.deck import held_at_start
+from netlists.write.traversal import Definition, element, to_design
+
+OPTIONS = {"gmin": 1e-15, "abstol": 1e-15, "chgtol": 1e-17, "trtol": 1.0, "method": "gear"}
+
+
+class TestbenchCircuit(Circuit):  # type: ignore[misc]
+    """A PySpice circuit with its sources, and what its testbench says about a run.
+
+    Attributes
+    ----------
+    stop : float
+        End of the run, s.
+    temperature_c : float
+        Temperature whose laws the expressions have, degC: they do not follow another one.
+    start : dict of str to float
+        Voltages (V) by name in a run, from which the operating point is sought.
+    held : dict of str to float
+        Voltages (V) by name in a run that hold at time 0.
+    uic : bool
+        Whether a run begins with these and the capacitors' own, and without an operating point.
+    run_names : dict of str to str
+        Name in a run by our path, of every node but ground.
+    """
+
+    __test__ = False  # the name alone would make pytest collect it
+
+    def __init__(
+        self,
+        testbench: Testbench,
+        temperature_c: float,
+        run_names: Mapping[str, str],
+        held: Mapping[str, float],
+    ) -> None:
+        super().__init__(testbench.title)
+        self.stop, self.temperature_c, self.run_names = testbench.stop, temperature_c, dict(run_names)
+        guess = {} if testbench.begin == "uic" else testbench.start
+        self.start = {self.run_names[path]: v for path, v in guess.items()}
+        self.held = {self.run_names[path]: v for path, v in held.items()}
+        self.uic = testbench.begin == "uic"
+
+    def simulator(self, *, reltol: float = DEFAULT_RELTOL, **options: object) -> Simulator:
+        """Simulator at the circuit's temperature; `options` are ngspice's and override `OPTIONS`."""
+        made = pyspice_simulator(self, self.temperature_c, **{**OPTIONS, "reltol": reltol, **options})
+        made.node_set(**self.start)
+        made.initial_condition(**self.held)
+        return made
+
+    def transient(self) -> Any:
+        """Run to `stop` in steps of a 2000th of it at most and return PySpice's transient analysis."""
+        step = self.stop / POINTS
+        return self.simulator().transient(
+            step_time=step, end_time=self.stop, max_time=step, use_initial_condition=self.uic
+        )
+
+
+class Simulator(NgSpiceCircuitSimulator):  # type: ignore[misc]
+    """PySpice's simulator on our binding of ngspice's shared library; analyses are PySpice's methods."""
+
+    def __init__(self, circuit: Any, **options: Any) -> None:
+        super().__init__(circuit, pipe=False, **options)
+
+    def save(self, *nodes: Any) -> None:
+        """Save these nodes only; texts, nodes, or lists of them."""
+        for node in nodes:
+            self._saved_nodes |= {str(n) for n in (node if isinstance(node, list | tuple | set) else [node])}
+
+    def _run(self, analysis_method: str, *arguments: Any, **options: Any) -> Any:
+        """Run one analysis; raises `SimulatorError` in one line where ngspice fails."""
+        super()._run(analysis_method, *arguments, **options)
+        deck = str(self)
+        self.reset_analysis()
+        return ngspice.run_for_pyspice(deck, self).to_analysis()
+
+
+def pyspice_simulator(circuit: Any, temperature_c: float = 27.0, **options: object) -> Simulator:
+    """Simulator of any PySpice circuit that works with Debian's library and with numpy 2.
+
+    Parameters
+    ----------
+    circuit
+        `PySpice.Spice.Netlist.Circuit`.
+    temperature_c
+        Temperature and nominal temperature, degC.
+    options
+        Options of ngspice by name, numbers plain.
+    """
+    made = Simulator(circuit, temperature=temperature_c, nominal_temperature=temperature_c)
+    made.options(**options)
+    return made
+
+
+def to_pyspice(testbench: Testbench, silicon: Silicon) -> TestbenchCircuit:
+    """Build the PySpice circuit of a testbench with its sources, on the die and at the temperature given.
+
+    Raises
+    ------
+    TopologyError
+        Two names of one circuit, or of two sources, differ in case only.
+    """
+    design = to_design(testbench, silicon)
+    top = design.top
+    names = {path: run_name(path, top) for path in design.nodes}
+    held = held_at_start(testbench, silicon)
+    circuit = TestbenchCircuit(testbench, silicon.temperature_c, names, held)
+    for definition in design.definitions:
+        circuit.subcircuit(_subcircuit(definition, silicon))
+    ports = [node_name(p) for p in top.ports]
+    circuit.X(node_name(top.name), node_name(top.name), *ports)
+    for source in design.sources:
+        _add_source(circuit, source, silicon)
+    return circuit
+
+
+def _subcircuit(definition: Definition, silicon: Silicon) -> Any:
+    sub = SubCircuit(node_name(definition.name), *map(node_name, definition.ports))
+    for device, deviation in definition.devices:
+        for line in format_device(device, silicon, deviation):
+            _add_element(sub, line)
+    for call in itertools.chain.from_iterable(definition.calls):
+        name = node_name(element(call.name, call.index))
+        sub.X(name, node_name(call.definition), *map(node_name, call.nodes))
+    return sub
+
+
+def _add_element(netlist: Any, line: str) -> None:
+    """Add the element that a line of text describes: its letter and name, its nodes, its value."""
+    name, *words = line.split()
+    letter, name = name[0], name[1:]
+    begin = {"initial_condition": float(words.pop()[3:])} if words[-1].startswith("ic=") else {}
+    *nodes, value = words
+    if letter == "b":
+        netlist.B(name, *nodes, current_expression=value.removeprefix("i="))
+        return
+    add = {"c": netlist.C, "r": netlist.R, "g": netlist.VCCS}[letter]
+    add(name, *nodes, float(value), **begin)
+
+
+def _add_source(circuit: Any, source: Source, silicon: Silicon) -> None:
+    """Add a source; its waveform is raw text because PySpice puts units behind each of its numbers."""
+    lines = (line.removeprefix("+ ") for line in format_device(source, silicon))
+    name, plus, minus, _, value, *rest = " ".join(lines).split()
+    add = {"v": circuit.V, "i": circuit.I}[name[0]]
+    add(name[1:], plus, minus, float(value), raw_spice=" ".join(rest))

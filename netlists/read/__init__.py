@@ -1,0 +1,7 @@
+"""Reading netlists: text -> circuit and testbench; no code of a netlist is ever run."""
+
+from netlists.read.limits import Limits
+from netlists.read.netlist import Imported, read_netlist
+from netlists.read.note import Note
+
+__all__ = ["Imported", "Limits", "Note", "read_netlist"]

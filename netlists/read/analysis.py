@@ -1,0 +1,169 @@
+"""Cards about a run: `.tran .op .dc .ic .nodeset .temp .options`, and those that are only noted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from netlists.read.card import Card, arguments, shown
+from netlists.read.expression.scope import Scope
+from netlists.read.note import Notes
+from netlists.read.waveform import Span
+
+_VOLTAGE = re.compile(r"v\s*\(\s*([^\s(),]+)\s*\)\s*=\s*('[^']*'|\{[^{}]*\}|[^\s,]+)")
+_OUTPUT = {".save", ".print", ".plot", ".probe", ".meas", ".measure", ".four", ".width", ".post"}
+_OTHER = {".ac", ".noise", ".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".hb"}
+_VARIED = {".step", ".data", ".mc"}  # several circuits in one netlist
+# options about output, convergence and accuracy; any other is taken to be about the circuit
+_NUMERICAL = {
+    "acct", "noacct", "list", "nolist", "node", "nonode", "opts", "noopts", "page", "nopage", "nomod",
+    "noinit", "noopiter", "brief", "post", "probe", "ingold", "captab", "statfl", "numdgt", "measdgt",
+    "measform", "measfail", "co", "csdf", "unwrap", "search", "interp", "klu", "sparse", "savecurrents",
+    "keepopinfo", "trytocompact", "autostop", "warn", "maxwarns", "seed", "reltol", "abstol", "vntol",
+    "chgtol", "trtol", "pivrel", "pivtol", "gmin", "gmindc", "gminsteps", "srcsteps", "gramp", "dcon",
+    "converge", "convstep", "cshdc", "itl1", "itl2", "itl3", "itl4", "itl5", "itl6", "limpts", "limtim",
+    "cptime", "method", "maxord", "lvltim", "delmax", "rmin", "rmax", "imin", "imax", "ft", "absv", "absvar",
+    "relv", "relvar", "absi", "reli", "relq", "absh", "relh", "absmos", "relmos", "fast", "accurate",
+    "runlvl", "bypass", "dvdt", "dvtr", "mu", "xmu", "timeres", "tnom", "device", "timeint", "nonlin",
+    "linsol", "output", "save", "rawfmt", "vabstol", "iabstol", "gmin_stepping", "errpreset",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Transient:
+    """`.tran step stop [start [max_step]] [uic]`, s."""
+
+    step: float
+    stop: float
+    start: float = 0.0
+    max_step: float | None = None
+    uic: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class OperatingPoint:
+    """`.op`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """`.dc source start stop step`: of a source's value, V or A; one or two of them."""
+
+    sources: tuple[str, ...]
+    start: tuple[float, ...]
+    stop: tuple[float, ...]
+    step: tuple[float, ...]
+
+
+Analysis = Transient | OperatingPoint | Sweep
+
+
+@dataclass(slots=True)
+class Controls:
+    """What the cards about a run say; `starts`, `held`: voltage and card by node name as written."""
+
+    analyses: list[Analysis] = field(default_factory=list)
+    starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
+    held: dict[str, tuple[float, Card]] = field(default_factory=dict)
+    temperature_c: float | None = None
+
+    @property
+    def transient(self) -> Transient | None:
+        """The first transient."""
+        return next((each for each in self.analyses if isinstance(each, Transient)), None)
+
+    @property
+    def span(self) -> Span:
+        """Of the first transient."""
+        first = self.transient
+        return Span() if first is None else Span(first.step, first.stop)
+
+    @property
+    def uic(self) -> bool:
+        """Whether the first transient begins without an operating point."""
+        first = self.transient
+        return first is not None and first.uic
+
+
+def read_controls(cards: Iterable[Card], scope: Scope, notes: Notes) -> Controls:
+    """Read the cards about a run; raises `DataError` for one that nobody knows."""
+    controls = Controls()
+    for card in cards:
+        word = card.name()
+        if word in _READERS:
+            _READERS[word](controls, card, scope, notes)
+        elif word in _OUTPUT:
+            notes.add(f"{word} card", card.place)
+        elif word in _OTHER:
+            notes.add(f"{word} analysis", card.place)
+        elif word in _VARIED:
+            notes.leave_out(card, word, word, "one netlist is one circuit, write its values as .param")
+        else:
+            raise card.error(f"{shown(word)}: unknown card; write one of {', '.join(sorted(_READERS))}")
+    return controls
+
+
+def _transient(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    words = [w for w in card.words()[1:] if w != "uic"]
+    uic = len(words) + 1 < len(card.words())
+    if not 2 <= len(words) <= 4:
+        raise card.error(f".tran: {len(words)} numbers, must be 2 to 4; write .tran STEP STOP")
+    values = [scope.number(card, ".tran", w) for w in words]
+    if not min(values[:2]) > 0.0:
+        raise card.error(f".tran: step {values[0]:g} s, stop {values[1]:g} s, must be > 0; correct them")
+    times: dict[str, float] = dict(zip(("step", "stop", "start", "max_step"), values, strict=False))
+    controls.analyses.append(Transient(**times, uic=uic))
+
+
+def _operating_point(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    controls.analyses.append(OperatingPoint())
+
+
+def _sweep(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    words = card.words()[1:]
+    if len(words) not in {4, 8}:
+        raise card.error(f".dc: {len(words)} words, must be 4 or 8; write .dc SOURCE START STOP STEP")
+    columns = [[scope.number(card, ".dc", w) for w in words[k::4]] for k in (1, 2, 3)]
+    start, stop, step = map(tuple, columns)
+    controls.analyses.append(Sweep(tuple(words[0::4]), start, stop, step))
+
+
+def _voltages(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    word, _, rest = card.text.lower().partition(" ")
+    found = _VOLTAGE.findall(rest)
+    if not found or _VOLTAGE.sub("", rest).strip(" ,\t"):
+        raise card.error(f"{word}: must be v(node)=value ...; correct it")
+    into = controls.held if word == ".ic" else controls.starts
+    for node, value in found:
+        into[node] = (scope.number(card, f"v({shown(node)})", value), card)
+
+
+def _temperature(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    words = card.words()
+    if len(words) != 2:
+        raise card.error(f".temp: {len(words) - 1} numbers, must be one; write .temp DEGC")
+    controls.temperature_c = scope.number(card, ".temp", words[1])
+
+
+def _options(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    given = arguments(card, card.words()[1:])
+    if "temp" in given.named:
+        controls.temperature_c = scope.number(card, "temp", given.named["temp"])
+    for name in (*given.positional, *(n for n in given.named if n != "temp")):
+        read_option(name, card, notes)
+
+
+def read_option(name: str, card: Card, notes: Notes) -> None:
+    """Note an option of the run; raises `DataError` for one about the circuit unless it may go."""
+    if name in _NUMERICAL:
+        notes.add(f"option {shown(name)}", card.place)
+    else:
+        notes.leave_out(card, name, f"option {shown(name)}", "write what it sets into the elements")
+
+
+_Reader = Callable[[Controls, Card, Scope, Notes], None]
+_READERS: Mapping[str, _Reader] = {
+    ".tran": _transient, ".op": _operating_point, ".dc": _sweep, ".ic": _voltages, ".nodeset": _voltages,
+    ".temp": _temperature, ".options": _options, ".option": _options, ".opt": _options,
+}  # fmt: skip

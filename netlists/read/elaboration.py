@@ -1,0 +1,323 @@
+"""Sections -> circuits: every sub-circuit once for each set of parameter values that it is called with.
+
+Sources stand at the top level only: a circuit has no stimuli. The top level becomes a circuit `top` whose
+ports are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one
+call of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing
+drives are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the
+circuit. A current source between two nodes becomes two, one at each. Global nodes become ports all the way
+up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from circuits.circuit import GROUND, Circuit, Instance, Port
+from circuits.devices import Device, Source
+from circuits.devices.source import Constant
+from circuits.errors import CircuitError, DataError, ParameterError
+from circuits.silicon.silicon import Deviation
+from netlists.read.card import Arguments, Card, element_arguments, element_words, shown
+from netlists.read.element import Context, read_element
+from netlists.read.expression.scope import Scope
+from netlists.read.limits import Limits
+from netlists.read.note import Notes
+from netlists.read.text.name import circuit_name
+from netlists.read.text.section import Deck, Section, duplicate
+from netlists.read.waveform import Span, negated, read_waveform, vertex_count
+
+_GROUNDS = {GROUND, "gnd"}
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A sub-circuit with its parameter values: the circuit, what it calls, and its transistors' deviations.
+
+    `lifted`: global nodes among its ports, as written. `elements`: devices and instances, parts of parts
+    counted.
+    """
+
+    circuit: Circuit
+    parts: dict[str, Part]
+    deviations: dict[str, Deviation]
+    lifted: tuple[str, ...]
+    elements: int
+
+    def all_deviations(self, prefix: str = "") -> Iterator[tuple[str, Deviation]]:
+        """Yield deviations by instance path."""
+        for name, deviation in self.deviations.items():
+            yield prefix + name, deviation
+        for name, part in self.parts.items():
+            yield from part.all_deviations(f"{prefix}{name}.")
+
+
+@dataclass(frozen=True, slots=True)
+class Top:
+    """The circuit with what drives it. `call`: instance that stands for the whole, with port by its node."""
+
+    part: Part
+    sources: tuple[Source, ...]
+    call: tuple[str, dict[str, str]] | None = None
+
+
+@dataclass(slots=True)
+class _Contents:
+    """What the cards of one section become."""
+
+    devices: list[Device] = field(default_factory=list)
+    instances: list[Instance] = field(default_factory=list)
+    sources: list[Source] = field(default_factory=list)
+    parts: dict[str, Part] = field(default_factory=dict)
+    deviations: dict[str, Deviation] = field(default_factory=dict)
+    lifted: dict[str, None] = field(default_factory=dict)
+    names: dict[str, Card] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Elaboration:
+    """Circuits met so far by section and parameter values, and the chain of calls at hand."""
+
+    deck: Deck
+    scope: Scope
+    span: Span
+    limits: Limits
+    notes: Notes
+    is_cdl: bool = False
+    uses_ic: bool = False
+    built: dict[tuple[Section, tuple[tuple[str, float], ...]], Part] = field(default_factory=dict)
+    seen: set[Section] = field(default_factory=set)
+    calls: list[Section] = field(default_factory=list)
+    again: int = 0  # how many of the calls at hand are read again
+    expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
+    vertices: int = 0
+    models: set[Card] = field(default_factory=set)  # that transistors use
+
+    def top(self) -> Top:
+        """Build the whole netlist; raises `DataError` with file and line."""
+        section = self.deck.top
+        if not section.elements:
+            section = self._library()
+            whole = self._part(section, {}, section.card)
+            self._note_unused()
+            return Top(whole, ())
+        contents = self._contents(section, self.scope)
+        self._note_unused()
+        called = _sole_call(contents)
+        if called is not None:
+            part, by_node = called
+            sources = tuple(replace(s, node=by_node[s.node]) for s in contents.sources)
+            circuit = replace(part.circuit, ports=_ports_driven(part.circuit.ports, sources))
+            return Top(replace(part, circuit=circuit), sources, (contents.instances[0].name, by_node))
+        ports = _ports_of_sources(contents.sources)
+        return Top(self._finish("top", ports, contents, section.card), tuple(contents.sources))
+
+    def _library(self) -> Section:
+        """The last sub-circuit that no other calls, for a netlist without elements at its top."""
+        sections = list(_sections(self.deck.top))
+        if not sections:
+            raise DataError(
+                f"{self.deck.top.card.place}: no elements; write one below the first line, the title"
+            )
+        called = {s for each in sections for s in _called(each)}
+        roots = [s for s in sections if s not in called]
+        return roots[-1] if roots else sections[-1]
+
+    def _note_unused(self) -> None:
+        for section in _sections(self.deck.top):
+            if section not in self.seen:
+                self.notes.add(f"sub-circuit {shown(section.name)}, not called", section.card.place)
+        for section in (self.deck.top, *(s for s in _sections(self.deck.top) if s in self.seen)):
+            for model in section.models.values():
+                if model.card not in self.models:
+                    self.notes.add(f"model {shown(model.name)}, not used", model.card.place)
+
+    def _part(self, section: Section, given: dict[str, float], card: Card) -> Part:
+        key = (section, tuple(sorted(given.items())))
+        if key in self.built:
+            return self.built[key]
+        if section in self.calls:
+            raise card.error(f"{shown(section.name)}: a sub-circuit that calls itself; break the cycle")
+        if len(self.calls) >= self.limits.call_depth:
+            raise card.error(f"calls deeper than {self.limits.call_depth}, the limit; flatten the netlist")
+        is_again = section in self.seen
+        if is_again:
+            self._count(section, card)
+        self.seen.add(section)
+        self.calls.append(section)
+        self.again += is_again
+        for name in (section.name, *section.ports):
+            section.card.check_name(name, self.limits.word)
+        scope = Scope(self.limits, self.scope, dict(given))
+        scope.define({n: (text, section.card) for n, text in section.defaults.items()} | section.parameters)
+        contents = self._contents(section, scope)
+        lifted = tuple(n for n in contents.lifted if n not in section.ports)
+        ports = tuple(Port(circuit_name(n), "analog") for n in (*section.ports, *lifted))
+        self.built[key] = self._finish(section.name, ports, contents, section.card, lifted)
+        self.calls.pop()
+        self.again -= is_again
+        return self.built[key]
+
+    def _count(self, section: Section, card: Card) -> None:
+        """Count a section that is read again; raises `DataError` beyond the limits."""
+        nested = self.again > 0
+        self.expanded[nested] += len(section.elements) + len(section.defaults) + len(section.parameters) + 1
+        most = self.limits.expansion if nested else self.limits.calls
+        if self.expanded[nested] > most:
+            limit = f"more than {most} cards of sub-circuits called with other parameters"
+            raise card.error(f"{limit}, the limit; call them with equal ones")
+
+    def _finish(
+        self,
+        name: str,
+        ports: tuple[Port, ...],
+        contents: _Contents,
+        card: Card,
+        lifted: tuple[str, ...] = (),
+    ) -> Part:
+        try:
+            circuit = Circuit(circuit_name(name), ports, tuple(contents.devices), tuple(contents.instances))
+        except CircuitError as error:
+            raise card.error(str(error)) from None
+        count = len(contents.devices) + sum(1 + p.elements for p in contents.parts.values())
+        return Part(circuit, contents.parts, contents.deviations, lifted, count)
+
+    def _contents(self, section: Section, scope: Scope) -> _Contents:
+        contents, card = _Contents(), section.card
+
+        def node(name: str) -> str:
+            if name in _GROUNDS:
+                return GROUND
+            card.check_name(name, self.limits.word)  # the card that the loop below is at
+            if name in self.deck.global_nodes:
+                contents.lifted[name] = None
+            return circuit_name(name)
+
+        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models)
+        for card in section.elements:
+            name = card.name()
+            if name in contents.names:
+                raise duplicate(card, name, contents.names[name])
+            contents.names[name] = card
+            card.check_name(name, self.limits.word)
+            try:
+                self._element(card, context, contents)
+            except ParameterError as error:
+                raise card.error(str(error)) from None
+        return contents
+
+    def _element(self, card: Card, context: Context, contents: _Contents) -> None:
+        letter = card.text[0].lower()
+        if letter == "x":
+            self._call(card, context, contents)
+        elif letter in "vi":
+            if context.section.parent is not None:
+                name = shown(card.words()[0])
+                raise card.error(f"{name}: a source inside a sub-circuit; move it to the top level")
+            contents.sources += self._sources(card, context)
+        else:
+            element = read_element(card, context)
+            contents.devices.append(element.device)
+            if element.deviation is not None:
+                contents.deviations[element.device.name] = element.deviation
+
+    def _call(self, card: Card, context: Context, contents: _Contents) -> None:
+        name, words = element_arguments(card)
+        if not _call_words(words):
+            raise card.error(f"{shown(name)}: no sub-circuit; write Xname node ... SUBCKT")
+        *nodes, called = _call_words(words)
+        section = context.section.find_section(called)
+        if section is None:
+            raise card.error(f"{shown(name)}: sub-circuit {shown(called)} is not there; add its .subckt")
+        if len(nodes) != len(section.ports):
+            raise card.error(
+                f"{shown(name)}: {len(nodes)} nodes, {shown(called)} has {len(section.ports)} ports,"
+                f" see {section.card.place}; name one node a port"
+            )
+        given = {}
+        for key, word in words.named.items():
+            if key not in section.defaults:
+                raise card.error(
+                    f"{shown(name)}.{shown(key)}: {shown(called)} has no such parameter,"
+                    f" see {section.card.place}; remove it"
+                )
+            given[key] = context.scope.number(card, f"{shown(name)}.{shown(key)}", word)
+        part = self._part(section, given, card)
+        connections = [*zip(section.ports, nodes, strict=True), *((n, n) for n in part.lifted)]
+        connected = {circuit_name(p): context.node(n) for p, n in connections}
+        contents.instances.append(Instance(circuit_name(name), part.circuit, connected))
+        contents.parts[circuit_name(name)] = part
+
+    def _sources(self, card: Card, context: Context) -> list[Source]:
+        name, *words = element_words(card)
+        form = f"write {name[0]}name n+ n- VALUE"
+        if len(words) < 2:
+            raise card.error(f"{shown(name)}: {len(words)} nodes, must be 2; {form}")
+        if set(words[:2]) & {"(", ")", "="}:
+            raise card.error(f"{shown(name)}: {' '.join(map(shown, words[:2]))}, must be two nodes; {form}")
+        plus, minus = map(context.node, words[:2])
+        left = replace(self.span, vertices=self.limits.vertices - self.vertices)
+        waveform = read_waveform(card, words[2:], context.scope, left, self.notes)
+        self.vertices += vertex_count(waveform)
+        own = circuit_name(name)
+        if name[0] == "v":
+            if (plus == GROUND) == (minus == GROUND):
+                raise card.error(f"{shown(name)}: no end at ground, or both; tie one to 0")
+            return [Source(own, plus, waveform) if minus == GROUND else Source(own, minus, negated(waveform))]
+        ends = [(n, w) for n, w in ((minus, waveform), (plus, negated(waveform))) if n != GROUND]
+        if plus == minus:
+            raise card.error(f"{shown(name)}: both ends at one node; remove it")
+        if len(ends) == 1:
+            return [Source(own, *ends[0], "current")]
+        return [Source(f"{own}[{k}]", n, w, "current") for k, (n, w) in enumerate(ends)]
+
+
+def _sections(top: Section) -> Iterator[Section]:
+    for section in top.children.values():
+        yield section
+        yield from _sections(section)
+
+
+def _call_words(words: Arguments) -> list[str]:
+    """Nodes of a call and what it calls, without the marks that some dialects put between them."""
+    return [w for w in words.positional if w not in {"/", "params:"}]
+
+
+def _called(section: Section) -> Iterator[Section]:
+    for card in section.elements:
+        if card.text[0] in "xX":
+            words = _call_words(element_arguments(card)[1])
+            found = section.find_section(words[-1]) if words else None
+            if found is not None:
+                yield found
+
+
+def _sole_call(contents: _Contents) -> tuple[Part, dict[str, str]] | None:
+    """The part of a top level that is one call and sources at its ports, with its port by node."""
+    if contents.devices or len(contents.instances) != 1:
+        return None
+    instance = contents.instances[0]
+    by_node = {node: port for port, node in instance.connections.items()}
+    if len(by_node) < len(instance.connections) or GROUND in by_node:
+        return None
+    if any(source.node not in by_node for source in contents.sources):
+        return None
+    return contents.parts[instance.name], by_node
+
+
+def _ports_of_sources(sources: list[Source]) -> tuple[Port, ...]:
+    nodes = dict.fromkeys(s.node for s in sources)
+    constant = _constant(sources)
+    return tuple(Port(n, "supply" if n in constant else "analog") for n in nodes)
+
+
+def _ports_driven(ports: tuple[Port, ...], sources: tuple[Source, ...]) -> tuple[Port, ...]:
+    driven, constant = {s.node for s in sources}, _constant(sources)
+    return tuple(
+        Port(p.name, "supply" if p.name in constant else "analog", "in" if p.name in driven else "out")
+        for p in ports
+    )
+
+
+def _constant(sources: list[Source] | tuple[Source, ...]) -> set[str]:
+    return {s.node for s in sources if isinstance(s.waveform, Constant) and s.quantity == "voltage"}

@@ -1,0 +1,220 @@
+"""Element cards -> devices.
+
+    Rname a b value          Cname a b value [IC=]    Gname n+ n- c+ c- value
+    Mname d g s b model W= L= [M=] [AD= AS= PD= PS= ...] [DELVTO=] [MULU0=]
+    Bname n+ n- I=expression, linear in one voltage difference
+
+A current of G and B leaves n+, passes the source and enters n-. `DELVTO` adds to the signed threshold, so
+that of a pFET it lowers the magnitude; `MULU0` multiplies the mobility. In CDL, which has no models, the
+polarity is the first letter of the model's name. V, I and X are read elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
+from circuits.silicon.process import Polarity
+from circuits.silicon.silicon import Deviation
+from netlists.read.card import Arguments, Card, element_arguments, shown
+from netlists.read.expression.scope import Scope
+from netlists.read.note import Notes
+from netlists.read.text.name import circuit_name
+from netlists.read.text.section import Model, Section
+
+Node = Callable[[str], str]  # name of a node as written -> as the circuit has it
+_CURRENT = re.compile(r"\b(?:i|cur|value)\s*=\s*(.*)$", re.IGNORECASE)
+# parameters that are noted: what a layout says, which here the process does, and what concerns a run
+_NOTED_OF_TRANSISTOR = {"ad", "as", "pd", "ps", "nrd", "nrs", "nf", "sa", "sb", "sd", "geo", "off"}
+_NOTED = {"ic", "ac", "noise", "noisy"}
+_DEGREES = {"temp", "dtemp"}  # of an element, which has the circuit's
+_COEFFICIENTS = {"tc", "tc1", "tc2"}
+_SHOWN = 6  # parameters of a model that an error names
+KNOWN = "RCGBMVIX"
+_SIGNS: dict[Polarity, float] = {"n": 1.0, "p": -1.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """Where an element stands: its section with parameters, the rule for its nodes, and the notes.
+
+    `models`: cards of the models that elements have used so far.
+    """
+
+    section: Section
+    scope: Scope
+    node: Node
+    notes: Notes
+    is_cdl: bool = False
+    uses_ic: bool = False  # whether the run takes capacitors' own initial voltages
+    models: set[Card] = field(default_factory=set)
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """A device, and what its card adds to it on its die."""
+
+    device: Device
+    deviation: Deviation | None = None
+
+
+def read_element(card: Card, context: Context) -> Element:
+    """Device of a card; raises `DataError` for an element that no device stands for."""
+    letter = card.text[0].lower()
+    if letter not in _READERS:
+        raise card.error(f"{shown(card.text.split()[0])}: unknown element; known are {', '.join(KNOWN)}")
+    return _READERS[letter](card, context)
+
+
+def nodes_and_value(
+    card: Card, name: str, words: Arguments, count: int, key: str, form: str
+) -> tuple[list[str], str]:
+    """Nodes and value word of element `name` of `count` nodes; the value may be named `key`."""
+    rest, value = list(words.positional), words.named.pop(key, None)
+    if value is None and len(rest) > count:
+        value = rest.pop(count)
+    if len(rest) < count or value is None:
+        missing = "a value" if len(rest) >= count else f"{count} nodes"
+        raise card.error(f"{shown(name)}: without {missing}; write {name[0]}name {form}")
+    if len(rest) > count:
+        raise card.error(f"{shown(name)}: {shown(rest[count])} is not understood; write {name[0]}name {form}")
+    return rest, value
+
+
+def _two_nodes(
+    card: Card, name: str, words: Arguments, context: Context, key: str, what: str
+) -> tuple[str, str, str, float]:
+    nodes, word = nodes_and_value(card, name, words, 2, key, "a b VALUE")
+    _note_unused(card, name, words, what, context.notes)
+    a, b = map(context.node, nodes)
+    return circuit_name(name), a, b, context.scope.number(card, shown(name), word)
+
+
+def _resistor(card: Card, context: Context) -> Element:
+    return Element(Resistor(*_two_nodes(card, *element_arguments(card), context, "r", "resistor")))
+
+
+def _capacitor(card: Card, context: Context) -> Element:
+    name, words = element_arguments(card)
+    word = words.named.pop("ic", None)
+    device = Capacitor(*_two_nodes(card, name, words, context, "c", "capacitor"))
+    if word is None:
+        return Element(device)
+    voltage = context.scope.number(card, f"{shown(name)}.ic", word)
+    if not context.uses_ic:
+        context.notes.add("ic of a capacitor, which a run without uic does not use", card.place)
+        return Element(device)
+    return Element(replace(device, ic=voltage))
+
+
+def _controlled_source(card: Card, context: Context) -> Element:
+    if _CURRENT.search(card.text):
+        return _behavioural_source(card, context)
+    name, words = element_arguments(card)
+    nodes, word = nodes_and_value(card, name, words, 4, "gm", "n+ n- c+ c- VALUE")
+    if "poly" in nodes:
+        raise card.error(f"{shown(name)}: POLY is not supported; write a linear G")
+    _note_unused(card, name, words, "controlled source", context.notes)
+    a, b, c, d = map(context.node, nodes)
+    value = context.scope.number(card, shown(name), word)
+    return Element(ControlledSource(circuit_name(name), a, b, c, d, value))
+
+
+def _behavioural_source(card: Card, context: Context) -> Element:
+    head, name = _CURRENT.split(card.text.lower(), maxsplit=1)[0], shown(card.text.split()[0].lower())
+    found = _CURRENT.search(card.text.lower())
+    words = head.replace("(", " ").replace(")", " ").split()
+    supported = "supported is I= linear in one voltage difference, as in I=1u*(v(a)-v(b)), or v(a,b)"
+    if found is None or len(words) != 3:
+        raise card.error(f"{name}: must be {name[0]}name n+ n- I=expression; {supported}")
+    value = context.scope.linear(card, f"{name} ({supported})", found.group(1))
+    if value.constant != 0.0 or not 1 <= len(value.slopes) <= 2:
+        raise card.error(f"{name}: not one voltage difference; {supported}")
+    (plus, slope), *others = value.slopes.items()
+    minus, back = others[0] if others else ("0", -slope)
+    if back != -slope:
+        raise card.error(f"{name}: slopes {slope:g} and {back:g} S, must be opposite; {supported}")
+    a, b, c, d = map(context.node, (words[1], words[2], plus, minus))
+    return Element(ControlledSource(circuit_name(words[0]), a, b, c, d, slope))
+
+
+def _transistor(card: Card, context: Context) -> Element:
+    name, words = element_arguments(card)
+    rest = words.positional
+    if len(rest) != 5:
+        raise card.error(
+            f"{shown(name)}: {len(rest)} words, must be 4 nodes and a model; write M d g s b MODEL W= L="
+        )
+    size = {}
+    for key, default in (("w", None), ("l", None), ("m", "1")):
+        word = words.named.pop(key, default)
+        if word is None:
+            raise card.error(f"{shown(name)}.{key}: missing; write {key.upper()}= in metre")
+        size[key] = context.scope.number(card, f"{shown(name)}.{key}", word)
+    polarity = _polarity(card, context, rest[4])
+    shift = {
+        key: context.scope.number(card, f"{shown(name)}.{key}", words.named.pop(key, neutral))
+        for key, neutral in (("delvto", "0"), ("mulu0", "1"))
+    }
+    _note_transistor(card, name, words, context.notes)
+    d, g, s, b = map(context.node, rest[:4])
+    device = Transistor(circuit_name(name), polarity, d, g, s, b, size["w"], size["l"], size["m"])
+    deviation = Deviation(_SIGNS[polarity] * shift["delvto"] + 0.0, shift["mulu0"] - 1.0)
+    return Element(device, None if deviation == (0.0, 0.0) else deviation)
+
+
+def _polarity(card: Card, context: Context, name: str) -> Polarity:
+    model = context.section.find_model(name)
+    if model is None and context.is_cdl and name[0] in "np":  # a layout's netlist has no models
+        context.notes.add(f"polarity of model {shown(name)} taken from its first letter", card.place)
+        return "n" if name[0] == "n" else "p"
+    if model is None:
+        raise card.error(f"model {shown(name)}: unknown; add its .model card of type nmos or pmos")
+    if model.type not in {"nmos", "pmos"}:
+        raise card.error(
+            f"model {shown(name)}: type {shown(model.type)}, must be nmos or pmos; see {model.card.place}"
+        )
+    _leave_out_figures(model, context.notes)
+    context.models.add(model.card)
+    return "n" if model.type == "nmos" else "p"
+
+
+def _leave_out_figures(model: Model, notes: Notes) -> None:
+    """A model says the polarity; its figures would be another law than that of the process."""
+    if model.parameters:
+        name, given = shown(model.name), ", ".join(map(shown, list(model.parameters)[:_SHOWN]))
+        more = "" if len(model.parameters) <= _SHOWN else f" and {len(model.parameters) - _SHOWN} more"
+        notes.leave_out(
+            model.card,
+            model.name,
+            f".model {name}: parameters {given}{more}",
+            f"transistors have the law of the process, write .model {name} {model.type}",
+            under=".model",
+        )
+
+
+def _note_transistor(card: Card, name: str, words: Arguments, notes: Notes) -> None:
+    for key in words.named:
+        if key in _DEGREES:
+            notes.leave_out(card, key, f"{key} of a transistor", "a circuit has one temperature, remove it")
+        elif key in _NOTED_OF_TRANSISTOR:
+            notes.add(f"{key} of a transistor", card.place)
+        else:
+            raise card.error(f"{shown(name)}.{shown(key)}: unknown parameter; remove it")
+
+
+def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Notes) -> None:
+    for key in words.named:
+        if key in _DEGREES | _COEFFICIENTS:
+            notes.leave_out(card, key, f"{key} of a {what}", "a value holds at all temperatures, remove it")
+        elif key in _NOTED:
+            notes.add(f"{shown(key)} of a {what}", card.place)
+        else:
+            raise card.error(f"{shown(name)}.{shown(key)}: not supported; fold it into the value")
+
+
+_READERS: dict[str, Callable[[Card, Context], Element]] = {
+    "r": _resistor, "c": _capacitor, "g": _controlled_source, "b": _behavioural_source, "m": _transistor,
+}  # fmt: skip

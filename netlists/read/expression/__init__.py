@@ -1,0 +1,1 @@
+"""Expressions of netlists: arithmetic, and the parameters in reach."""

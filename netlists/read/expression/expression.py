@@ -1,0 +1,231 @@
+"""Arithmetic of `.param`, of element values and of B sources: recursive descent, never Python's own.
+
+    expression := or [ ? expression : expression ]
+    or := and { || and }      and := comparison { && comparison }
+    comparison := sum { (< <= > >= == !=) sum }
+    sum := product { (+ -) product }
+    product := unary { (* / %) unary }
+    unary := { + - ! } power        power := atom [ (^ **) unary ]
+    atom := number | name | function ( expression , ... ) | v ( node [ , node ] ) | ( expression )
+
+A value is linear in node voltages, `c + sum of g v(node)`: what is not linear is refused where it arises.
+`log` is natural, as in ngspice. Text is limited in length, brackets in depth. A text is parsed once: what
+comes of it is a function of the parameters' values.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from netlists.read.expression.arithmetic import (
+    FUNCTIONS,
+    OPERATORS,
+    VOLTAGE,
+    Expression,
+    ExpressionError,
+    Linear,
+    Lookup,
+    applied,
+    choice,
+    constant,
+    joined,
+    parameter,
+    signed,
+    voltage,
+)
+from netlists.read.limits import DEFAULT_LIMITS, Limits
+from netlists.read.number import NUMBER, number_value
+
+_TOKEN = re.compile(
+    rf"\s*(?:(?P<number>{NUMBER.pattern})|v\s*\((?P<voltage>[^()]*)\)|(?P<name>[a-z_][a-z0-9_.]*)"
+    r"|(?P<mark>\*\*|\|\||&&|[<>=!]=|[-+*/%^<>!?:(),]))",
+    re.IGNORECASE,
+)
+
+
+class _Token(NamedTuple):
+    kind: str  # number, voltage, name or mark; empty at the end
+    word: str
+    value: float = 0.0
+
+
+_END = _Token("", "")
+
+
+def evaluate(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> float:
+    """Value of an expression without node voltages; `lookup` gives a parameter's value, None if unknown.
+
+    Raises `ExpressionError`: not an expression, an unknown name, too long or deep, or not finite.
+    """
+    return number_of(parse(text, limits), lookup)
+
+
+def evaluate_linear(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> Linear:
+    """Value of an expression that is linear in node voltages; errors as of `evaluate`."""
+    return linear_of(parse(text, limits), lookup)
+
+
+def number_of(expression: Expression, lookup: Lookup) -> float:
+    """Finite value of a parsed expression without node voltages."""
+    found = expression(lookup)
+    if isinstance(found, Linear):
+        if found.slopes:
+            raise ExpressionError("a node voltage where a number is needed; write a number or a parameter")
+        found = found.constant
+    return _finite(found)
+
+
+def linear_of(expression: Expression, lookup: Lookup) -> Linear:
+    """Finite value of a parsed expression that is linear in node voltages."""
+    found = expression(lookup)
+    linear = found if isinstance(found, Linear) else Linear(found)
+    for number in (linear.constant, *linear.slopes.values()):
+        _finite(number)
+    return linear
+
+
+def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
+    """Function of the parameters' values that a text is; raises `ExpressionError`."""
+    if len(text) > limits.expression:
+        raise ExpressionError(
+            f"{len(text)} characters, an expression may have {limits.expression}; shorten it"
+        )
+    parser = _Parser(_tokens(text.strip()), limits)
+    found = parser.expression()
+    parser.expect_end()
+    return found
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
+        raise ExpressionError("its value is not finite; correct it")
+    return value
+
+
+def _tokens(text: str) -> list[_Token]:
+    found, end = [], 0
+    for match in _TOKEN.finditer(text):
+        if match.start() != end:
+            break
+        end, kind = match.end(), match.lastgroup or ""
+        if kind == "number":
+            found.append(_Token(kind, match[kind].lower(), number_value(match)))
+        else:
+            found.append(_Token(kind, match[kind].lower()))
+    if end != len(text):
+        rest = text[end : end + 20]
+        raise ExpressionError(f"{rest!r} is no part of an expression; use numbers, names and + - * / ^ ( )")
+    found.append(_END)
+    return found
+
+
+class _Parser:
+    """One pass over the tokens; a run of operators of one rank is one function, whatever its length."""
+
+    def __init__(self, tokens: list[_Token], limits: Limits) -> None:
+        self.tokens, self.limits = tokens, limits
+        self.position = self.depth = 0
+        self.token = tokens[0]
+
+    def advance(self) -> None:
+        self.position += 1
+        self.token = self.tokens[self.position]
+
+    def take(self, *marks: str) -> str:
+        """The mark at hand if it is one of `marks`, taken; else empty."""
+        kind, word, _ = self.token
+        if kind != "mark" or word not in marks:
+            return ""
+        self.advance()
+        return word
+
+    def expect(self, mark: str) -> None:
+        if not self.take(mark):
+            word = self.token.word or "the end"
+            raise ExpressionError(f"{word[:20]} where {mark} is needed; correct the brackets")
+
+    def expect_end(self) -> None:
+        if self.token.kind:
+            raise ExpressionError(
+                f"{self.token.word[:20]} after a whole expression; put an operator between them"
+            )
+
+    def deeper(self, what: str, remedy: str) -> None:
+        self.depth += 1
+        if self.depth > self.limits.expression_depth:
+            raise ExpressionError(f"more than {self.limits.expression_depth} {what}; {remedy}")
+
+    def expression(self) -> Expression:
+        self.deeper("brackets in one another", "use .param for its parts")
+        found = self.operation(0)
+        if self.take("?"):
+            yes = self.expression()
+            self.expect(":")
+            found = choice(found, yes, self.expression())
+        self.depth -= 1
+        return found
+
+    def operation(self, least: int) -> Expression:
+        """Operands joined by operators of rank `least` and above."""
+        left = self.unary()
+        while (rank := self.rank()) >= least:
+            operands = []
+            while self.rank() == rank:
+                apply = OPERATORS[self.token.word][1]
+                self.advance()
+                operands.append((apply, self.operation(rank + 1)))
+            left = joined(left, operands)
+        return left
+
+    def rank(self) -> int:
+        """Rank of the operator at hand, -1 where there is none."""
+        kind, word, _ = self.token
+        return OPERATORS[word][0] if kind == "mark" and word in OPERATORS else -1
+
+    def unary(self) -> Expression:
+        signs = []
+        while mark := self.take("+", "-", "!"):
+            signs.append(mark)
+        value = self.power()
+        return signed(value, [s for s in reversed(signs) if s != "+"]) if signs else value
+
+    def power(self) -> Expression:
+        base = self.atom()
+        if not self.take("^", "**"):
+            return base
+        self.deeper("powers of powers", "shorten it")  # right-associative: a chain of powers is a depth
+        exponent = self.unary()
+        self.depth -= 1
+        return applied("pow", math.pow, [base, exponent])
+
+    def atom(self) -> Expression:
+        kind, word, value = self.token
+        if self.take("("):
+            inside = self.expression()
+            self.expect(")")
+            return inside
+        if kind in {"", "mark"}:
+            raise ExpressionError(f"{word or 'the end'} where a value is needed; complete the expression")
+        self.advance()
+        if kind == "number":
+            return constant(value)
+        if kind == "voltage":
+            return voltage(word)
+        return self.function(word) if self.take("(") else parameter(word)
+
+    def function(self, name: str) -> Expression:
+        if name == "v":
+            raise ExpressionError(VOLTAGE)
+        if name not in FUNCTIONS:
+            known = ", ".join(sorted(FUNCTIONS))
+            raise ExpressionError(f"{name[:40]}(): unknown function; known are {known}")
+        count, function = FUNCTIONS[name]
+        given = [self.expression()]
+        while self.take(","):
+            given.append(self.expression())
+        self.expect(")")
+        if len(given) != count:
+            raise ExpressionError(f"{name}(): {len(given)} arguments, must be {count}")
+        return applied(name, function, given)

@@ -1,0 +1,249 @@
+"""Netlist -> circuit and testbench: what `noctule import` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isclose
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.circuit import GROUND, Circuit, references
+from circuits.errors import DataError, unknown_name
+from circuits.silicon.silicon import Deviation, Silicon
+from circuits.testbench import Begin, Testbench
+from netlists.read.analysis import Analysis, Controls, read_controls
+from netlists.read.card import Card, shown
+from netlists.read.elaboration import Elaboration, Top
+from netlists.read.expression.scope import Expressions, Scope
+from netlists.read.limits import DEFAULT_LIMITS, Limits
+from netlists.read.note import Note, Notes, drop_names
+from netlists.read.notes.annotated import header_card, read_annotated
+from netlists.read.notes.syntax import syntax_of
+from netlists.read.text.lines import ANNOTATION, Text, read_text
+from netlists.read.text.name import circuit_name, original_name
+from netlists.read.text.section import read_deck
+
+DIALECTS = ("spice", "ngspice", "hspice", "xyce", "cdl")  # that a netlist without our notes may be in
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """What a netlist says.
+
+    `deviations`: of transistors by instance path, those that deviate. `notes`: what was not taken over and
+    changes no circuit; `dropped`: what would, and was left out because `drop` names it.
+    `names`: the netlist's own name, in lower case, of each name that had to be changed. `temperature_c`: of
+    `.temp` or the options, degC, None where there is none. `silicon`: what a netlist that we wrote was made
+    of, None for others, and `models` what its transistors are (`ekv`, `bsim3`). `parasitics`: capacitances
+    to ground (F) by node path that were merged into such a netlist and are no part of the circuit.
+    """
+
+    testbench: Testbench
+    analyses: tuple[Analysis, ...] = ()
+    deviations: Mapping[str, Deviation] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    temperature_c: float | None = None
+    dialect: str = "spice"
+    models: str | None = None
+    silicon: Silicon | None = None
+    parasitics: Mapping[str, float] = field(default_factory=dict)
+    dropped: tuple[Note, ...] = ()
+
+    @property
+    def circuit(self) -> Circuit:
+        """The testbench's circuit."""
+        return self.testbench.circuit
+
+
+def read_netlist(
+    source: Path | str,
+    *,
+    root: Path | None = None,
+    dialect: str | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+    drop: Iterable[str] = (),
+) -> Imported:
+    """Read a netlist from a file, or from a text; no code in it is run.
+
+    Parameters
+    ----------
+    source
+        A file's `Path`, or the netlist itself as text of several lines.
+    root
+        Folder that all files must lie in, links resolved; the file's own by default. A text includes files
+        only where it is given.
+    dialect
+        Of a netlist without our notes: one of `DIALECTS`, `spice` by default. Notes say it themselves.
+    limits
+        How much a netlist may ask for.
+    drop
+        What may go of all that cannot be honoured and would change the circuit: names of models whose
+        parameters are left out (`.model` for all), cards as `.step`, options as `scale`, parameters of
+        elements as `tc1`. What went is in `dropped`.
+
+    Raises
+    ------
+    DataError
+        `file:line: what is wrong; what to try`, for anything that cannot be read in full; a text of one line.
+    UnknownNameError
+        A dialect that is not known.
+    """
+    if dialect is not None and dialect not in DIALECTS:
+        raise unknown_name("dialect", dialect, DIALECTS)
+    if isinstance(source, str) and "\n" not in source:
+        raise DataError(
+            f'netlist:1: "{shown(source)}", a netlist has a title and cards in lines below it; of a file give'
+            " its Path, read_netlist(Path(...))"
+        )
+    with np.errstate(all="ignore"):  # what overflows is refused where it is used, not warned of
+        return _read(source, root, dialect, limits, Notes(drop_names(drop)))
+
+
+def _read(
+    source: Path | str, root: Path | None, dialect: str | None, limits: Limits, notes: Notes
+) -> Imported:
+    text = read_text(source, root, limits, notes, has_title=dialect != "cdl")
+    header = header_card(text.cards)
+    if header is not None:
+        return _annotated(header, text, limits, notes)
+    if text.language != "spice":
+        place = text.cards[0].place if text.cards else "netlist:1"
+        raise DataError(f"{place}: {text.language} without our notes is not read; write it as SPICE")
+    cards = [card for card in text.cards if not card.text.startswith(ANNOTATION)]
+    if len(cards) < len(text.cards):
+        first = next(card for card in text.cards if card.text.startswith(ANNOTATION))
+        notes.add(
+            "structured comment without a noctule note first", first.place, len(text.cards) - len(cards)
+        )
+    if len(cards) > limits.cards:
+        raise cards[limits.cards].error(f"more than {limits.cards} cards, the limit; split the netlist")
+    deck = read_deck(text.title, cards, notes)
+    scope = Scope(limits, expressions=Expressions(limits, deck.size))
+    scope.define(deck.top.parameters)
+    controls = read_controls(deck.controls, scope, notes)
+    uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
+    top = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic).top()
+    if top.part.elements > limits.elements:
+        raise deck.top.card.error(f"{top.part.elements} elements, the limit is {limits.elements}; split it")
+    separator = ":" if dialect == "xyce" else "."  # in the name of a node of an instance
+    bench = _testbench(text.title, top, controls, limits, notes, separator)
+    return Imported(
+        bench,
+        tuple(controls.analyses),
+        dict(top.part.all_deviations()),
+        notes.all(),
+        _names(bench.circuit),
+        controls.temperature_c,
+        dialect or "spice",
+        dropped=notes.dropped(),
+    )
+
+
+def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Imported:
+    words = header.text.split()
+    dialect = next((w.removeprefix("dialect=") for w in words if w.startswith("dialect=")), "")
+    syntax = syntax_of(dialect)
+    if syntax is None:
+        raise header.error(f"dialect {shown(dialect)}: unknown; write the netlist again")
+    found = read_annotated(text.cards, syntax, limits)
+    bench, temperature_c = found.testbench, found.silicon.temperature_c
+    controls = syntax.run(found.controls, limits, notes)
+    stop, degrees = controls.span.stop, controls.temperature_c
+    last = (found.controls or text.cards)[-1]
+    if stop is not None and not isclose(stop, bench.stop, rel_tol=1e-9):
+        raise last.error(f".tran: stops at {stop:g} s, by the testbench note at {bench.stop:g} s; edit both")
+    if controls.transient is not None and controls.uic != (bench.begin == "uic"):
+        raise last.error(f"uic of .tran: {controls.uic}, by the testbench note {bench.begin}; edit both")
+    if degrees is not None and not isclose(degrees, temperature_c, abs_tol=1e-9):
+        raise last.error(f"temp: {degrees:g} degC, by the silicon note {temperature_c:g} degC; edit both")
+    return Imported(
+        bench,
+        tuple(controls.analyses),
+        found.deviations,
+        notes.all(),
+        temperature_c=temperature_c,
+        dialect=dialect,
+        models=found.header.models,
+        silicon=found.silicon,
+        parasitics=found.parasitics,
+        dropped=notes.dropped(),
+    )
+
+
+def _testbench(
+    title: str, top: Top, controls: Controls, limits: Limits, notes: Notes, separator: str
+) -> Testbench:
+    circuit, stop = top.part.circuit, controls.span.stop
+    known: dict[int, _Inside] = {}
+    for node, (_, card) in (*controls.starts.items(), *controls.held.items()):
+        for part in node.split(separator):
+            card.check_name(part, limits.word)
+    start, initial = (
+        {_node_path(top, node.split(separator), card, known): v for node, (v, card) in given.items()}
+        for given in (controls.starts, controls.held)
+    )
+    if controls.uic:
+        for _, card in list(controls.starts.values())[:1]:
+            notes.add(".nodeset with uic, taken as .ic as ngspice does", card.place, len(start))
+        start, initial = {}, start | initial
+    begin: Begin = "uic" if controls.uic else "disturbed"
+    return Testbench(
+        title, circuit, top.sources, inf if stop is None else stop, start=start, initial=initial, begin=begin
+    )
+
+
+def _node_path(top: Top, name: Sequence[str], card: Card, known: dict[int, _Inside]) -> str:
+    """Path in the circuit of a node by the parts of its name in a run; `known` collects circuits."""
+    *instances, node = map(circuit_name, name)
+    if top.call is not None:
+        instance, port = top.call
+        if not instances and node in port:
+            return port[node]
+        instances = instances[1:] if instances and instances[0] == instance else ["", *instances]
+    circuit: Circuit | None = top.part.circuit
+    for each in instances:
+        circuit = _inside(circuit, known).instances.get(each) if circuit else None
+    found = _inside(circuit, known) if circuit else None
+    if found is None or node not in (found.own if instances else found.nodes):
+        raise card.error(
+            f"v({shown('.'.join(name))}): unknown node; name one of the netlist, as in v(x1.node)"
+        )
+    return ".".join([*instances, node])
+
+
+class _Inside(NamedTuple):
+    """Circuits of a circuit's instances, its nodes, and those that are no ports."""
+
+    instances: dict[str, Circuit]
+    nodes: set[str]
+    own: set[str]
+
+
+def _inside(circuit: Circuit, known: dict[int, _Inside]) -> _Inside:
+    if id(circuit) not in known:
+        nodes = {*circuit.shapes(), *(r for _, r in references(circuit))}
+        instances = {i.name: i.circuit for i in circuit.instances}
+        known[id(circuit)] = _Inside(instances, nodes, nodes - {p.name for p in circuit.ports})
+    return known[id(circuit)]
+
+
+def _names(circuit: Circuit) -> dict[str, str]:
+    """Names that the netlist has otherwise, over all circuits inside `circuit`."""
+    seen: dict[int, Circuit] = {}
+    waiting = [circuit]
+    while waiting:
+        each = waiting.pop()
+        if id(each) not in seen:
+            seen[id(each)] = each
+            waiting += [i.circuit for i in each.instances]
+    found = {name: original_name(name) for each in seen.values() for name in sorted(_own_names(each))}
+    return {name: original for name, original in found.items() if name != original}
+
+
+def _own_names(circuit: Circuit) -> set[str]:
+    own = {circuit.name, *(d.name for d in circuit.devices), *(i.name for i in circuit.instances)}
+    return own | {p.name for p in circuit.ports} | {r for _, r in references(circuit) if r != GROUND}

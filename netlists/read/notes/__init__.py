@@ -1,0 +1,1 @@
+"""Notes in netlists that were written here, and circuits made from them."""

@@ -1,0 +1,1 @@
+"""From the text of a netlist to its cards and sections."""

@@ -1,0 +1,98 @@
+"""Files that a netlist consists of: never outside its root folder, regular, UTF-8, and within the limits."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from stat import S_ISREG
+
+from circuits.errors import DataError
+from netlists.read.card import shown
+from netlists.read.limits import Limits
+from netlists.read.note import Notes
+
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
+
+
+@dataclass(slots=True)
+class Files:
+    """What has been read so far, against the limits; `open` is the chain of files inside one another."""
+
+    root: Path | None
+    limits: Limits
+    notes: Notes
+    size: int = 0
+    lines: int = 0
+    names: list[str] = field(default_factory=list)
+    open: list[Path] = field(default_factory=list)
+
+
+def root_folder(folder: Path) -> Path:
+    """Return the root folder with links resolved; raises `DataError` unless it is a folder."""
+    resolved = folder.resolve()
+    if not resolved.is_dir():
+        raise DataError(f"{shown(str(folder))}: no folder, the root must be one; name a folder that exists")
+    return resolved
+
+
+def inside(path: Path, root: Path, name: str, place: str) -> Path:
+    """Return `path` with links resolved; raises `DataError` unless it lies inside `root`."""
+    try:
+        resolved = path.resolve()
+    except (OSError, RuntimeError, ValueError):  # a loop of links, or a NUL in the name
+        raise DataError(f"{place}: {shown(name)}: no such file; correct the name") from None
+    if not resolved.is_relative_to(root):
+        raise DataError(f"{place}: {shown(name)} lies outside the root folder; copy it inside, or set --root")
+    return resolved
+
+
+def contents(files: Files, path: Path, place: str) -> str:
+    """Text of a regular file; raises `DataError` for what cannot be read or exceeds the limits."""
+    limits = files.limits
+    if len(files.names) == limits.files:
+        raise DataError(f"{place}: more than {limits.files} files, the limit; join some")
+    try:
+        status = path.stat()
+        if not S_ISREG(status.st_mode):
+            raise DataError(f"{place}: {shown(path.name)} is no file; name a file")
+        if files.size + status.st_size > limits.size:
+            raise _too_large(place, limits)
+        with path.open("rb") as file:
+            data = file.read(limits.size - files.size + 1)
+    except OSError as error:
+        reason = error.strerror or "cannot be read"
+        raise DataError(f"{place}: {shown(path.name)}: {reason}; check the file") from None
+    files.names.append(path.name)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        byte = data[error.start]
+        raise DataError(f"{path.name}:{line}: byte 0x{byte:02x}, must be UTF-8; save it as UTF-8") from None
+    count(files, text, path.name)
+    return text
+
+
+def count(files: Files, text: str, name: str) -> None:
+    """Count a text against the limits; raises `DataError` for one that is too long, empty or no text."""
+    limits = files.limits
+    files.size += len(text) if text.isascii() else len(text.encode("utf-8", "replace"))
+    files.lines += text.count("\n") + 1
+    if files.size > limits.size:
+        raise _too_large(f"{name}:1", limits)
+    if files.lines > limits.lines:
+        last = limits.lines + text.count("\n") + 1 - files.lines
+        raise DataError(
+            f"{name}:{max(last, 1)}: more than {limits.lines} lines, the limit; split the netlist"
+        )
+    if not text.strip():
+        raise DataError(f"{name}:1: empty, must be a netlist; give a title line and elements")
+    found = _CONTROL.search(text)
+    if found:
+        line = text.count("\n", 0, found.start()) + 1
+        raise DataError(f"{name}:{line}: control character {found.group()!r}, must be text; remove it")
+
+
+def _too_large(place: str, limits: Limits) -> DataError:
+    return DataError(f"{place}: more than {limits.size} bytes, the limit; split the netlist")

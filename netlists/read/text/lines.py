@@ -1,0 +1,230 @@
+"""Lines of a netlist -> cards: comments dropped, continuation lines joined, included files in their place.
+
+Files. `.include FILE` and `.lib FILE SECTION` name files relative to the one they stand in. Links are
+resolved before a file is opened, and what then lies outside the root folder is refused, as is a file inside
+itself. Lines. The first line of the outermost file is the title, whatever it says. `*` begins a comment line,
+` ;`, ` $ ` and ` //` the rest of a line, `+` continues a card; `*%` lines, which carry what SPICE cannot say,
+are cards. `.end` ends a file; what stands between `.control` and `.endc` would be run by a simulator and is
+left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from circuits.errors import DataError
+from netlists.read.card import Card, shown
+from netlists.read.limits import Limits
+from netlists.read.note import Notes
+from netlists.read.text.files import Files, contents, count, inside, root_folder
+
+ANNOTATION = "*%"
+_SPECTRE = re.compile(r"^\s*simulator\s+lang\s*=\s*spectre\b", re.IGNORECASE | re.MULTILINE)
+_VERILOG = re.compile(r"^\s*(`include\b|module\b)", re.MULTILINE)
+_HEAD = 2000  # characters in which a netlist shows its language
+_COMMENT = re.compile(r";|(?:^|\s)\$(?=\s|$)|(?:^|\s)//")
+_ALTER = {"alter", "altermod", "alterparam"}  # commands that make another circuit of it
+_FILE = re.compile(r"""(?:"([^"]*)"|'([^']*)'|(\S+))""")
+
+Language = Literal["spice", "spectre", "verilog-a"]
+ReadLine = Callable[[str], tuple[str, str]]
+
+
+@dataclass(slots=True)
+class Text:
+    """Cards of a netlist in order, its title, the files that they came from, and the language."""
+
+    title: str
+    cards: list[Card]
+    files: tuple[str, ...]
+    language: Language = "spice"
+
+
+def read_text(
+    source: Path | str, root: Path | None, limits: Limits, notes: Notes, *, has_title: bool = True
+) -> Text:
+    """Read a file, or a text without a file name.
+
+    root: folder that included files must lie in; the file's own unless given, none for a text. Raises
+    `DataError` naming file and line.
+    """
+    if isinstance(source, Path):
+        folder = root_folder(source.parent if root is None else root)
+        files, name = Files(folder, limits, notes), source.name
+        path = inside(source, folder, name, f"{name}:1")
+        files.open.append(path)
+        text = contents(files, path, f"{name}:1")
+    else:
+        files, name, text = (
+            Files(None if root is None else root_folder(root), limits, notes),
+            "netlist",
+            source,
+        )
+        count(files, text, name)
+    language = _language(text[:_HEAD])
+    if language != "spice":
+        own = joined(text, name, 1, limits.card, READ_LINE[language])
+        return Text(text.partition("\n")[0].strip(), list(own), tuple(files.names), language)
+    title, _, rest = text.partition("\n") if has_title else ("", "", text)
+    if re.match(r"\s*\.[a-z]", title, re.IGNORECASE):
+        notes.add("first line is the title and was not read, though it looks like a card", f"{name}:1")
+    cards = list(_cards(files, rest, name, 2 if has_title else 1))
+    return Text(title.strip(), cards, tuple(files.names))
+
+
+def _language(head: str) -> Language:
+    if _SPECTRE.search(head):
+        return "spectre"
+    return "verilog-a" if _VERILOG.search(head) else "spice"
+
+
+def _cards(files: Files, text: str, name: str, first: int) -> Iterator[Card]:
+    """Cards of one file, and of those that it includes."""
+    cards = _outside_control(files, joined(text, name, first, files.limits.card))
+    for card in cards:
+        if card.text[0] != ".":
+            yield card
+            continue
+        words = card.text.lower().split(maxsplit=2)
+        if words[0] == ".end":
+            files.notes.add("card after .end", card.place, sum(1 for _ in cards))
+            return
+        if words[0].startswith((".inc", ".lib")) and not (words[0] == ".lib" and len(words) == 2):
+            yield from _included(files, card)
+        else:
+            yield card
+
+
+def joined(text: str, name: str, first: int, most: int, read: ReadLine | None = None) -> Iterator[Card]:
+    """Cards of a text whose first line has the number `first`, of at most `most` characters each."""
+    read = spice_line if read is None else read
+    parts: list[str] = []
+    begin = size = 0
+    goes_on = False  # after a line that ends with two backslashes, the next one whatever it begins with
+    for number, raw in enumerate(text.split("\n"), first):
+        mark, line = ("+", raw.strip()) if goes_on else read(raw)
+        if not mark:
+            continue
+        glued, goes_on = goes_on, line.endswith("\\\\")
+        line = line[:-2] if goes_on else line
+        if mark == " ":
+            if parts:
+                yield Card("".join(parts), name, begin)
+            parts, begin, size = [line], number, len(line)
+            continue
+        if not parts or (mark == "%") != parts[0].startswith(ANNOTATION):
+            raise DataError(f"{name}:{number}: + continues nothing; put a card before it")
+        size += len(line) + 1
+        if size > most:
+            raise DataError(f"{name}:{begin}: more than {most} characters, a card's limit; split it")
+        parts += [line] if glued else [" ", line]
+    if parts:
+        yield Card("".join(parts), name, begin)
+
+
+def spice_line(raw: str) -> tuple[str, str]:
+    """What a line is, with its text: ` ` a new card, `+` more of one, `%` more of a `*%`, empty nothing."""
+    line = raw.strip()
+    if not line:
+        return "", ""
+    if line[0] == "*":
+        if line.startswith("*%+"):
+            return "%", line[3:].strip()
+        return " " if line.startswith(ANNOTATION) else "", line
+    if ";" in line or "$" in line or "//" in line:
+        line = _COMMENT.split(line, maxsplit=1)[0].rstrip()
+    if line.startswith("+"):
+        return "+", line[1:].strip()
+    return " " if line else "", line
+
+
+def spectre_line(raw: str) -> tuple[str, str]:
+    """The same for Spectre, whose comments begin with `//`; a structured one becomes a `*%` card."""
+    line = raw.strip()
+    if line.startswith("//%+"):
+        return "%", line[4:].strip()
+    if line.startswith("//%"):
+        return " ", ANNOTATION + line[3:]
+    if not line or line.startswith(("//", "*")):
+        return "", ""
+    return ("+", line[1:].strip()) if line[0] == "+" else (" ", line)
+
+
+def verilog_line(raw: str) -> tuple[str, str]:
+    """The same for Verilog-A, whose lines are cards as they stand."""
+    line = raw.strip()
+    if line.startswith("//"):
+        return spectre_line(raw)
+    return (" ", line) if line else ("", "")
+
+
+READ_LINE: dict[Language, ReadLine] = {
+    "spice": spice_line,
+    "spectre": spectre_line,
+    "verilog-a": verilog_line,
+}
+
+
+def _outside_control(files: Files, cards: Iterator[Card]) -> Iterator[Card]:
+    for card in cards:
+        if card.text[:8].lower() != ".control":
+            yield card
+            continue
+        skipped = 0
+        for inner in cards:
+            if inner.text[:5].lower() == ".endc":
+                break
+            word = inner.name()
+            if word in _ALTER:
+                files.notes.leave_out(inner, word, word, "write the value into the netlist")
+            skipped += 1
+        else:
+            raise card.error(".control without .endc; close it")
+        files.notes.add("command between .control and .endc, never run", card.place, skipped)
+
+
+def _included(files: Files, card: Card) -> Iterator[Card]:
+    word, _, rest = card.text.partition(" ")
+    is_library = word.lower() == ".lib"
+    if word.lower() not in {".inc", ".incl", ".include", ".lib"}:
+        raise card.error(f"{shown(word)}: unknown card; write .include FILE or .lib FILE SECTION")
+    names = [next(filter(None, groups), "") for groups in _FILE.findall(rest)]
+    if not names or not names[0] or len(names) > 1 + is_library:
+        raise card.error(f"{shown(rest) or 'nothing'}: must be one file; write {shown(word)} FILE")
+    cards = _file_cards(files, card, names[0])
+    yield from _section(card, cards, names[1].lower()) if len(names) == 2 else cards
+
+
+def _file_cards(files: Files, card: Card, name: str) -> Iterator[Card]:
+    if files.root is None:
+        raise card.error(f"{shown(name)}: a text without a root folder includes no files; give the root")
+    folder = files.open[-1].parent if files.open else files.root
+    path = inside(folder / name, files.root, name, card.place)
+    if path in files.open:
+        raise card.error(f"{shown(name)}: a cycle of includes; remove one of them")
+    if len(files.open) > files.limits.include_depth:
+        raise card.error(f"files inside files deeper than {files.limits.include_depth}, the limit; join some")
+    text = contents(files, path, card.place)
+    files.open.append(path)
+    yield from _cards(files, text, path.name, 1)
+    files.open.pop()
+
+
+def _section(card: Card, cards: Iterator[Card], wanted: str) -> Iterator[Card]:
+    """Cards between `.lib WANTED` and `.endl`."""
+    is_inside = found = False
+    for each in cards:
+        words = each.text.lower().split(maxsplit=2)
+        if words[0] == ".lib":
+            is_inside = words[1].strip("'\"") == wanted
+            found |= is_inside
+        elif words[0] == ".endl":
+            is_inside = False
+        elif is_inside:
+            yield each
+    if not found:
+        raise card.error(f"section {shown(wanted)}: not in the file; name one of its .lib sections")

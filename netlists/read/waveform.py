@@ -1,0 +1,177 @@
+"""Source cards -> waveforms.
+
+    Vname n+ n- [[DC] value] [AC ...] [PULSE(low high delay rise fall width period [count])]
+                                      [PWL(t v t v ...)] [SIN(offset amplitude frequency delay damping phase)]
+
+Of a pulse, a rise or fall of 0 is the step of `.tran` and a width or period of 0 its stop time, as in SPICE.
+A sine is sampled 200 times a period, joined by straight lines: the error is at most 1.3e-4 of its amplitude.
+EXP, SFFM, AM and noise are refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Sampled, Waveform, polyline
+from circuits.errors import ParameterError
+from netlists.read.card import Card, shown
+from netlists.read.expression.scope import Scope
+from netlists.read.limits import DEFAULT_LIMITS
+from netlists.read.note import Notes
+
+_SAMPLES = 200  # a period of a sine
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Step and stop time of the transient analysis, s, None where there is none; vertices that are left."""
+
+    step: float | None = None
+    stop: float | None = None
+    vertices: int = DEFAULT_LIMITS.vertices
+
+
+def read_waveform(card: Card, words: list[str], scope: Scope, span: Span, notes: Notes) -> Waveform:
+    """Waveform of a source from the words behind its nodes; raises `DataError` for what it cannot be."""
+    name = shown(card.words()[0])
+    direct, shape, values = _parts(card, words, scope, notes)
+    if shape is None:
+        if direct is None:
+            raise card.error(f"{name}: no value; write {name} n+ n- VALUE, PULSE(...), PWL(...) or SIN(...)")
+        return Constant(direct)
+    try:
+        waveform = _SHAPES[shape](card, values, span, span.vertices, notes)
+        time, value = polyline(name, waveform)
+    except ParameterError as error:
+        raise card.error(str(error)) from None
+    first = float(np.interp(0.0, time, value))
+    if direct is not None and direct != first:
+        notes.add("DC value of a source beside its waveform, which alone is kept", card.place)
+    return waveform
+
+
+def negated(waveform: Waveform) -> Waveform:
+    """The waveform seen from its other end."""
+    match waveform:
+        case Constant(value):
+            return Constant(-value)
+        case Pulse(low, high, starts, width, rise, fall):
+            return Pulse(-low, -high, starts, width, rise, fall)
+        case PiecewiseLinear(time, value):
+            return PiecewiseLinear(time, tuple(-v for v in value))
+        case Sampled(start, rate, samples):
+            return Sampled(start, rate, -samples)
+    raise TypeError(f"{type(waveform).__name__}: no waveform of a netlist")
+
+
+def vertex_count(waveform: Waveform) -> int:
+    """Vertices of a waveform, or its samples."""
+    match waveform:
+        case Pulse(starts=starts):
+            return 4 * len(starts)
+        case PiecewiseLinear(time=time):
+            return len(time)
+        case Sampled(value=value):
+            return int(value.size)
+    return 1
+
+
+def _parts(
+    card: Card, words: list[str], scope: Scope, notes: Notes
+) -> tuple[float | None, str | None, list[float]]:
+    """Direct value, the waveform's word and its numbers."""
+    direct: float | None = None
+    k = 0
+    while k < len(words):
+        word = words[k]
+        if word in _SHAPES:
+            return direct, word, _values(card, words[k + 1 :], scope, notes)
+        if word in {"exp", "sffm", "am", "trnoise", "trrandom", "external"}:
+            raise card.error(f"{word}: not supported; write PULSE, PWL or SIN")
+        if word == "ac":
+            notes.add("AC value of a source", card.place)
+            k = _behind_numbers(words, k + 1)
+        elif word in {"dc", "="}:
+            k += 1
+        elif direct is None:
+            direct = scope.number(card, "value", word)
+            k += 1
+        else:
+            raise card.error(f"{shown(word)}: after the value; write DC, PULSE, PWL or SIN")
+    return direct, None, []
+
+
+def _behind_numbers(words: list[str], k: int) -> int:
+    while k < len(words) and (words[k][0] in "+-.0123456789{'" or words[k] == "="):
+        k += 1
+    return k
+
+
+def _values(card: Card, words: list[str], scope: Scope, notes: Notes) -> list[float]:
+    """Numbers of a waveform up to its closing bracket; an AC value may follow."""
+    end = words.index(")") if ")" in words else len(words)
+    rest = [w for w in words[end:] if w != ")"]
+    if rest and rest[0] != "ac":
+        raise card.error(f"{shown(rest[0])}: after the waveform; remove it")
+    if rest:
+        notes.add("AC value of a source", card.place)
+    return [scope.number(card, "waveform", w) for w in words[:end] if w != "("]
+
+
+def _pulse(card: Card, values: list[float], span: Span, most: int, notes: Notes) -> Waveform:
+    if not 2 <= len(values) <= 8:
+        raise card.error(f"pulse: {len(values)} numbers, must be 2 to 8; write PULSE(low high delay ...)")
+    low, high, delay, rise, fall, width, period, count = values + [0.0] * (8 - len(values))
+    rise, fall = (x or _needed(card, "rise or fall", span.step) for x in (rise, fall))
+    width, period = (x or _needed(card, "width or period", span.stop) for x in (width, period))
+    if min(delay, rise, fall, width, period) < 0.0:
+        raise card.error("pulse: a time below 0; give times of 0 or more")
+    last = period if span.stop is None else span.stop - delay
+    ratio = 1.0 if period >= last else last / period
+    if not ratio <= most // 4:
+        raise card.error(f"pulse: {ratio:g} of them, the limit is {most // 4}; make the run shorter")
+    pulses = math.ceil(ratio)
+    pulses = min(pulses, int(count)) if count >= 1.0 else pulses
+    return Pulse(low, high, tuple(delay + k * period for k in range(pulses)), width, rise, fall)
+
+
+def _needed(card: Card, what: str, value: float | None) -> float:
+    if value is None:
+        raise card.error(f"pulse: {what} is 0 or missing, and there is no .tran to take it from; give it")
+    return value
+
+
+def _pwl(card: Card, values: list[float], span: Span, most: int, notes: Notes) -> Waveform:
+    if not values or len(values) % 2:
+        raise card.error(f"pwl: {len(values)} numbers, must be pairs of time and value; complete the last")
+    if len(values) > 2 * most:
+        raise card.error(f"pwl: {len(values) // 2} vertices, the limit is {most}; thin them out")
+    return PiecewiseLinear(tuple(values[::2]), tuple(values[1::2]))
+
+
+def _sine(card: Card, values: list[float], span: Span, most: int, notes: Notes) -> Waveform:
+    if not 2 <= len(values) <= 6:
+        raise card.error(f"sin: {len(values)} numbers, must be 2 to 6; write SIN(offset amplitude frequency)")
+    if span.stop is None:
+        raise card.error("sin: there is no .tran to sample it for; add one")
+    offset, amplitude, frequency, delay, damping, phase = values + [0.0] * (6 - len(values))
+    rate = _SAMPLES * (frequency or 1.0 / span.stop)
+    samples = (span.stop - delay) * rate + 2.0
+    if frequency < 0.0 or not 0.0 <= delay < span.stop or not samples <= most:
+        raise card.error(
+            f"sin: {samples:g} samples, must be 2 to {most}; change frequency, delay or stop time"
+        )
+    time = np.arange(math.ceil(samples)) / rate
+    angle = 2.0 * np.pi * (frequency or 1.0 / span.stop) * time + math.radians(phase)
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = offset + amplitude * np.sin(angle) * np.exp(-damping * time)
+    notes.add(f"sine sampled {_SAMPLES} times a period", card.place)
+    return Sampled(delay, rate, value)
+
+
+_Shape = Callable[[Card, list[float], Span, int, Notes], Waveform]
+_SHAPES: dict[str, _Shape] = {"pulse": _pulse, "pwl": _pwl, "sin": _sine}

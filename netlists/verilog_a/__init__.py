@@ -1,0 +1,1 @@
+"""Verilog-A: circuits and behavioural cells."""

@@ -1,0 +1,158 @@
+"""The laws of devices as Verilog-A modules: transistors of both polarities, amplifier, linear devices.
+
+A transistor's module has the process's figures as defaults of its parameters and applies the temperature laws
+itself; `temperature_c` is the temperature of the netlist, below absolute zero that of the simulator. `gamma`
+above 0 chooses the law with body effect (`ekv-gamma`), 0 the one with a constant kappa. `delta_v_t0` and
+`delta_beta` are the deviations of one device from the nominal. Equations: `circuits.devices.transistor` and
+`circuits.devices.operational_amplifier`; every charge is a capacitance times a voltage, under `ddt`.
+"""
+
+from __future__ import annotations
+
+from circuits.devices.operational_amplifier import LEAST_HEADROOM
+from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, ZERO_CELSIUS, Polarity
+from circuits.silicon.silicon import Silicon
+
+TRANSISTORS: dict[Polarity, str] = {"n": "noctule_nfet", "p": "noctule_pfet"}
+AMPLIFIER, CAPACITOR, RESISTOR, TRANSCONDUCTOR = (
+    "noctule_amplifier", "noctule_capacitor", "noctule_resistor", "noctule_transconductor",
+)  # fmt: skip
+
+_TRANSISTOR = """\
+module {name}(d, g, s, b);
+  inout d, g, s, b;
+  electrical d, g, s, b;
+  parameter real w = 1e-6 from (0:inf); // m
+  parameter real l = 1e-6 from (0:inf); // m
+  parameter real m = 1 from (0:inf); // parallel devices
+  parameter real delta_v_t0 = 0; // V, of the magnitude
+  parameter real delta_beta = 0; // relative
+  parameter real temperature_c = {temperature_c};
+{parameters}
+  real t, rise, u_t, mobility, specific, threshold, v_g, v_s, v_d, v_x, v_p;
+  real forward, backward, channel, leakage;
+
+  analog function real softplus;
+    input x;
+    real x;
+    if (x > 37.0)
+      softplus = x;
+    else if (x < -12.0)
+      softplus = exp(x) * (1.0 - 0.5 * exp(x));
+    else
+      softplus = ln(1.0 + exp(x));
+  endfunction
+
+  analog function real junction;
+    input y;
+    real y;
+    if (y > 20.0)
+      junction = 1.0 - exp(20.0) * (y - 19.0);
+    else
+      junction = 1.0 - exp(y);
+  endfunction
+
+  analog begin
+    t = temperature_c < -{zero} ? $temperature : temperature_c + {zero};
+    rise = t - {zero} - nominal_temperature_c;
+    u_t = {boltzmann} * t / {charge};
+    threshold = v_t0 + v_t0_drift * rise + delta_v_t0;
+    mobility = mu_cox * pow(t / (nominal_temperature_c + {zero}), mobility_exponent) * (1.0 + delta_beta);
+    specific = 2.0 * mobility * u_t * u_t / kappa * m * w / l;
+    v_g = {sign} * V(g, b);
+    v_s = {sign} * V(s, b);
+    v_d = {sign} * V(d, b);
+    if (gamma > 0.0) begin
+      v_x = max(v_g - threshold + surface_potential + gamma * sqrt(surface_potential), 0.0);
+      v_p = v_x - surface_potential - gamma * (sqrt(v_x + 0.25 * gamma * gamma) - 0.5 * gamma);
+    end else
+      v_p = kappa * (v_g - threshold);
+    forward = softplus(0.5 * (v_p - v_s) / u_t);
+    backward = softplus(0.5 * (v_p - v_d) / u_t);
+    channel = specific * (forward * forward - backward * backward) * (1.0 + early * abs(v_d - v_s));
+    leakage = junction_leakage * pow(2.0, rise / leakage_doubling) * w * m;
+    I(d, s) <+ {sign} * channel;
+    I(d, b) <+ {sign} * leakage * junction(-v_d / u_t);
+    I(s, b) <+ {sign} * leakage * junction(-v_s / u_t);
+    I(g, b) <+ ddt(gate_bulk_fraction * oxide_capacitance * w * l * m * V(g, b));
+    I(g, d) <+ ddt(overlap_capacitance * w * m * V(g, d));
+    I(g, s) <+ ddt(overlap_capacitance * w * m * V(g, s));
+    I(d, b) <+ ddt(junction_capacitance * w * m * V(d, b));
+    I(s, b) <+ ddt(junction_capacitance * w * m * V(s, b));
+  end
+endmodule
+"""
+
+_OTHERS = {
+    AMPLIFIER: f"""\
+module {AMPLIFIER}(positive, negative, out, vdd, vss);
+  inout positive, negative, out, vdd, vss;
+  electrical positive, negative, out, vdd, vss;
+  parameter real gain = 1e5 from (0:inf);
+  parameter real resistance = 100 from (0:inf); // ohm
+  parameter real offset = 0; // V
+  real half, swing, into;
+  analog begin
+    half = max(0.5 * V(vdd, vss), {LEAST_HEADROOM!r});
+    swing = tanh(gain * (V(positive, negative) + offset) / half);
+    into = (V(out, vss) - 0.5 * V(vdd, vss) - half * swing) / resistance;
+    I(out, vdd) <+ 0.5 * (1.0 + swing) * into;
+    I(out, vss) <+ 0.5 * (1.0 - swing) * into;
+  end
+endmodule
+""",
+    CAPACITOR: f"""\
+module {CAPACITOR}(a, b);
+  inout a, b;
+  electrical a, b;
+  parameter real c = 1e-12; // F
+  analog I(a, b) <+ ddt(c * V(a, b));
+endmodule
+""",
+    RESISTOR: f"""\
+module {RESISTOR}(a, b);
+  inout a, b;
+  electrical a, b;
+  parameter real r = 1e3 from (0:inf); // ohm
+  analog I(a, b) <+ V(a, b) / r;
+endmodule
+""",
+    TRANSCONDUCTOR: f"""\
+module {TRANSCONDUCTOR}(positive, negative, control_positive, control_negative);
+  inout positive, negative, control_positive, control_negative;
+  electrical positive, negative, control_positive, control_negative;
+  parameter real gm = 0; // S
+  analog I(positive, negative) <+ gm * V(control_positive, control_negative);
+endmodule
+""",
+}
+MODULES = frozenset({*TRANSISTORS.values(), *_OTHERS})
+
+_FIGURES = (
+    "v_t0", "kappa", "mu_cox", "surface_potential", "early", "oxide_capacitance", "gate_bulk_fraction",
+    "overlap_capacitance", "junction_capacitance", "junction_leakage", "leakage_doubling", "v_t0_drift",
+    "mobility_exponent",
+)  # fmt: skip
+
+
+def transistor_module(silicon: Silicon, polarity: Polarity) -> str:
+    """Module of a polarity's transistors, with the process's figures."""
+    model = silicon.process.model(polarity)
+    figures = {name: getattr(model, name) for name in _FIGURES}
+    figures["gamma"] = model.gamma if model.law == "ekv-gamma" else 0.0
+    figures["nominal_temperature_c"] = silicon.process.nominal_temperature_c
+    return _TRANSISTOR.format(
+        name=TRANSISTORS[polarity],
+        temperature_c=repr(silicon.temperature_c),
+        parameters="\n".join(f"  parameter real {name} = {value!r};" for name, value in figures.items()),
+        zero=repr(ZERO_CELSIUS),
+        boltzmann=repr(BOLTZMANN),
+        charge=repr(ELEMENTARY_CHARGE),
+        sign="1.0" if polarity == "n" else "-1.0",
+    )
+
+
+def module_text(name: str, silicon: Silicon) -> str:
+    """Text of one of `MODULES`."""
+    polarity = next((p for p, module in TRANSISTORS.items() if module == name), None)
+    return _OTHERS[name] if polarity is None else transistor_module(silicon, polarity)

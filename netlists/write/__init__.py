@@ -1,0 +1,1 @@
+"""From a testbench to the lines that all dialects share."""

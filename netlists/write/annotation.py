@@ -1,0 +1,386 @@
+"""Structured comments of a netlist: what simulators need not know and a reader needs to give our data back.
+
+A note is a comment that begins with `% ` right after the dialect's comment sign (`*% ` in the SPICE family,
+`//% ` in Spectre and Verilog-A); `%+ ` continues the note before it:
+
+    note   = kind field*
+
+A note holds one frozen dataclass (`KINDS`), its fields in order; `netlists.write.field_text` has their
+grammar. Notes in the order of a netlist:
+
+    noctule       format version, dialect, transistor models                            (`Header`)
+    process, variation, nmos, pmos, silicon, die, plan: the `Silicon` of the netlist    (`silicon_notes`)
+    circuit       right after a definition's first line: the circuit's name; the definition may be `NAME_2`
+    port, node, bias: of that circuit, in its order
+    transistor, amplifier: the device that the lines up to the next note or device write, with the values that
+                  it has in this definition; `deviation` before them is what its place on the die adds
+    instance, array: before its calls; connections are references of the calling circuit
+    parameter     of the instance or array before it: values of `shape`, nested tuples when read; `base` is
+                  the value in the instance's own circuit, which the called definitions replace
+    testbench     before the call of the top definition
+    source, then constant, pulse, polyline, sampled or driven: a source of the testbench, and the lines that
+                  write it, one for each element of its port
+    parasitic     the next line is a capacitance from a layout, no part of the circuit
+    biased        the next line sets a bias port as the circuit's `bias` says, at the silicon's temperature
+
+Resistors, capacitors and linear controlled sources need no note: their line says all. Where it does not, as
+in Verilog-A, or in CDL for a controlled source, there are `resistor`, `capacitor` and `transconductor`.
+
+Reading. A definition's circuit has the devices as they are written; an instance's circuit is that of the
+definition of its first call, with each parameter of the instance set to its `base` (a dotted key reaches into
+instances). The notes hold only if writing what was read gives the lines that were read; a line edited under
+its note is refused, not believed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+
+from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port, Shape
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
+from circuits.devices.device import Device
+from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled, Waveform
+from circuits.errors import DataError
+from circuits.silicon.die import Corner, Die, Place
+from circuits.silicon.process import Process, TransistorModel, Variation
+from circuits.silicon.sampling import Sampling
+from circuits.silicon.silicon import Deviation, Silicon
+from circuits.testbench import Begin, Testbench
+from netlists.write.field_text import NumberPairs, Pairs, format_fields, parse_fields
+
+FORMAT_VERSION = 1
+BEGINS, CONTINUES = "% ", "%+ "  # after the comment sign
+
+_WIDTH = 100
+_EXPLICIT = frozenset({"variation", "nmos", "pmos"})  # a later default must not change an old netlist
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What a netlist is: version of this format, dialect, models of the transistors."""
+
+    version: int
+    dialect: str
+    models: str
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessFigures:
+    """Figures of a `Process` beside its transistors and its variation."""
+
+    name: str
+    v_dd: float
+    pair_a_vt: float
+    pair_a_beta: float
+    nominal_temperature_c: float
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """Temperature (degC) and place of a `Silicon`."""
+
+    temperature_c: float
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DieNote:
+    """A `Die` without its plan."""
+
+    lot: str
+    number: int | None = None
+    corner: Corner = "random"
+    mismatch: bool = True
+    process: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a sampling plan sets on this die: standard normals by label."""
+
+    name: str
+    draws: NumberPairs
+
+
+@dataclass(frozen=True, slots=True)
+class CircuitName:
+    """Name of the circuit that a definition writes."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class LocalDeviation:
+    """What its place on the die adds to the next device: V_T0 (V, of the magnitude) and relative beta."""
+
+    v_t0: float
+    beta: float
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceNote:
+    """An `Instance`; `connections` are (port, reference)."""
+
+    name: str
+    connections: Pairs
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayNote:
+    """An `InstanceArray`; `connections` are (port, reference)."""
+
+    name: str
+    shape: Shape
+    connections: Pairs
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterNote:
+    """A parameter of an instance: `values` of `shape` row-major, `base` in the instance's own circuit."""
+
+    key: str
+    values: tuple[float, ...]
+    base: float
+    shape: Shape = ()
+
+
+@dataclass(frozen=True, slots=True)
+class BenchNote:
+    """A `Testbench` without its circuit and sources; `start` and `initial` are (path, V)."""
+
+    title: str
+    stop: float
+    watch: tuple[str, ...] = ()
+    start: NumberPairs = ()
+    initial: NumberPairs = ()
+    begin: Begin = "disturbed"
+
+
+@dataclass(frozen=True, slots=True)
+class SourceNote:
+    """A `Source` without its waveform."""
+
+    name: str
+    node: str
+    quantity: Literal["voltage", "current"] = "voltage"
+
+
+@dataclass(frozen=True, slots=True)
+class Biased:
+    """The next line sets `node`, a bias port or an element of it."""
+
+    node: str
+
+
+@dataclass(frozen=True, slots=True)
+class Parasitic:
+    """The next line is a capacitance from a layout, no part of the circuit; `name` is the line's own."""
+
+    name: str
+
+
+KINDS: dict[str, type] = {
+    "noctule": Header,
+    "process": ProcessFigures,
+    "variation": Variation,
+    "nmos": TransistorModel,
+    "pmos": TransistorModel,
+    "silicon": Surroundings,
+    "die": DieNote,
+    "plan": Plan,
+    "circuit": CircuitName,
+    "port": Port,
+    "node": Node,
+    "bias": Bias,
+    "transistor": Transistor,
+    "amplifier": OperationalAmplifier,
+    "deviation": LocalDeviation,
+    "instance": InstanceNote,
+    "array": ArrayNote,
+    "parameter": ParameterNote,
+    "testbench": BenchNote,
+    "source": SourceNote,
+    "constant": Constant,
+    "pulse": Pulse,
+    "polyline": PiecewiseLinear,
+    "sampled": Sampled,
+    "driven": Driven,
+    "biased": Biased,
+    "parasitic": Parasitic,
+    "capacitor": Capacitor,
+    "resistor": Resistor,
+    "transconductor": ControlledSource,
+}
+_DEVICES: dict[type[Device], str] = {Transistor: "transistor", OperationalAmplifier: "amplifier"}
+_WAVEFORMS = {kind: name for name, kind in KINDS.items() if kind in get_args(Waveform)}
+
+
+class Annotation(NamedTuple):
+    """A kind of `KINDS` and a value of its dataclass."""
+
+    kind: str
+    value: Any
+
+
+def format_annotation(note: Annotation, comment: str = "*") -> list[str]:
+    """Comment lines of a note; `comment` is the dialect's sign."""
+    lines, line = [], f"{comment}{BEGINS}{note.kind}"
+    for word in format_fields(note.value, all_fields=note.kind in _EXPLICIT):
+        if len(line) + len(word) >= _WIDTH:
+            lines.append(line)
+            line = f"{comment}{CONTINUES}{word}"
+        else:
+            line += f" {word}"
+    return [*lines, line]
+
+
+def parse_annotation(text: str) -> Annotation:
+    """Read a note: its lines without comment signs and marks, joined by spaces.
+
+    Raises
+    ------
+    DataError
+        No such kind or field, a field that is missing or twice there, or a value that is none of its type.
+    """
+    kind, *words = text.split() or [""]
+    if kind not in KINDS:
+        raise DataError(f"note {kind[:40]!r}: unknown kind; known are {', '.join(KINDS)}")
+    return Annotation(kind, parse_fields(f"note {kind}", KINDS[kind], words))
+
+
+def silicon_notes(silicon: Silicon) -> list[Annotation]:
+    """Notes of process, temperature, place and die."""
+    process = silicon.process
+    figures = {f.name: getattr(process, f.name) for f in fields(ProcessFigures)}
+    return [
+        Annotation("process", ProcessFigures(**figures)),
+        Annotation("variation", process.variation),
+        Annotation("nmos", process.n),
+        Annotation("pmos", process.p),
+        Annotation("silicon", Surroundings(silicon.temperature_c, silicon.place)),
+        *_die_notes(silicon.die),
+    ]
+
+
+def to_silicon(notes: Iterable[Annotation]) -> Silicon:
+    """The silicon of its notes; raises `DataError` where one is missing, `ParameterError` for a value."""
+    found = {note.kind: note.value for note in notes}
+    missing = next(
+        (k for k in ("process", "variation", "nmos", "pmos", "silicon", "die") if k not in found), ""
+    )
+    if missing:
+        raise DataError(f"note {missing}: missing; a netlist with notes has one")
+    figures: ProcessFigures = found["process"]
+    process = Process(
+        figures.name, found["nmos"], found["pmos"], figures.v_dd, figures.pair_a_vt, figures.pair_a_beta,
+        figures.nominal_temperature_c, found["variation"],
+    )  # fmt: skip
+    surroundings: Surroundings = found["silicon"]
+    die = _to_die(found["die"], found.get("plan"))
+    return Silicon(process, surroundings.temperature_c, die, surroundings.place)
+
+
+def circuit_notes(circuit: Circuit) -> list[Annotation]:
+    """Notes of a circuit's name, ports, node arrays and biases."""
+    return [
+        Annotation("circuit", CircuitName(circuit.name)),
+        *(Annotation("port", port) for port in circuit.ports),
+        *(Annotation("node", node) for node in circuit.nodes),
+        *(Annotation("bias", bias) for bias in circuit.biases),
+    ]
+
+
+def instance_notes(instance: Instance | InstanceArray) -> list[Annotation]:
+    """Notes of an instance or array and of its parameters."""
+    connections = tuple(instance.connections.items())
+    head = (
+        Annotation("instance", InstanceNote(instance.name, connections))
+        if isinstance(instance, Instance)
+        else Annotation("array", ArrayNote(instance.name, instance.shape, connections))
+    )
+    return [head, *(_parameter_note(instance.circuit, k, v) for k, v in instance.parameters.items())]
+
+
+def device_notes(device: Device, deviation: Deviation) -> list[Annotation]:
+    """Notes of a device whose lines do not say all of it, on a die with what its place adds; else none."""
+    kind = _DEVICES.get(type(device))
+    if kind is None:
+        return []
+    own = Annotation(kind, device)
+    if not deviation.v_t0 and not deviation.beta:
+        return [own]
+    return [Annotation("deviation", LocalDeviation(float(deviation.v_t0), float(deviation.beta))), own]
+
+
+def bench_note(testbench: Testbench) -> Annotation:
+    """Note of a testbench's title, stop time, watched ports and where its runs begin."""
+    start, initial = tuple(testbench.start.items()), tuple(testbench.initial.items())
+    return Annotation(
+        "testbench",
+        BenchNote(testbench.title, testbench.stop, testbench.watch, start, initial, testbench.begin),
+    )
+
+
+def source_notes(source: Source) -> list[Annotation]:
+    """Notes of a source and of its waveform."""
+    head = Annotation("source", SourceNote(source.name, source.node, source.quantity))
+    return [head, Annotation(_WAVEFORMS[type(source.waveform)], source.waveform)]
+
+
+def to_source(source: SourceNote, waveform: Waveform) -> Source:
+    """The source of its notes."""
+    return Source(source.name, source.node, waveform, source.quantity)
+
+
+def to_parameters(notes: Iterable[ParameterNote]) -> dict[str, Any]:
+    """Parameters of an instance: numbers, or nested tuples where the note has a shape."""
+    return {n.key: _nested(n.values, n.shape) for n in notes}
+
+
+def _die_notes(die: Die) -> list[Annotation]:
+    key = DieNote(die.lot, die.number, die.corner, die.mismatch, die.process)
+    if die.sampling is None or die.number is None:
+        return [Annotation("die", key)]
+    row = die.sampling.rows[die.number - die.sampling.first]
+    draws = tuple((label, float(row[column])) for label, column in die.sampling.columns.items())
+    return [Annotation("die", key), Annotation("plan", Plan(die.sampling.name, draws))]
+
+
+def _to_die(key: DieNote, plan: Plan | None) -> Die:
+    if plan is None or key.number is None:
+        return Die(key.lot, key.number, key.corner, key.mismatch, key.process)
+    columns = {label: k for k, (label, _) in enumerate(plan.draws)}
+    rows = np.array([[value for _, value in plan.draws]])
+    sampling = Sampling(plan.name, key.number, columns, rows)
+    return Die(key.lot, key.number, key.corner, key.mismatch, key.process, sampling)
+
+
+def _parameter_note(circuit: Circuit, key: str, value: object) -> Annotation:
+    name, _, attribute = key.rpartition(".")
+    numbers = np.asarray(value, dtype=np.float64)
+    base = float(circuit.device(name).parameters()[attribute])
+    return Annotation("parameter", ParameterNote(key, tuple(numbers.ravel().tolist()), base, numbers.shape))
+
+
+def _nested(values: tuple[float, ...], shape: Shape) -> Any:
+    if not shape:
+        if len(values) != 1:
+            raise DataError(f"note parameter.values: {len(values)} numbers, must be one without a shape")
+        return values[0]
+    if min(shape) < 1 or len(values) != math.prod(shape):
+        raise DataError(f"note parameter.values: {len(values)} numbers, must fill the shape {shape}")
+    step = len(values) // shape[0]
+    parts = [values[k : k + step] for k in range(0, len(values), step)]
+    return tuple(_nested(part, shape[1:]) for part in parts)

@@ -1,0 +1,257 @@
+"""Fields of a frozen dataclass as words of text, and back: the grammar of a netlist's notes.
+
+    field  = key "=" word | key "=(" word* ")"
+    word   = letters, digits and `_ . , [ ] / + -` as they are; other text as a JSON string without spaces
+
+The form of a value follows from the type of its field. Numbers are Python's `repr`, so that they come back
+exactly; a shape is `2,3`; lists stand in parentheses; a pair is `key:value`, a place `name:index`. A field at
+its default is left out, and so is one that is no part of the value's `repr`.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import MISSING, Field, fields
+from typing import Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.circuit import Shape
+from circuits.errors import DataError
+from circuits.silicon.die import Place
+
+Pairs = tuple[tuple[str, str], ...]
+NumberPairs = tuple[tuple[str, float], ...]
+Words = str | list[str]
+T = TypeVar("T")
+
+_BARE = re.compile(r"[A-Za-z0-9_.,\[\]/+-]+")
+_SHAPE = re.compile(r"([0-9]{1,9}(,[0-9]{1,9}){0,15})?")
+
+
+def format_fields(value: Any, *, all_fields: bool = False) -> Iterator[str]:
+    """Words of the fields of a dataclass, without those at their default unless all are wanted."""
+    kind: Any = type(value)
+    for key, (codec, default) in _codecs(kind).items():
+        own = getattr(value, key)
+        if not all_fields and default is not MISSING and own == default:
+            continue
+        written = codec.write(own)
+        if isinstance(written, str):
+            yield f"{key}={written}"
+        else:
+            yield f"{key}=("
+            yield from written
+            yield ")"
+
+
+def parse_fields(label: str, kind: type[T], words: Iterable[str]) -> T:
+    """Make a dataclass of the words of its fields; `label` is what errors call it.
+
+    Raises
+    ------
+    DataError
+        No such field, a field that is missing or twice there, or a value that is none of its type.
+    """
+    given = _split(label, words)
+    own: Any = kind  # mypy takes no type for hashable
+    table = _codecs(own)
+    unknown = next((key for key in given if key not in table), None)
+    if unknown is not None:
+        raise DataError(f"{label}.{unknown[:40]}: no such field; known are {', '.join(table)}")
+    values = {}
+    for key, (codec, default) in table.items():
+        if key in given:
+            values[key] = _read(f"{label}.{key}", codec, given[key])
+        elif default is MISSING:
+            raise DataError(f"{label}.{key}: missing; every field without a default is written")
+    return kind(**values)
+
+
+class _UnreadableError(ValueError):
+    """Words that are no value of their field's type."""
+
+
+class _Codec(NamedTuple):
+    """Value to word or words, and back; `read` raises `ValueError` for text that is no such value."""
+
+    write: Callable[[Any], Words]
+    read: Callable[[Words], Any]
+
+
+def _split(label: str, words: Iterable[str]) -> dict[str, Words]:
+    found: dict[str, Words] = {}
+    rest = iter(words)
+    for word in rest:
+        key, sign, value = word.partition("=")
+        if not sign or key in found:
+            raise DataError(f"{label}: {word[:40]!r}, must be a field key=value, each once")
+        if value != "(":
+            found[key] = value
+            continue
+        listed = found[key] = []
+        for item in rest:
+            if item == ")":
+                break
+            listed.append(item)
+        else:
+            raise DataError(f"{label}.{key}: no ) at its end")
+    return found
+
+
+def _read(name: str, codec: _Codec, words: Words) -> Any:
+    try:
+        return codec.read(words)
+    except (ValueError, OverflowError):
+        shown = words if isinstance(words, str) else f"( {' '.join(words)} )"
+        raise DataError(f"{name}: {shown[:40]!r}, no value of its kind; write the netlist again") from None
+
+
+@functools.cache
+def _codecs(kind: Any) -> dict[str, tuple[_Codec, Any]]:
+    """Codec and default (or MISSING) of each field of a dataclass, in its order."""
+    hints = get_type_hints(kind)
+    return {f.name: (_codec(hints[f.name]), _default(f)) for f in fields(kind) if f.repr}
+
+
+def _default(field: Field[Any]) -> Any:
+    return field.default_factory() if field.default_factory is not MISSING else field.default
+
+
+def _codec(hint: Any) -> _Codec:
+    if get_origin(hint) is Literal:
+        return _Codec(_text, functools.partial(_choice, get_args(hint)))
+    return _CODECS[hint]
+
+
+def _one(words: Words) -> str:
+    if not isinstance(words, str):
+        raise _UnreadableError
+    return words
+
+
+def _many(words: Words) -> list[str]:
+    if isinstance(words, str):
+        raise _UnreadableError
+    return words
+
+
+def _text(text: str) -> str:
+    if _BARE.fullmatch(text):
+        return text
+    # JSON's own escape of a space keeps the text one word
+    return json.dumps(text).replace(" ", "\\u0020")
+
+
+def _read_text(words: Words) -> str:
+    word = _one(words)
+    if not word.startswith('"'):
+        return word
+    text = json.loads(word)
+    if not isinstance(text, str):
+        raise _UnreadableError
+    return text
+
+
+def _choice(known: tuple[str, ...], words: Words) -> str:
+    text = _read_text(words)
+    if text not in known:
+        raise _UnreadableError
+    return text
+
+
+def _read_texts(words: Words) -> tuple[str, ...]:
+    return tuple(_read_text(word) for word in _many(words))
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _read_number(words: Words) -> float:
+    return float(_one(words))
+
+
+def _read_flag(words: Words) -> bool:
+    return _choice(("true", "false"), words) == "true"
+
+
+def _shape(shape: Shape) -> str:
+    return ",".join(map(str, shape))
+
+
+def _read_shape(words: Words) -> Shape:
+    text = _one(words)
+    if not _SHAPE.fullmatch(text):
+        raise _UnreadableError
+    return tuple(int(n) for n in text.split(",")) if text else ()
+
+
+def _numbers(values: Iterable[float]) -> list[str]:
+    return [repr(float(v)) for v in values]
+
+
+def _read_numbers(words: Words) -> tuple[float, ...]:
+    return tuple(float(word) for word in _many(words))
+
+
+def _read_array(words: Words) -> NDArray[np.float64]:
+    return np.array([float(word) for word in _many(words)])
+
+
+def _bias_value(value: float | tuple[float, ...]) -> Words:
+    return _number(value) if np.ndim(value) == 0 else _numbers(value)  # type: ignore[arg-type]  # by its ndim
+
+
+def _read_bias_value(words: Words) -> float | tuple[float, ...]:
+    return float(words) if isinstance(words, str) else _read_numbers(words)
+
+
+def _place(place: Place) -> list[str]:
+    return [f"{_text(name)}:{_shape(index)}" for name, index in place]
+
+
+def _read_place(words: Words) -> Place:
+    parts = [word.rpartition(":") for word in _many(words)]
+    return tuple((_read_text(name), _read_shape(index)) for name, _, index in parts)
+
+
+def _pairs(pairs: Pairs) -> list[str]:
+    return [f"{key}:{value}" for key, value in pairs]
+
+
+def _read_pairs(words: Words) -> Pairs:
+    parts = [word.partition(":") for word in _many(words)]
+    return tuple((key, value) for key, _, value in parts)
+
+
+def _number_pairs(pairs: NumberPairs) -> list[str]:
+    return [f"{_text(key)}:{_number(value)}" for key, value in pairs]
+
+
+def _read_number_pairs(words: Words) -> NumberPairs:
+    parts = [word.rpartition(":") for word in _many(words)]
+    return tuple((_read_text(key), float(value)) for key, _, value in parts)
+
+
+_CODECS: Mapping[Any, _Codec] = {
+    str: _Codec(_text, _read_text),
+    str | None: _Codec(_text, _read_text),
+    int: _Codec(str, lambda words: int(_one(words))),
+    int | None: _Codec(str, lambda words: int(_one(words))),
+    bool: _Codec(lambda flag: "true" if flag else "false", _read_flag),
+    float: _Codec(_number, _read_number),
+    float | None: _Codec(_number, _read_number),
+    Shape: _Codec(_shape, _read_shape),
+    tuple[float, ...]: _Codec(_numbers, _read_numbers),
+    tuple[str, ...]: _Codec(lambda texts: [_text(t) for t in texts], _read_texts),
+    float | tuple[float, ...]: _Codec(_bias_value, _read_bias_value),
+    NDArray[np.float64]: _Codec(_numbers, _read_array),
+    Place | None: _Codec(_place, _read_place),
+    Pairs: _Codec(_pairs, _read_pairs),
+    NumberPairs: _Codec(_number_pairs, _read_number_pairs),
+}  # fmt: skip

@@ -1,0 +1,92 @@
+"""The devices' nonlinear laws as expression text, constants folded to literal numbers.
+
+The equations are those of `circuits.devices.transistor` and `circuits.devices.operational_amplifier` at one
+temperature; a dialect says how it writes the voltage between two nodes. What the dialects at hand share:
+`+ - * / ^`, `a?b:c`, `ln exp sqrt abs max min tanh`;
+those that write `**` or `log` change the text.
+
+ngspice's `exp` saturates at 1e99 and `ln(1 + y)` loses its digits for small y, so that `ln(1 + e^x)` has
+branches: `e^x (1 - e^x / 2)` below -12 (relative error e^-24 / 3 = 1e-11) and `x` above 37 (error e^-37).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from circuits.devices.operational_amplifier import OperationalAmplifier
+from circuits.devices.transistor import Transistor
+from circuits.silicon.process import TransistorAtTemperature
+
+Difference = Callable[[str, str], str]  # text of the voltage between two nodes, ZERO for a node and itself
+Softplus = Callable[[str], str]  # text of ln(1 + e^x)
+
+ZERO = "0.0"
+_JUNCTION_LIMIT = 20.0  # U_T of forward bias, where a junction's exponential goes on as its tangent
+
+
+def softplus(x: str) -> str:
+    """`ln(1 + e^x)` with relative error below 1e-9 wherever it is above 1e-40."""
+    return f"({x}<-12?exp({x})*(1-0.5*exp({x})):({x}>37?{x}:ln(1+exp({x}))))"
+
+
+def quick_softplus(x: str) -> str:
+    """`ln(1 + e^x)`, 0 below x = -37: the error is 1e-16 absolute, 1e-32 of I_S in a current."""
+    return f"(max({x},0)+ln(1+exp(-abs({x}))))"
+
+
+def channel_current(
+    device: Transistor, law: TransistorAtTemperature, difference: Difference, form: Softplus = softplus
+) -> str:
+    """Channel current from drain to source, A (nFET), or from source to drain (pFET)."""
+    drain, gate, source, _ = device.terminals()
+    u_gate, u_source, u_drain = (_to_bulk(device, t, difference) for t in (gate, source, drain))
+    forward, reverse = (form(_argument(law, u_gate, u)) for u in (u_source, u_drain))
+    specific = law.square_current * device.multiplicity * device.width / device.length
+    current = f"{specific!r}*({forward}^2-{reverse}^2)"
+    return f"{current}*(1+{law.early!r}*abs({difference(drain, source)}))" if law.early else current
+
+
+def junction_current(
+    device: Transistor, law: TransistorAtTemperature, terminal: str, difference: Difference
+) -> str:
+    """Leakage from `terminal` to the bulk, A (nFET), or from the bulk to `terminal` (pFET).
+
+    `J (1 - e^y)` with `y = -v / U_T`, beyond y = 20 its tangent.
+    """
+    leakage = law.junction_leakage * device.width * device.multiplicity
+    y = f"({-1.0 / law.u_t!r}*{_to_bulk(device, terminal, difference)})"
+    limit = _JUNCTION_LIMIT
+    return f"{leakage!r}*(1-exp(min({y},{limit!r}))*(1+max({y}-{limit!r},0)))"
+
+
+def amplifier_currents(device: OperationalAmplifier, difference: Difference) -> tuple[str, str]:
+    """Currents from the output to v_dd and to v_ss, A: the output current by the shares `(1 +- tanh)/2`."""
+    half = f"(0.5*{difference(device.vdd, device.vss)})"
+    drive = f"{device.gain!r}*({difference(device.positive, device.negative)}{_signed(device.offset)})"
+    swing = f"tanh({drive}/{half})"
+    into = f"({difference(device.output, device.vss)}-{half}-{half}*{swing})/{device.output_resistance!r}"
+    return f"0.5*(1+{swing})*{into}", f"0.5*(1-{swing})*{into}"
+
+
+def _to_bulk(device: Transistor, terminal: str, difference: Difference) -> str:
+    """Voltage of a terminal to the bulk, a pFET's mirrored."""
+    return difference(terminal, device.bulk) if device.polarity == "n" else difference(device.bulk, terminal)
+
+
+def _argument(law: TransistorAtTemperature, u_gate: str, u_end: str) -> str:
+    """`(v_p - v_end) / 2 U_T`."""
+    scale = 0.5 / law.u_t
+    if law.gamma == 0.0:
+        end = "" if u_end == ZERO else f"-{scale!r}*{u_end}"
+        return f"({law.kappa * scale!r}*{u_gate}{end}{_signed(-law.kappa * law.v_t0 * scale)})"
+    # below flat band, v_x < 0, the pinch-off voltage stays at -phi
+    gamma, phi = law.gamma, law.surface_potential
+    v_x = f"max({u_gate}{_signed(phi + gamma * math.sqrt(phi) - law.v_t0)},0)"
+    v_p = f"({v_x}-{gamma!r}*sqrt({v_x}+{0.25 * gamma**2!r}){_signed(0.5 * gamma**2 - phi)})"
+    return f"({scale!r}*({v_p}-{u_end}))"
+
+
+def _signed(value: float) -> str:
+    """A number with its sign, for a sum."""
+    return f"+{value!r}" if value >= 0.0 else repr(value)

@@ -1,0 +1,1 @@
+"""Approach: a bat that closes in on a target by sonar."""

@@ -1,0 +1,146 @@
+"""The approach with every box at behavioural level, run by its compiled loop.
+
+Takes the parts that `system.approach.run` builds, so that both loops have the same models and the same
+numbers; here is only their bringing together: targets as waypoints, states, and the log that the loop leaves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.boards.centroid.model import CentroidModel
+from chips.boards.isolation.model import IsolationModel
+from chips.boards.vocalization.model import VocalizationModel
+from chips.ranging.chip import RangingChip
+from chips.ranging.kernel import MERGED as CHIP_MERGED
+from chips.ranging.kernel import Chip, doubts, new_chip, new_plan
+from chips.ranging.noise import SURE, spread
+from system.approach.kernel import CLIPPED, COUNTS, MERGED, ROW, SOUNDS, UNDECIDED, Boards, Run, Scene, fly
+from system.worlds.sound.acoustics import speed_of_sound
+from system.worlds.sound.hearing import Hearing
+from system.worlds.sound.microphone import direct_amplitude, echo_amplitude, headroom
+from system.worlds.sound.targets import Approach, Target, Waypoints, range_at
+
+F64 = NDArray[np.float64]
+
+ROWS = 4096  # of the log, worked through at once
+_BEYOND = 1.0  # s after the end up to which a target's path is laid out: longer than any echo
+
+
+@dataclass(frozen=True, slots=True)
+class Models:
+    """The boxes of the approach; `amplitude`: the second centroid board, where there is one."""
+
+    chip: RangingChip
+    proximity: CentroidModel
+    amplitude: CentroidModel | None
+    vocalization: VocalizationModel
+    hearing: Hearing
+    isolation: IsolationModel | None
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """Rows of the log, float64[rows, 4], in pieces, and the counts that a run reports."""
+
+    rows: Sequence[F64]
+    counts: dict[str, int]
+
+
+def fly_behavioural(models: Models, duration: float, progress: Callable[[float], None] | None) -> Flight:
+    """Run for `duration` s."""
+    silicon = models.chip.silicon
+    neurons = models.chip.neurons_at(silicon.temperature_c)
+    plan = new_plan(neurons)
+    jitter = models.chip.jitter_at(silicon.temperature_c)
+    if jitter is not None:
+        # the chip writes t_inh at every call; an echo is too early only where it is for nearly all
+        neurons = neurons._replace(t_inh=neurons.t_inh.copy())
+        plan = plan._replace(early=np.maximum(plan.early - SURE * spread(jitter), 0.0))
+    chip = new_chip(neurons, plan, jitter=jitter)
+    run = _begin(models)
+    scene = _scene(models.hearing, duration)
+    second = models.amplitude or models.proximity
+    ears = models.hearing.model
+    boards = Boards(
+        models.proximity.numbers, second.numbers, models.vocalization.numbers, ears.onset,
+        ears.high_threshold, models.vocalization.noise, ears.noise,
+    )  # fmt: skip
+    rows = []
+    reached = 0.0
+    while reached < duration:
+        reached = fly(scene, boards, neurons, plan, chip, run, duration)
+        rows.append(run.log[: run.used[2]].copy())
+        run.used[2] = 0
+        if progress is not None:
+            progress(reached / duration)
+    return Flight(rows, _counts(run, chip))
+
+
+def _begin(models: Models) -> Run:
+    boards = [models.proximity] if models.amplitude is None else [models.proximity, models.amplitude]
+    states = [b.begin() for b in boards]
+    oscillator = models.vocalization.begin()
+    levels = np.full(3, math.nan)
+    if models.isolation is not None:
+        opened = models.isolation.open_level
+        levels[:] = opened, opened, models.isolation.isolated_level
+    return Run(
+        boards=np.array([s.board for s in states]),
+        ends=np.array([s.ends for s in states]),
+        oscillator=np.array([oscillator.phase, oscillator.free]),
+        sounds=np.zeros((SOUNDS, 2)),
+        due=np.zeros((2 * SOUNDS, 2)),
+        used=np.zeros(3, np.int64),
+        levels=levels,
+        counts=np.zeros(COUNTS, np.int64),
+        log=np.zeros((ROWS, ROW)),
+    )
+
+
+def _scene(hearing: Hearing, duration: float) -> Scene:
+    """Lay the targets' paths out; raises where a path is refused within the run."""
+    ear = hearing.parameters
+    paths = [list(_waypoints(t, duration + _BEYOND)) for t in hearing.targets]
+    points = max((len(p) for p in paths), default=1)
+    full = np.array([p + [p[-1]] * (points - len(p)) for p in paths]).reshape(-1, points, 2)
+    return Scene(
+        time=full[:, :, 0].copy(),
+        distance=full[:, :, 1].copy(),
+        strength=np.array([t.target_strength for t in hearing.targets]),
+        speed=speed_of_sound(ear.air.temperature),
+        absorption=ear.air.absorption,
+        mouth_ear_delay=ear.mouth_ear_delay,
+        direct=direct_amplitude(ear, 1.0),
+        echo=echo_amplitude(ear, 1.0, 1.0, 1.0),
+        headroom=headroom(ear),
+    )
+
+
+def _waypoints(target: Target, end: float) -> Iterator[tuple[float, float]]:
+    path = target.trajectory
+    if isinstance(path, Waypoints):
+        yield from zip(path.time_s, path.range_m, strict=True)
+        return
+    times = [0.0, end]
+    if isinstance(path, Approach):
+        times.insert(1, abs(path.start_range_m - path.end_range_m) / path.speed_m_per_s)
+    for time in sorted(times):
+        yield time, float(range_at(path, time))
+
+
+def _counts(run: Run, chip: Chip) -> dict[str, int]:
+    merged = int(run.counts[MERGED] + chip.counts[CHIP_MERGED])
+    return {
+        "solver_steps": 0,
+        "merged_events": merged,
+        "repeated_advances": 0,
+        "undecided_sounds": int(run.counts[UNDECIDED]),
+        "clipped_sounds": int(run.counts[CLIPPED]),
+        "undecided_spikes": doubts(chip),
+    }

@@ -1,0 +1,234 @@
+"""What an approach is given and what it leaves: scenario, trace, summary, account and picture.
+
+The picture is that of Figure 11 of Cheely & Horiuchi 2003.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.ranging import circuit as ranging_chip
+from circuits.blocks.sonar import centroid_board
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import ZERO_CELSIUS
+from system.options.block import describe_run
+from system.options.noise import Noisy, check_noise
+from system.plot import COLOURS, PALE
+from system.system import Account
+from system.worlds.sound.acoustics import Air, speed_of_sound
+from system.worlds.sound.microphone import Microphone
+from system.worlds.sound.targets import Target, default_scene, range_at
+
+F64 = NDArray[np.float64]
+Law = Literal["linear", "d4"]
+LAWS: tuple[Law, ...] = ("linear", "d4")
+Level = Literal["transistor", "behavioural"]
+LEVELS: tuple[Level, ...] = ("transistor", "behavioural")
+Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
+LONGEST = 3600.0  # s, of a run; ours
+BOXES: tuple[Box, ...] = ("chip", "centroid", "vocalization", "hearing", "isolation")
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
+
+    `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
+    `transistors`: boxes at transistor level in a behavioural run. `silicon_noise`: of the devices of
+    `noisy_boxes`; `off`, `white`, or `all` with flicker too; the seed chooses it.
+    """
+
+    targets: tuple[Target, ...] = field(default_factory=default_scene)
+    duration: float = 4.0
+    temperature_c: float = 27.0
+    isolation: bool = True
+    amplitude_law: Law = "linear"
+    noise_rms: float = 0.0
+    seed: int = 0
+    die: Die = NOMINAL
+    level: Level = "transistor"
+    transistors: frozenset[Box] = frozenset()
+    silicon_noise: Noisy = "off"
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the option that breaks its rule."""
+        _check_word("--level", self.level, LEVELS)
+        _check_word("--amplitude-law", self.amplitude_law, LAWS)
+        for box in sorted(self.transistors):
+            _check_word("--transistors", box, BOXES)
+        check_noise(self.silicon_noise, None)
+        if not 0.0 < self.duration <= LONGEST:
+            raise ParameterError(
+                f"--duration: {self.duration:g} s, must be above 0 and at most {LONGEST:g} s"
+            )
+        if not 0.0 <= self.noise_rms < math.inf:
+            raise ParameterError(f"--noise: {self.noise_rms:g} V, must be >= 0")
+
+    def level_of(self, box: Box) -> Level:
+        """Level of a box."""
+        return "transistor" if box in self.transistors else self.level
+
+    @property
+    def noisy_boxes(self) -> tuple[Box, ...]:
+        """Boxes whose devices make noise: of the models'; the centroid board's is in the call intervals."""
+        boxes: tuple[Box, ...] = ("chip", "vocalization", "hearing")
+        on = self.silicon_noise != "off"
+        return tuple(box for box in boxes if on and self.level_of(box) == "behavioural")
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A run's arrays on a 10 ms grid and its events.
+
+    time_s, range_m (first target's), estimate_m, proximity_V, call_rate_Hz (inverse of the last interval,
+    NaN before there are two calls), call_amplitude_V (amplitude stage): float64[T]. calls: float64[calls, 2],
+    time and amplitude. pulses, echoes: high-threshold and onset spikes, s; spikes: (time s, neuron).
+    """
+
+    scenario: Scenario
+    time_s: F64
+    range_m: F64
+    estimate_m: F64
+    proximity_V: F64  # noqa: N815 - the name in JSON, with its unit
+    call_rate_Hz: F64  # noqa: N815
+    call_amplitude_V: F64  # noqa: N815
+    calls: F64
+    pulses: F64
+    echoes: F64
+    spikes: tuple[tuple[float, int], ...]
+    counts: dict[str, int]
+
+
+def _check_word(option: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise ParameterError(f"{option}: {value}, must be {' or '.join(known)}")
+
+
+def estimated_range(proximity: F64, scenario: Scenario) -> F64:
+    """Range that the linear look-up assigns to a proximity voltage, m.
+
+    proximity: float64[T], V. Below the last entry the line goes on to the far default at 0 V.
+    """
+    table = centroid_board.linear_lookup()
+    delays = ranging_chip.BEST_DELAYS
+    slope = (delays[-1] - delays[0]) / (table[0] - table[-1])
+    delay = delays[0] + slope * (table[0] - proximity)
+    mouth_ear = Microphone().mouth_ear_delay
+    speed = speed_of_sound(air_of(scenario).temperature)
+    return np.asarray(0.5 * speed * (delay + mouth_ear))
+
+
+SUMMARY = (
+    "calls",
+    "spikes",
+    "first_call_s",
+    "shortest_interval_s",
+    "longest_best_delay_s",
+    "call_rate_first_Hz",
+    "call_rate_last_Hz",
+    "call_amplitude_first_V",
+    "call_amplitude_last_V",
+    "range_error_mean_m",
+    "range_error_max_m",
+    "held_fraction",
+)  # names of what `summarise` gives
+SETTLED = 1.0  # s, time given to find the target before errors count; ours
+HELD = 0.9  # of the time after SETTLED, that the target must be held; ours
+NEAR = 0.5  # m, largest mean error where nothing else reflects: windows are 0.36 m apart; ours
+SUCCESS = (
+    f"after the first {SETTLED:g} s the estimate is nearer to the first target than to any other reflector"
+    f" for {100.0 * HELD:g} % of the time, or, where there is no other, off by {NEAR:g} m on average at most"
+)
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a run, SI, unit in the name; None where a quantity is not defined.
+
+    `held_fraction`: share of the time after the first second in which the estimate is nearer to the first
+    target than to any other reflector.
+    """
+    interval = np.diff(trace.calls[:, 0])
+    late = trace.time_s >= SETTLED
+    error = np.abs(trace.estimate_m - trace.range_m)[late]
+    rate = trace.call_rate_Hz[np.isfinite(trace.call_rate_Hz)]
+    others = [range_at(t.trajectory, trace.time_s[late]) for t in trace.scenario.targets[1:]]
+    nearest = (
+        np.min([np.abs(trace.estimate_m[late] - r) for r in others], axis=0)
+        if others and late.any()
+        else None
+    )
+    return {
+        "calls": float(len(trace.calls)),
+        "spikes": float(len(trace.spikes)),
+        "first_call_s": float(trace.calls[0, 0]) if len(trace.calls) else None,
+        "shortest_interval_s": float(interval.min()) if interval.size else None,
+        "longest_best_delay_s": ranging_chip.BEST_DELAYS[-1],
+        "call_rate_first_Hz": float(rate[0]) if rate.size else None,
+        "call_rate_last_Hz": float(rate[-1]) if rate.size else None,
+        "call_amplitude_first_V": float(trace.call_amplitude_V[0]),
+        "call_amplitude_last_V": float(trace.call_amplitude_V[-1]),
+        "range_error_mean_m": float(error.mean()) if error.size else None,
+        "range_error_max_m": float(error.max()) if error.size else None,
+        "held_fraction": None if nearest is None else float((error < nearest).mean()),
+    }
+
+
+def account(trace: Trace) -> Account:
+    """What a run says of itself: it holds its target or does not, until its time is over."""
+    s, found = trace.scenario, summarise(trace)
+    held, error = found["held_fraction"], found["range_error_mean_m"]
+    near = error is not None and error <= NEAR
+    return Account(
+        succeeded=near if held is None else held >= HELD,
+        reason=f"time of {s.duration:g} s over",
+        ran_on={
+            "level": s.level,
+            "transistors": ", ".join(sorted(s.transistors)) or None,
+            "isolation": s.isolation,
+            "amplitude_law": s.amplitude_law,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c),
+        },
+    )
+
+
+def air_of(scenario: Scenario) -> Air:
+    """Air at the scenario's temperature."""
+    return Air(temperature=scenario.temperature_c + ZERO_CELSIUS)
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` as in Figure 11: range, proximity voltage, and the calls with amplitude and rate."""
+    axes = figure.subplots(4, 1, sharex=True)
+    axes[0].set_title(account(trace).headline, fontsize=9)
+    axes[0].plot(trace.time_s, trace.range_m, color=PALE, lw=3, label=trace.scenario.targets[0].name)
+    for other in trace.scenario.targets[1:]:
+        axes[0].plot(
+            trace.time_s,
+            range_at(other.trajectory, trace.time_s),
+            color=PALE,
+            lw=1,
+            ls="--",
+            label=other.name,
+        )
+    axes[0].plot(trace.time_s, trace.estimate_m, color=COLOURS[0], label="estimate")
+    axes[0].set_ylabel("range (m)")
+    axes[0].legend(loc="upper right", ncols=3, fontsize="small")
+    axes[1].plot(trace.time_s, trace.proximity_V, color=COLOURS[0])
+    axes[1].set_ylabel("proximity (V)")
+    if len(trace.calls):
+        axes[2].vlines(trace.calls[:, 0], 0.0, trace.calls[:, 1], color=COLOURS[1], lw=0.8)
+    axes[2].set_ylabel("call (V)")
+    axes[2].set_ylim(bottom=0.0)
+    axes[3].plot(trace.time_s, trace.call_rate_Hz, color=COLOURS[1], drawstyle="steps-post")
+    axes[3].set_ylabel("call rate (Hz)")
+    axes[3].set_ylim(bottom=0.0)
+    axes[3].set_xlabel("time (s)")
+    figure.align_ylabels(axes)

@@ -1,0 +1,1 @@
+"""Bug: a robot with a compass and a contact sensor among obstacles."""

@@ -1,0 +1,68 @@
+"""Pictures of the Bug robot: obstacles, paths, and the shortest one dotted, as in Figures 6 and 8."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from numpy.typing import NDArray
+from shapely.geometry import Polygon
+
+from system.bug.world import World
+from system.plot import COLOURS, INK, PALE
+
+F64 = NDArray[np.float64]
+
+_INCHES = 7.0  # of the longer side of a map
+
+
+def draw_world(world: World, ax: Axes) -> None:
+    """Draw obstacles; starts are dots, goals are stars."""
+    for polygon in world.obstacles.geoms:
+        ax.add_patch(PathPatch(_outline(polygon), facecolor=PALE, edgecolor="none", zorder=1))
+    for points, mark, size, name in (
+        (world.map.starts, "o", 5.0, "start"),
+        (world.map.goals, "*", 10.0, "goal"),
+    ):
+        ax.plot(
+            *np.array(points).T, marker=mark, markersize=size, color=INK, linestyle="", zorder=5, label=name
+        )
+    ax.set_xlim(-0.5, world.map.width + 0.5)
+    ax.set_ylim(-0.5, world.map.height + 0.5)
+    ax.set_aspect("equal")
+    ax.set_xlabel("x (map units)")
+    ax.set_ylabel("y (map units)")
+
+
+def draw_shortest(path: F64 | None, ax: Axes) -> None:
+    """Draw the shortest path, float64[n, 2], dotted; nothing for None."""
+    if path is not None:
+        ax.plot(*path.T, color=INK, linewidth=1.2, linestyle=":", zorder=3, label="shortest path of a point")
+
+
+def draw_paths(paths: Mapping[str, F64], ax: Axes) -> None:
+    """Draw paths, float64[n, 2], by their labels, a colour each."""
+    for k, (label, path) in enumerate(paths.items()):
+        ax.plot(*path.T, color=COLOURS[k % len(COLOURS)], linewidth=1.0, zorder=4, label=label)
+
+
+def draw_run(world: World, path: F64, shortest: F64 | None, title: str, figure: Figure) -> None:
+    """Fill `figure` with one run."""
+    scale = _INCHES / max(world.map.width, world.map.height)
+    figure.set_size_inches(scale * world.map.width + 1.0, scale * world.map.height + 1.3)
+    ax = figure.subplots()
+    draw_world(world, ax)
+    draw_shortest(shortest, ax)
+    draw_paths({"path": path}, ax)
+    ax.set_title(title, fontsize=9)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+
+
+def _outline(polygon: Polygon) -> Path:
+    """Path of a polygon with its holes."""
+    rings = [np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
+    return Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))

@@ -1,0 +1,1 @@
+"""Car: a wheeled robot that drives through pipes by sonar."""

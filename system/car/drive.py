@@ -1,0 +1,235 @@
+"""The robot's loop: ping, localise, evaluate, choose, turn head and wheels, and roll on meanwhile.
+
+Each cycle takes 1 / ping_rate, and longer by the turn of the head and a soft ping's listening; the robot
+rolls along its arc all the time. Memory and choice are equations (4) and (6); the goal is far away in the
+direction of x. The memory's decay is a rate times the cycle's time, and halts while it scans.
+
+A car cannot turn round on the spot: in an emergency it backs up the way that it came, and forgets (ours).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system.car.arcs import Arcs, blocked, immediacies, moved
+from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
+from system.car.sonar import Sonar, ping
+from system.car.world import Pipes
+
+F64 = NDArray[np.float64]
+Pose = tuple[float, float, float]  # m, m, rad
+
+COLUMNS = ("time", "x", "y", "heading", "head", "arc", "scanning", "soft")
+MARGIN = 0.15  # m beyond the forest, where a run ends; ours
+_NEVER = -1e9  # s
+
+
+class Drive(NamedTuple):
+    """A run. log: float64[pings, COLUMNS]; end: the last pose; counts by name."""
+
+    ended: str
+    log: F64
+    end: Pose
+    distance: float
+    time: float
+    counts: dict[str, int]
+
+
+@dataclass(slots=True)
+class _State:
+    pose: Pose
+    risk: F64 = field(default_factory=lambda: np.zeros(ARCS))
+    sensed: F64 = field(default_factory=lambda: np.full(DIRECTIONS, _NEVER))
+    arc: int = MIDDLE
+    head: int = DIRECTIONS // 2
+    scanning: bool = False
+    time: float = 0.0
+    last: float = 0.0  # s, of the last ping
+    distance: float = 0.0
+    way: list[tuple[int, float]] = field(default_factory=list)  # arc and length of what it came by
+
+
+COUNTS = ("pings", "soft_pings", "echoes", "near", "missed", "occluded", "clipped", "scans", "retreats")
+
+
+def drive(
+    robot: Robot,
+    mind: Mind,
+    arcs: Arcs,
+    sonar: Sonar | None,
+    forest: Pipes,
+    start: Pose,
+    pings: int,
+    progress: Callable[[float], None] | None = None,
+) -> Drive:
+    """Drive until a collision, the end of the forest, or so many pings; without a sonar places are exact."""
+    state, counts = _State(start), dict.fromkeys(COUNTS, 0)
+    log, ended = [], "undecided"
+    while counts["pings"] < pings and ended == "undecided":
+        place, soft = _sense(robot, mind, arcs, sonar, forest, state, counts)
+        _remember(mind, arcs, state, immediacies(arcs, place, robot.zone + mind.margin, mind.max_risk))
+        log.append((state.time, *state.pose, state.head, state.arc, state.scanning, soft))
+        pinged = state.head
+        retreat = _choose(mind, arcs, state, counts)
+        turn = abs(arcs.direction[state.head] - arcs.direction[pinged])
+        taken = 1.0 / robot.ping_rate + turn / robot.neck_speed + (robot.blanking + robot.call) * soft
+        if retreat:
+            _back_up(robot, mind, arcs, state)
+            state.time += taken
+        elif _roll(arcs, forest, robot.zone, state, taken):
+            ended = "collided"
+        else:
+            ended = _where(forest, state.pose)
+        if progress is not None:
+            progress(counts["pings"] / pings)
+    return Drive(ended, np.array(log), state.pose, state.distance, state.time, counts)
+
+
+def _sense(
+    robot: Robot,
+    mind: Mind,
+    arcs: Arcs,
+    sonar: Sonar | None,
+    forest: Pipes,
+    state: _State,
+    counts: dict[str, int],
+) -> tuple[F64, bool]:
+    """Places (m, in the body's frame) of what a ping shows, and whether a soft one followed."""
+    x, y, heading = state.pose
+    cos, sin = math.cos(heading), math.sin(heading)
+    turn = float(arcs.direction[state.head])
+    off = forest.place - np.array([x, y])
+    body = np.stack(
+        [cos * off[:, 0] + sin * off[:, 1] - robot.head_ahead, cos * off[:, 1] - sin * off[:, 0]], 1
+    )
+    head = _turned(body, -turn)
+    counts["pings"] += 1
+    soft = False
+    if sonar is None:
+        seen = np.hypot(*head.T) <= _reach(mind, np.arctan2(head[:, 1], head[:, 0]))
+        found = head[seen]
+        counts["echoes"] += len(found)
+    else:
+        heard = ping(sonar, head, 2 * counts["pings"], soft=False, time=state.time)
+        found, soft = heard.place, sonar.soft_pings and heard.near > 0
+        counts["near"] += heard.near
+        both = [heard]
+        if soft:
+            later = state.time + robot.blanking + robot.call
+            both.append(ping(sonar, head, 2 * counts["pings"] + 1, soft=True, time=later))
+            found = np.concatenate([found, both[1].place])
+            counts["soft_pings"] += 1
+        counts["echoes"] += len(found)
+        counts["occluded"] += heard.occluded
+        counts["missed"] += sum(h.missed for h in both)
+        counts["clipped"] += sum(h.clipped for h in both)
+    return _turned(found, turn) + np.array([robot.head_ahead, 0.0]), soft
+
+
+def _remember(mind: Mind, arcs: Arcs, state: _State, fresh: F64) -> None:
+    """Equation (4), with the decay of the time since the last ping."""
+    decay = 0.0 if state.scanning else mind.decay * (state.time - state.last)
+    old = state.risk - decay - mind.inhibition * (arcs.group == state.head)
+    state.risk = np.maximum(np.maximum(old, 0.0), np.minimum(fresh, mind.max_risk))
+    state.sensed[state.head], state.last = state.time, state.time
+
+
+def desirabilities(mind: Mind, arcs: Arcs, risk: F64, heading: float, head: int, arc: int) -> F64:
+    """Equation (6), float64[ARCS]; the goal lies in the direction 0."""
+    bearing = -math.remainder(heading, 2.0 * math.pi)
+    aim = min(max(MIDDLE - bearing * MIDDLE / mind.goal_span, 0.0), ARCS - 1.0)
+    goal = mind.goal_gain * np.exp(-((np.arange(ARCS) - aim) ** 2) / mind.goal_sigma**2)
+    return np.asarray(
+        arcs.bias + goal + mind.ping_bias * (arcs.group == head) + arcs.hold[arc] - risk @ arcs.spread
+    )
+
+
+def _choose(mind: Mind, arcs: Arcs, state: _State, counts: dict[str, int]) -> bool:
+    """Direct head and wheels; whether it is an emergency."""
+    wish = desirabilities(mind, arcs, state.risk, state.pose[2], state.head, state.arc)
+    winner = int(np.argmax(wish))
+    if wish[winner] < mind.emergency_below:
+        counts["retreats"] += 1
+        return True
+    group = int(arcs.group[winner])
+    if state.time - state.sensed[group] <= mind.recency:
+        state.arc, state.scanning = winner, False
+    else:
+        counts["scans"] += 1
+        state.scanning = True
+    state.head = group
+    return False
+
+
+def _roll(arcs: Arcs, forest: Pipes, zone: float, state: _State, taken: float) -> bool:
+    """Roll for some time (s); whether a pipe was touched, where it then stays."""
+    k, slip = arcs.curvature[state.arc], arcs.slip[state.arc]
+    way = float(arcs.speed[state.arc]) * taken
+    x, y, heading = state.pose
+    body = _turned(forest.place - np.array([x, y]), -heading)
+    nearest = blocked(np.array([k]), np.array([slip]), np.array([way]), body, zone)[0]
+    touched = _touch(k, slip, way, body[~np.isnan(nearest)], zone)
+    state.pose = moved(state.pose, float(k), float(slip), touched)
+    state.way.append((state.arc, touched))
+    state.distance += touched
+    state.time += taken * touched / way
+    return touched < way
+
+
+def _touch(k: float, slip: float, way: float, place: F64, zone: float) -> float:
+    """How far (m) the body comes along `way` before it touches one of the places, by halving."""
+    if not len(place):
+        return way
+    low, high = 0.0, way
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        hit = ~np.isnan(blocked(np.array([k]), np.array([slip]), np.array([middle]), place, zone))
+        low, high = (low, middle) if hit.any() else (middle, high)
+    return low
+
+
+def _back_up(robot: Robot, mind: Mind, arcs: Arcs, state: _State) -> None:
+    """Back up the way that it came, at the straight arc's speed, and forget what was seen from there."""
+    left = mind.retreat
+    while left > 0.0 and state.way:
+        arc, way = state.way.pop()
+        back = min(way, left)
+        if back < way:
+            state.way.append((arc, way - back))
+        state.pose = moved_back(state.pose, float(arcs.curvature[arc]), float(arcs.slip[arc]), back)
+        left -= back
+    done = mind.retreat - left
+    state.distance += done
+    state.time += done / robot.max_speed
+    state.risk = np.zeros(ARCS)
+    state.sensed[:] = _NEVER
+    state.arc, state.head, state.scanning = MIDDLE, DIRECTIONS // 2, False
+
+
+def moved_back(pose: Pose, curvature: float, slip: float, way: float) -> Pose:
+    """Pose from which an arc of `way` m led to this one."""
+    return moved(pose, curvature, slip, -way)
+
+
+def _where(forest: Pipes, pose: Pose) -> str:
+    x, y, _ = pose
+    if x > forest.long + MARGIN:
+        return "through"
+    if abs(y) > 0.5 * forest.wide + MARGIN and x > 0.0:
+        return "out"
+    return "undecided"
+
+
+def _reach(mind: Mind, bearing: F64) -> F64:
+    return np.asarray(mind.view_range * np.exp(-(bearing**2) / (2.0 * mind.view_sigma**2)))
+
+
+def _turned(place: F64, angle: float) -> F64:
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.stack([cos * place[:, 0] - sin * place[:, 1], sin * place[:, 0] + cos * place[:, 1]], axis=1)

@@ -1,0 +1,24 @@
+"""The option `--deadline`: how long a run in ngspice may take."""
+
+from __future__ import annotations
+
+from circuits.errors import ParameterError
+from circuits.units import parse_quantity
+from netlists.ngspice.deadline import DEADLINE
+
+HELP = f"Wall-clock time for a run in ngspice, as 90s; {DEADLINE:g}s unless given."
+
+
+def deadline_of(text: str | None, engine: str) -> float:
+    """Seconds that a text says, `DEADLINE` unless given.
+
+    Raises `ParameterError` for a time that is not above 0, or for another engine than ngspice.
+    """
+    if text is None:
+        return DEADLINE
+    if engine != "ngspice":
+        raise ParameterError(f"--deadline: {text}, only --engine ngspice takes it; leave it out")
+    seconds = parse_quantity(text, "s", "--deadline")
+    if not seconds > 0.0:
+        raise ParameterError(f"--deadline: {seconds:g} s, must be > 0; give more time")
+    return seconds

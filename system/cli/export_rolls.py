@@ -1,0 +1,131 @@
+"""`noctule export rolls --at row[5] --program FILE`: a neuron of a die with its latched synapses."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from chips.rolls.cut import Cut, cut_row, silicon_of
+from chips.rolls.cut import testbench as bench_of
+from circuits.blocks.block import Stimulus
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.circuit import BiasKind, split_reference
+from circuits.count import pulse_count
+from circuits.devices.source import Waveform
+from circuits.errors import ParameterError, SolverError, TopologyError
+from circuits.lowering.flatten import flatten
+from circuits.silicon.process import ROLLS_180
+from circuits.testbench import Testbench
+from netlists.parasitics import read_parasitics
+from netlists.registry import Settings, load_dialect
+from system.cli.output import print_json
+from system.cli.rolls_program_file import read_program
+from system.files.writing import write_text_atomic
+from system.options.block import describe_silicon, read_stimuli
+from system.options.silicon import SiliconChoice
+from system.rolls.options import NAME, bias_table, refuse_block_options
+from system.rolls.options import silicon_of as silicon_of_chip
+
+FIRST = 1e-3  # s, of the first event; ours
+STIMULI = (
+    Stimulus("rate", "Hz", 100.0, "events of each column and virtual synapse, one after another"),
+    Stimulus("events", "", 2.0, "of each"),
+    Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+)
+AFTER = 10e-3  # s, of the run behind the last event; ours
+
+
+def export_rolls(
+    *,
+    bias_file: str | None,
+    program: str | None,
+    params: Sequence[str],
+    biases: Sequence[str],
+    bias_set: str | None,
+    bias_kind: BiasKind | None,
+    silicon: SiliconChoice,
+    stimuli: Sequence[str],
+    mapping: str | None,
+    level: str,
+    dialect: str,
+    models: str,
+    parasitics: str | None,
+    output: str,
+    as_json: bool,
+) -> None:
+    """Write the netlist of a row with its testbench to the file `output`, `-` being stdout."""
+    refuse_block_options(params, biases, bias_set)
+    if mapping is not None or level != "transistor":
+        option = "--mapping" if mapping is not None else "--level"
+        raise ParameterError(
+            f"{option}: a row of rolls comes as transistors of its own process; leave it out"
+        )
+    if program is None:
+        raise ParameterError(
+            "--program: which synapses are latched, must be a CSV of post,pre,level or pushbot"
+        )
+    neuron = _neuron(silicon.at)
+    if dialect == "cdl" and silicon.die is not None:
+        raise ParameterError(f"--die: {silicon.die}, cdl is the drawing, which no die changes; leave it out")
+    cut = cut_row(read_program(program, bias_table(bias_file)), neuron, bias_kind or "gate")
+    on_chip = silicon_of_chip(replace(silicon, at=None))
+    bench, rests = row_testbench(cut, read_stimuli(STIMULI, stimuli))
+    loads = {} if parasitics is None else read_parasitics(parasitics, cut.circuit)
+    text = load_dialect(dialect).write(bench, silicon_of(cut, on_chip), Settings(models, parasitics=loads))
+    if output != "-":
+        write_text_atomic(output, text)
+    if as_json:
+        print_json({
+            "block": NAME, "at": f"row[{neuron}]", "dialect": dialect, "models": models,
+            **{k: v for k, v in describe_silicon(on_chip).items() if k != "at"},
+            "synapses": [
+                {"element": j, "column": c, "level": x}
+                for j, (c, x) in enumerate(zip(cut.columns, cut.levels, strict=True))
+            ],
+            "virtual_excitatory": cut.virtual.excitatory, "virtual_inhibitory": cut.virtual.inhibitory,
+            "slow_leak": cut.slow, "starts_at_rest": rests,
+            "devices": sum(group.nodes.shape[1] for group in flatten(cut.circuit).groups),
+            "file": None if output == "-" else output, "lines": text.count("\n"),
+            **({"netlist": text} if output == "-" else {}),
+        })  # fmt: skip
+    elif output == "-":
+        sys.stdout.write(text)
+
+
+def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbench, bool]:
+    """Regular events at every port, one after another; it starts at rest where there is a rest.
+
+    Raises `ParameterError` for stimuli that make no run.
+    """
+    rate, count = stimuli["rate"] or 0.0, stimuli["events"] or 0.0
+    events = pulse_count("events", count, rate)
+    ports = [p for p in cut.circuit.ports if p.kind == "event" and p.direction == "in"]
+    names = [name for p in ports for name in p.elements()]
+    waves: dict[str, Waveform] = {}
+    last = FIRST
+    for k, name in enumerate(names):
+        times = [FIRST + (j + k / len(names)) / rate for j in range(events)]
+        waves[name], last = pulse(tuple(times), ROLLS_180.v_dd), max(last, times[-1])
+    stop = stimuli["duration"] or last + AFTER
+    if not stop > 0.0:
+        raise ParameterError(f"duration: {stop:g} s, must be > 0; give a longer run")
+    bench = bench_of(cut, waves, stop, ROLLS_180.v_dd)
+    try:
+        return started_at_rest(bench, ROLLS_180), True
+    except SolverError:
+        # a neuron that fires by its bias has no rest to begin in
+        return bench, False
+
+
+def _neuron(at: str | None) -> int:
+    """Number of `row[5]` or `rolls/row[5]`."""
+    text = (at or "").removeprefix(f"{NAME}/")
+    try:
+        name, index = split_reference(text)
+    except TopologyError:
+        name, index = "", ()
+    if name != "row" or len(index) != 1:
+        raise ParameterError(f"--at: {at or 'nothing'}, must be row[NEURON]; name one of row[0] to row[255]")
+    return index[0]

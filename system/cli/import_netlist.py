@@ -1,0 +1,113 @@
+"""`noctule import`: what a netlist says, as circuit and testbench."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from circuits.brief import stated
+from circuits.checks import implausible_allowed
+from circuits.circuit import Bias, Port
+from circuits.devices import Source
+from netlists.read import Imported, read_netlist
+from netlists.read.summary import summarise
+from system.cli.output import print_json, print_line, print_table, quantity_cell
+
+
+def import_command(
+    file: str,
+    *,
+    root: str | None,
+    dialect: str | None,
+    drop: Sequence[str],
+    allow_implausible: bool,
+    as_json: bool,
+) -> None:
+    """Print what the netlist `file` says; files that it includes must lie in the folder `root`."""
+    folder = None if root is None else Path(root)
+    with implausible_allowed(allow_implausible):
+        imported = read_netlist(Path(file), root=folder, dialect=dialect, drop=drop)
+    document = _describe(file, imported)
+    if as_json:
+        print_json(document)
+    else:
+        _print(document)
+
+
+def _describe(file: str, imported: Imported) -> dict[str, Any]:
+    circuit, bench = imported.circuit, imported.testbench
+    summary = summarise(circuit)
+    return {
+        "file": file,
+        "dialect": imported.dialect,
+        "models": imported.models,
+        "title": bench.title,
+        "temperature_C": imported.temperature_c,
+        "die": None if imported.silicon is None else str(imported.silicon.die),
+        "circuit": circuit.name,
+        "circuits": summary.circuits,
+        "devices": summary.devices,
+        "node_count": summary.nodes,
+        "deviation_count": len(imported.deviations),
+        "parasitic_count": len(imported.parasitics),
+        "ports": [_stated(port) for port in circuit.ports],
+        "biases": [_stated(bias) for bias in circuit.biases],
+        "sources": [_source(source) for source in bench.sources],
+        "stop_s": bench.stop,
+        "analyses": [{"analysis": _word(each), **asdict(each)} for each in imported.analyses],
+        "notes": [asdict(note) for note in imported.notes],
+        "dropped": [asdict(note) for note in imported.dropped],
+        "names": dict(imported.names),
+    }
+
+
+def _stated(part: Port | Bias) -> dict[str, Any]:
+    return {name: getattr(part, name) for name in stated(part)}
+
+
+def _source(source: Source) -> dict[str, Any]:
+    waveform = {k: v for k, v in asdict(source.waveform).items() if not isinstance(v, list | tuple)}
+    shape = type(source.waveform).__name__.lower()
+    return {
+        "name": source.name,
+        "node": source.node,
+        "quantity": source.quantity,
+        "waveform": shape,
+        **{k: float(v) for k, v in waveform.items() if isinstance(v, float | int)},
+    }
+
+
+def _word(analysis: object) -> str:
+    return {"Transient": "tran", "OperatingPoint": "op", "Sweep": "dc"}[type(analysis).__name__]
+
+
+def _print(document: Mapping[str, Any]) -> None:
+    print_line(f"{document['file']}: {document['title']}")
+    made = [document["models"] or "", document["die"] or ""]
+    told = ", ".join(m for m in (document["dialect"], *made) if m)
+    print_line(f"{told}; circuit {document['circuit']} of {len(document['circuits'])} in all\n")
+    counts = [*document["devices"].items(), ("node", document["node_count"])]
+    print_table("contents", ("what", "count:"), counts)
+    ports = [(p["name"], p["kind"], p["direction"]) for p in document["ports"]]
+    print_table("ports", ("name", "kind", "direction"), ports)
+    units = {"voltage": "V", "current": "A"}
+    sources = [
+        (s["name"], s["node"], s["quantity"], s["waveform"], _value(s, units[s["quantity"]]))
+        for s in document["sources"]
+    ]
+    print_table("sources", ("name", "node", "quantity", "waveform", "value:"), sources)
+    runs = [(a["analysis"], ", ".join(f"{k}={v}" for k, v in a.items() if k != "analysis")) for a in
+            document["analyses"]]  # fmt: skip
+    print_table("analyses", ("analysis", "values"), runs)
+    for title, key in (("not taken over", "notes"), ("dropped by --drop", "dropped")):
+        if document[key]:
+            rows = [(n["place"], n["what"], n["count"]) for n in document[key]]
+            print_table(title, ("first at", "what", "count:"), rows)
+    if document["names"]:
+        print_table("names that were changed", ("here", "in the netlist"), list(document["names"].items()))
+
+
+def _value(source: Mapping[str, Any], unit: str) -> str:
+    return quantity_cell(source["value"], unit) if "value" in source else ""

@@ -1,0 +1,176 @@
+"""`noctule op`: where a block rests, node by node and device by device."""
+
+from __future__ import annotations
+
+import csv as comma_separated
+import io
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from circuits.circuit import GROUND, BiasKind
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import to_kernel
+from circuits.solver.beginning import disturbance
+from circuits.solver.device_table import resistor_table_at, transistor_table_at
+from circuits.solver.operating_point import OperatingPoint, operating_point
+from system.cli.beginning_output import disturbance_document
+from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.files.writing import write_text_atomic
+from system.options.begun import read_voltages
+from system.options.block import choose, describe_silicon
+from system.options.silicon import SiliconChoice
+from system.registry import unknown
+
+HIGHEST_START = 100.0  # V; from farther away Newton's iteration only wanders
+LEAST_SUFFIX = 1e-15  # a smaller value is printed with its exponent
+DEVICES_SHOWN = 200  # of a larger circuit the head is printed; CSV and JSON have all
+
+_CURRENT, _TEXT = "current_A", ("name", "type", "inversion", "region")
+# columns of a transistor: name in JSON and CSV, heading and unit in print
+_COLUMNS = {
+    "name": ("device", ""),
+    "type": ("type", ""),
+    _CURRENT: ("I", "A"),
+    "inversion_coefficient": ("IC", ""),
+    "g_m_S": ("g_m", "S"),
+    "g_m_over_i_d_per_V": ("g_m/I_D (1/V)", ""),
+    "g_ds_S": ("g_ds", "S"),
+    "v_ds_V": ("|V_DS|", "V"),
+    "v_ds_sat_V": ("V_DSsat", "V"),
+    "headroom_V": ("headroom", "V"),
+    "inversion": ("inversion", ""),
+    "region": ("region", ""),
+}
+
+Row = Mapping[str, object]
+
+
+def op_command(
+    block: str,
+    *,
+    params: Sequence[str],
+    biases: Sequence[str],
+    bias_set: str | None,
+    bias_kind: BiasKind | None,
+    silicon: SiliconChoice,
+    stimuli: Sequence[str],
+    start: Sequence[str],
+    csv: str | None,
+    as_json: bool,
+) -> None:
+    """Print the operating point of `block` with its stimuli at 0 s, by node and by device.
+
+    csv: file for the table by device. Current: into a transistor's drain, negative for a conducting pFET, or
+    from a resistor's first node to its second. The other columns are those of `circuits.solver.device_table`.
+    """
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
+    given = read_voltages(start, "--start")
+    with working("solving (the first run compiles its kernels)"):
+        machine = to_kernel(choice.testbench(), choice.silicon)
+        _check_start(given, machine.names[1:])
+        point = operating_point(machine, start=given or None)
+    if csv is not None:
+        write_text_atomic(csv, device_csv(point))
+    if as_json:
+        print_json(
+            {
+                "block": choice.block.name,
+                **describe_silicon(choice.silicon),
+                "stimuli": choice.stimuli,
+                "start_V": given,
+                **_state(point),
+                "other_states": [_state(other) for other in point.others],
+            }
+        )
+    else:
+        _print(point)
+
+
+def device_rows(point: OperatingPoint) -> list[Row]:
+    """Rows by device: transistors with all columns, resistors with their current; nan where undefined."""
+    t, r = transistor_table_at(point), resistor_table_at(point)
+    numbers = (
+        t.drain_current, t.inversion_coefficient, t.transconductance, t.efficiency, t.output_conductance,
+        t.drain_source, t.saturation, t.headroom,
+    )  # fmt: skip
+    kinds = (f"{polarity}fet" for polarity in t.polarity)
+    columns = (t.name, kinds, *(n.tolist() for n in numbers), t.inversion, t.region)
+    rows: list[Row] = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+    for name, current in zip(r.name, r.current.tolist(), strict=True):
+        rows.append({"name": name, "type": "resistor", _CURRENT: current})
+    return rows
+
+
+def device_csv(point: OperatingPoint) -> str:
+    """The table by device as CSV; an empty cell where a column has no meaning."""
+    text = io.StringIO()
+    writer = comma_separated.DictWriter(text, list(_COLUMNS), restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(plain(device_rows(point)))
+    return text.getvalue()
+
+
+def _check_start(start: Mapping[str, float], nodes: Sequence[str]) -> None:
+    for node, voltage in start.items():
+        if node not in nodes:
+            raise unknown("node", node, nodes)
+        if not abs(voltage) <= HIGHEST_START:
+            limit = f"must be within -{HIGHEST_START:g} to {HIGHEST_START:g} V"
+            raise ParameterError(f"{node}: {voltage:g} V, {limit}; start near the supply's range")
+
+
+def _state(point: OperatingPoint) -> dict[str, object]:
+    voltages = {node: v for node, v in point.voltages().items() if node != GROUND}
+    left = None if point.stable else disturbance_document(disturbance(point))
+    return {
+        "stable": point.stable,
+        "disturbance": left,
+        "voltages_V": voltages,
+        "devices": plain(device_rows(point)),
+    }
+
+
+def _print(point: OperatingPoint) -> None:
+    states = (point, *point.others)
+    table = [[v for node, v in s.voltages().items() if node != GROUND] for s in states]
+    nodes = [node for node in point.voltages() if node != GROUND]
+    headings = ["node", "voltage (V):", *("other state (V):" for _ in point.others)]
+    silicon = point.machine.silicon
+    title = f"operating point at {silicon.temperature_c:g} degC, {silicon.die}"
+    print_table(
+        title, headings, [(n, *(f"{v:.6f}" for v in row)) for n, *row in zip(nodes, *table, strict=True)]
+    )
+    _print_devices(device_rows(point))
+    print_line(f"the state is {_stability(point)}")
+    for other in point.others:
+        print_line(f"without the start another state is found, which is {_stability(other)}")
+
+
+def _print_devices(rows: Sequence[Row]) -> None:
+    if not rows:
+        return
+    headings = [heading if k in _TEXT else f"{heading}:" for k, (heading, _) in _COLUMNS.items()]
+    shown = [[_cell(k, row.get(k)) for k in _COLUMNS] for row in rows[:DEVICES_SHOWN]]
+    print_table(f"{len(rows)} devices", headings, shown)
+    if len(rows) > DEVICES_SHOWN:
+        print_line(f"{len(rows) - DEVICES_SHOWN} more devices; --csv FILE or --json has all")
+
+
+def _cell(column: str, value: object) -> str:
+    """Four digits with the column's unit."""
+    if not isinstance(value, float):
+        return "" if value is None else str(value)
+    if np.isnan(value):
+        return ""
+    unit = _COLUMNS[column][1]
+    if 0.0 < abs(value) < LEAST_SUFFIX:
+        return f"{value:.3e}{unit}"
+    return quantity_cell(float(f"{value:.4g}"), unit)
+
+
+def _stability(point: OperatingPoint) -> str:
+    if point.stable:
+        return "stable"
+    found = disturbance(point)
+    return f"not stable: the smallest disturbance leaves it, and a run begins with {found.what}"

@@ -1,0 +1,140 @@
+"""`noctule replay STUDY --die K`: one sample of a study again, with waveforms and a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from circuits.units import parse_quantity
+from netlists.ngspice.raw import write_raw
+from system.cli.beginning_output import told, told_lines
+from system.cli.deadline import deadline_of
+from system.cli.exit_status import DONE, NO
+from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.cli.simulate import engine_named, plotted, print_stimuli, waveform_table
+from system.files.writing import replace_atomic, write_text_atomic
+from system.notice import say
+from system.options.block import Choice, describe_die
+from system.plot import check_picture, draw_waveforms, save_picture
+from system.study.replay import Replay, replay
+from system.study.target import Measurement, SystemTarget
+
+
+def replay_command(
+    folder: str,
+    *,
+    die: int,
+    corner: str | None,
+    temperature: str | None,
+    trial: int | None,
+    metrics: Sequence[str],
+    engine: str,
+    plot: str | None,
+    csv: str | None,
+    raw: str | None,
+    as_json: bool,
+    deadline: str | None = None,
+) -> int:
+    """Measure the sample again, say whether it is the one that was kept, and write what is asked for.
+
+    Returns `NO` if it is another one, or could not be measured.
+    """
+    if plot is not None:
+        check_picture(plot)
+    celsius = None if temperature is None else parse_quantity(temperature, "degC", "--temperature")
+    deadline_s = deadline_of(deadline, engine)
+    with working(f"measuring die {die} again"):
+        found = replay(Path(folder), die, corner, celsius, trial, metrics)
+        if isinstance(found.target, SystemTarget):
+            _draw_run(found, found.target, plot)
+            choice, extra = None, {}
+        else:
+            choice = found.choice()
+            extra = _waveforms(choice, engine, deadline_s, plot, csv, raw)
+    if as_json:
+        print_json(_document(found) | extra)
+    else:
+        _print(found, choice, extra)
+    if found.again.reason:
+        say(f"replay: die {die} could not be measured: {found.again.reason}")
+    elif found.kept is not None and not found.identical:
+        say(f"replay: die {die} is not what {folder} has of it; the study is of another version")
+    else:
+        return DONE
+    return NO
+
+
+def _draw_run(found: Replay, system: SystemTarget, plot: str | None) -> None:
+    if plot is not None:
+        trace = system.run(found.die, found.condition)
+        save_picture(plot, lambda figure: system.draw(trace, figure))
+
+
+def _waveforms(
+    choice: Choice, engine: str, deadline_s: float, plot: str | None, csv: str | None, raw: str | None
+) -> dict[str, Any]:
+    result = engine_named(engine, None, deadline_s)(choice.testbench(), choice.silicon)
+    if csv is not None:
+        write_text_atomic(csv, waveform_table(result))
+    if raw is not None:
+        with replace_atomic(raw) as temporary:
+            write_raw(result, temporary)
+    if plot is not None:
+        save_picture(plot, lambda figure: draw_waveforms(result, plotted(choice, result), figure))
+    return {
+        "engine": engine,
+        "stimuli": choice.stimuli,
+        "testbench_outcome": choice.block.outcome(result),
+        "spikes_s": {port: times.tolist() for port, times in result.spikes.items()},
+        "measures": plain(choice.block.measures(result)),
+        **told(result),
+        "told": told_lines(result),
+    }
+
+
+def _document(found: Replay) -> dict[str, Any]:
+    return {
+        "target": found.study.subject.target,
+        **describe_die(found.die),
+        "plan": found.study.plan.name,
+        "temperature_C": found.condition.temperature_c,
+        "trial": found.condition.trial,
+        "kept": None if found.kept is None else _measured(found, found.kept),
+        "again": _measured(found, found.again),
+        "identical": found.identical,
+        "note": found.note,
+    }
+
+
+def _measured(found: Replay, one: Measurement) -> dict[str, Any]:
+    names = [q.name for q in found.target.quantities]
+    return {"class": one.outcome, **dict(zip(names, one.values, strict=True)), "reason": one.reason}
+
+
+def _print(found: Replay, choice: Choice | None, extra: dict[str, Any]) -> None:
+    kept_class = "-" if found.kept is None else found.kept.outcome
+    rows: list[Sequence[object]] = [("class", kept_class, found.again.outcome)]
+    for k, quantity in enumerate(found.target.quantities):
+        kept = math.nan if found.kept is None else found.kept.values[k]
+        cells = (_cell(v, quantity.unit) for v in (kept, found.again.values[k]))
+        rows.append((quantity.name, *cells))
+    where = f"{found.condition.temperature_c:g} degC, {found.die}"
+    print_table(f"{found.study.subject.target} at {where}", ("quantity", "kept:", "again:"), rows)
+    if found.kept is None:
+        print_line(f"nothing to compare with: {found.note}")
+    else:
+        print_line("identical to what was kept" if found.identical else "NOT what was kept: another version?")
+    if found.again.reason:
+        print_line(f"failed: {found.again.reason}")
+    if choice is not None:
+        print_stimuli(choice)
+    for port, times in extra.get("spikes_s", {}).items():
+        print_line(f"{port}, {extra['engine']}: {' '.join(f'{t:.9g} s' for t in times) or 'no spike'}")
+    for line in extra.get("told", ()):
+        print_line(line)
+
+
+def _cell(value: float, unit: str) -> str:
+    return quantity_cell(value, unit) if math.isfinite(value) else "-"

@@ -1,0 +1,107 @@
+"""`noctule reproduce`: an experiment of a paper, ours beside theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+
+from circuits.errors import ParameterError
+from system.cli.exit_status import DONE, NO
+from system.cli.output import print_json, print_line, print_table, progress_bar
+from system.experiment import Experiment, Report, Row, Value
+from system.notice import say
+from system.plot import check_picture, save_picture
+from system.registry import load_experiment
+from system.study.campaign import Campaign, here
+
+MOST = 100_000  # of any count: days of work at a run a second; ours
+SHOWN = 20  # characters of a count that is refused; ours
+
+
+def reproduce_command(
+    experiment: str,
+    *,
+    params: Sequence[str] = (),
+    output: str | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    plot: str | None,
+    as_json: bool,
+) -> int:
+    """Run `experiment`, print its rows, draw it into `plot`; returns `NO` if a row disagrees.
+
+    `params`, `output`, `resume` and `workers` are of campaigns alone.
+    """
+    if plot is not None:
+        check_picture(plot)
+    chosen = load_experiment(experiment)
+    run = chosen.run
+    if chosen.counts:
+        run = partial(run, campaign=_campaign(output, workers, resume=resume), **_counts(chosen, params))
+    else:
+        for option, given in (
+            ("param", params),
+            ("output", output),
+            ("resume", resume),
+            ("workers", workers),
+        ):
+            if given:
+                raise ParameterError(f"--{option}: {chosen.name} is no campaign, it has none; leave it out")
+    with progress_bar(chosen.name) as progress:
+        report = run(progress)
+    if plot is not None:
+        save_picture(plot, report.draw)
+    if as_json:
+        rows = [asdict(row) for row in report.rows]
+        print_json({"experiment": chosen.name, "rows": rows, "notes": report.notes})
+    else:
+        _print(f"{chosen.name}: {chosen.summary}", report)
+    if report.agrees:
+        return DONE
+    of = f"{len(report.disagreeing)} of {len(report.rows)} rows disagree"
+    say(f"{chosen.name}: {of}: {', '.join(report.disagreeing)}")
+    return NO
+
+
+def _campaign(output: str | None, workers: int | None, *, resume: bool) -> Campaign:
+    if resume and output is None:
+        raise ParameterError("--resume: needs the file of --output; add it")
+    hands = here
+    if workers is not None:  # a cluster's library takes a second to import
+        hands = partial(import_module("system.study.cluster").workers_of, workers)
+    return Campaign(None if output is None else Path(output), resume, hands)
+
+
+def _counts(chosen: Experiment, params: Sequence[str]) -> dict[str, int]:
+    """Whole numbers that are given, by name."""
+    found: dict[str, int] = {}
+    for text in params:
+        name, _, value = text.partition("=")
+        if name not in chosen.counts:
+            known = ", ".join(f"{n}={k}" for n, k in chosen.counts.items())
+            raise ParameterError(f"--param: {name}, unknown to {chosen.name}; known are {known}")
+        if not (value.isdecimal() and len(value) <= len(str(MOST)) and 1 <= int(value) <= MOST):
+            raise ParameterError(
+                f'--param: {name} "{value[:SHOWN]}", must be a whole number from 1 to {MOST}'
+            )
+        found[name] = int(value)
+    return found
+
+
+def _print(title: str, report: Report) -> None:
+    columns = ("name", "paper:", "ours:", "rule", "", "agrees")
+    print_table(title, columns, [_cells(row) for row in report.rows])
+    for note in report.notes:
+        print_line(note)
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    kind = "fitted" if row.fitted else "predicted"
+    return row.name, _text(row.paper), _text(row.ours), row.rule, kind, "yes" if row.agrees else "NO"
+
+
+def _text(value: Value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)

@@ -1,0 +1,38 @@
+"""What `noctule run` says of a run, of every system alike: how it went, on what, and its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from system.cli.output import print_line, print_table
+from system.system import ENTRIES, METRICS, System, headline
+
+
+def print_run(title: str, system: System, summary: Mapping[str, Any]) -> None:
+    """Print whether and why a run ended as it did, what it was on, its numbers, and what to be careful of."""
+    if "reason" in summary:
+        print_line(headline(succeeded=summary["succeeded"], reason=summary["reason"]))
+        print_line(f"success: {system.success}")
+        print_line("ran on: " + ", ".join(_said(*item) for item in summary["ran_on"].items()))
+    words = set(ENTRIES) - (set(METRICS) - {"succeeded"})
+    rows = [(name, _number(value)) for name, value in summary.items() if name not in words]
+    print_table(title, ("quantity", "value:"), rows)
+    for caution in summary.get("cautions", ()):
+        print_line(f"caution: {caution}")
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"
+
+
+def _said(name: str, value: str | float | bool | None) -> str:
+    """As `bias kind gate`, `corner random`, `mismatch yes`."""
+    shown = name.replace("_", " ")
+    if name == "die" and value is None:
+        return "die nominal"
+    if isinstance(value, bool):
+        return f"{shown} {'yes' if value else 'no'}"
+    if isinstance(value, float):
+        return f"{shown} {value:g}"
+    return f"{shown} {'none' if value is None else value}"

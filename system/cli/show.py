@@ -1,0 +1,183 @@
+"""`noctule show`: a block's or chip's ports, devices, parameters, biases and stimuli."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from circuits.bias import bias_voltages
+from circuits.circuit import Bias, BiasKind, Port
+from circuits.lowering.flatten import DeviceGroup, flatten
+from circuits.lowering.graph import describe_device
+from system.cli.output import print_json, print_line, print_table, quantity_cell
+from system.cli.show_rolls import show_rolls
+from system.options.block import Choice, bias_unit, choose, describe_silicon, parameters
+from system.options.silicon import SiliconChoice
+from system.plot import check_picture, draw_circuit, save_picture
+from system.rolls.options import NAME as ROLLS
+from system.rolls.options import refuse_bias_file
+
+_SIZE_UNITS = {
+    "capacitance": "F",
+    "length": "m",
+    "offset": "V",
+    "output_resistance": "Ohm",
+    "resistance": "Ohm",
+    "transconductance": "S",
+    "width": "m",
+}
+
+
+def show_command(
+    block: str,
+    *,
+    params: Sequence[str],
+    biases: Sequence[str],
+    bias_set: str | None,
+    bias_kind: BiasKind | None,
+    silicon: SiliconChoice,
+    plot: str | None,
+    as_json: bool,
+    bias_file: str | None = None,
+) -> None:
+    """Print what `block` is made of, and draw its graph into the file `plot`."""
+    if block == ROLLS:
+        show_rolls(
+            bias_file=bias_file, params=params, biases=biases, bias_set=bias_set, bias_kind=bias_kind,
+            silicon=silicon, plot=plot, as_json=as_json,
+        )  # fmt: skip
+        return
+    refuse_bias_file(block, bias_file)
+    if plot is not None:
+        check_picture(plot)
+    choice = choose(block, params, biases, bias_kind, silicon, bias_set=bias_set)
+    document = _describe(choice)
+    if plot is not None:
+        save_picture(plot, lambda figure: draw_circuit(choice.circuit, figure))
+    if as_json:
+        print_json(document)
+    else:
+        _print(choice, document)
+
+
+def _describe(choice: Choice) -> dict[str, Any]:
+    flat = flatten(choice.circuit)
+    names = flat.node_names()
+    return {
+        "block": choice.block.name,
+        "summary": choice.block.summary,
+        **describe_silicon(choice.silicon),
+        "node_count": flat.count - 1,
+        "device_count": sum(g.nodes.shape[1] for g in flat.groups),
+        "ports": [_port(p) for p in choice.circuit.ports],
+        "parameters": [asdict(p) for p in parameters(choice.params)],
+        "biases": [_bias(b, choice) for b in choice.circuit.biases],
+        "stimuli": [asdict(s) for s in choice.block.stimuli],
+        "closed_forms": _closed_forms(choice),
+        "equations": [asdict(e) for e in choice.block.equations],
+        "devices": [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])],
+    }
+
+
+def _closed_forms(choice: Choice) -> list[dict[str, Any]]:
+    forms = choice.block.closed_forms
+    return [] if forms is None else [asdict(f) for f in forms(choice.circuit, choice.silicon)]
+
+
+def _port(port: Port) -> dict[str, Any]:
+    return {"name": port.name, "kind": port.kind, "direction": port.direction, "shape": port.shape}
+
+
+def _bias(bias: Bias, choice: Choice) -> dict[str, Any]:
+    return {
+        "name": bias.name,
+        "port": bias.port,
+        "kind": bias.kind,
+        "value": bias.value,
+        "unit": bias_unit(bias),
+        "device": bias.device,
+        "reference_temperature_C": bias.reference_temperature_c,
+        "voltage_V": bias_voltages(choice.circuit, bias, choice.silicon),
+    }
+
+
+def _device(group: DeviceGroup, k: int, names: list[str]) -> dict[str, Any]:
+    description = describe_device(group.device)
+    nodes = (names[int(node)] for node in group.nodes[:, k])
+    return {
+        "path": group.label(k),
+        "type": description.type,
+        **description.attributes,
+        "terminals": dict(zip(description.terminals, nodes, strict=True)),
+        "sizes": {name: float(value[k]) for name, value in group.parameters.items()},
+    }
+
+
+def _print(choice: Choice, document: dict[str, Any]) -> None:
+    print_line(f"{document['block']}: {document['summary']}")
+    counts = f"{document['device_count']} devices, {document['node_count']} nodes"
+    print_line(f"{counts}, at {choice.silicon.temperature_c:g} degC, {choice.silicon.die}\n")
+    ports = [(p["name"], p["kind"], p["direction"], _shape(p["shape"])) for p in document["ports"]]
+    print_table("ports", ("name", "kind", "direction", "shape"), ports)
+    numbers = [(p["name"], quantity_cell(p["value"], p["unit"])) for p in document["parameters"]]
+    print_table("parameters (--param)", ("name", "value:"), numbers)
+    columns = ("name", "kind", "value:", "voltage:", "port")
+    print_table("biases (--bias)", columns, [_bias_row(b) for b in document["biases"]])
+    stimuli = [(s["name"], quantity_cell(s["default"], s["unit"]), s["summary"]) for s in document["stimuli"]]
+    print_table("stimuli (--stimulus)", ("name", "default:", "summary"), stimuli)
+    forms = [
+        (f"({f['equation']})", f["name"], f"{f['printed']:.4g}", _corrected(f["corrected"]))
+        for f in document["closed_forms"]
+    ]
+    if forms:
+        print_table("closed forms (SI)", ("equation", "quantity", "as printed:", "corrected:"), forms)
+    equations = [
+        (f"({e.number})", e.name, e.printed, e.corrected or "as printed") for e in choice.block.equations
+    ]
+    if equations:
+        print_table("equations of the paper", ("number", "name", "as printed", "corrected"), equations)
+    flat = flatten(choice.circuit)
+    names = flat.node_names()
+    rows = [_device_row(group, names) for group in flat.groups]
+    print_table("devices", ("path", "type", "terminals", "sizes"), rows)
+
+
+def _corrected(value: float | None) -> str:
+    return "as printed" if value is None else f"{value:.4g}"
+
+
+def _bias_row(bias: dict[str, Any]) -> tuple[str, ...]:
+    value, voltage = quantity_cell(bias["value"], bias["unit"]), quantity_cell(bias["voltage_V"], "V")
+    return bias["name"], bias["kind"], value, voltage, bias["port"]
+
+
+def _device_row(group: DeviceGroup, names: list[str]) -> tuple[str, str, str, str]:
+    """One row for all copies of a device: copies in an array differ in their indices only."""
+    copies = group.nodes.shape[1]
+    description = describe_device(group.device)
+    path = ".".join((*(name + _slices(shape) for name, shape in group.path), group.device.name))
+    kind = f"{description.attributes.get('polarity', '')}FET" if "polarity" in description.attributes else ""
+    first, last = (_terminals(group, k, names) for k in (0, copies - 1))
+    terminals = [
+        f"{t}={a}" if a == b else f"{t}={a} .. {b}"
+        for t, a, b in zip(description.terminals, first, last, strict=True)
+    ]
+    sizes = [
+        f"{name}={quantity_cell(value, _SIZE_UNITS.get(name, ''))}"
+        for name, value in group.parameters.items()
+        if name != "multiplicity" or (value != 1.0).any()
+    ]
+    return path, kind or description.type, " ".join(terminals), " ".join(sizes)
+
+
+def _terminals(group: DeviceGroup, k: int, names: list[str]) -> list[str]:
+    return [names[int(node)] for node in group.nodes[:, k]]
+
+
+def _slices(shape: Sequence[int]) -> str:
+    return f"[{','.join(f'0:{n}' for n in shape)}]" if shape else ""
+
+
+def _shape(shape: Sequence[int]) -> str:
+    return "×".join(map(str, shape)) if len(shape) else "scalar"

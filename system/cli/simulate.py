@@ -1,0 +1,170 @@
+"""`noctule simulate`: one transient of a block under its testbench."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from functools import partial
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
+from circuits.testbench import Testbench
+from netlists.ngspice.raw import write_raw
+from system.cli.analysis_options import AnalysisChoice, check_options
+from system.cli.beginning_output import told, told_lines
+from system.cli.command_options import call
+from system.cli.deadline import deadline_of
+from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.files.writing import replace_atomic, write_text_atomic
+from system.options.begin import FREE, BeginChoice
+from system.options.block import Choice, choose, describe_silicon
+from system.options.silicon import SiliconChoice
+from system.plot import check_picture, draw_waveforms, save_picture
+
+TRANSIENT = AnalysisChoice()
+# loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
+_COMMANDS = {
+    "ac": "small_signal:ac_command",
+    "noise": "noise:noise_command",
+    "tran-noise": "tran_noise:tran_noise_command",
+}
+
+
+def simulate_command(
+    block: str,
+    *,
+    params: Sequence[str],
+    biases: Sequence[str],
+    bias_set: str | None,
+    bias_kind: BiasKind | None,
+    silicon: SiliconChoice,
+    stimuli: Sequence[str],
+    rtol: float | None,
+    engine: str,
+    plot: str | None,
+    csv: str | None,
+    raw: str | None,
+    as_json: bool,
+    analysis: AnalysisChoice = TRANSIENT,
+    begin: BeginChoice = FREE,
+    deadline: str | None = None,
+) -> None:
+    """Simulate `block`, print its outcome, and write waveforms (`csv`, `raw`) and a picture (`plot`)."""
+    deadline_s = deadline_of(deadline, engine)
+    if analysis.analysis != "tran":
+        others: dict[str, object] = {"rtol": rtol, "raw": raw, **_beginnings(begin, analysis.analysis)}
+        if analysis.analysis != "ac":
+            others["engine"] = None if engine == "native" else engine
+        check_options(analysis, others)
+        of_block = (block, params, biases, bias_set, bias_kind, silicon, stimuli)
+        command = _COMMANDS[analysis.analysis]
+        call(command, *of_block, analysis, engine, begin, deadline_s, csv=csv, plot=plot, as_json=as_json)
+        return
+    check_options(analysis, {})
+    if plot is not None:
+        check_picture(plot)
+    if begin.begin == "at_rest" and engine != "native":
+        raise ParameterError(
+            f"--at-rest: {engine} leaves such a state by its rounding; only native stays there"
+        )
+    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set, begin=begin)
+    run = engine_named(engine, rtol, deadline_s)
+    with working(f"simulating {block} (the first run compiles its kernels)"):
+        result = run(choice.testbench(), choice.silicon)
+        document = _describe(choice, result, engine)
+    if csv is not None:
+        write_text_atomic(csv, waveform_table(result))
+    if raw is not None:
+        with replace_atomic(raw) as temporary:
+            write_raw(result, temporary)
+    if plot is not None:
+        save_picture(plot, lambda figure: draw_waveforms(result, plotted(choice, result), figure))
+    if as_json:
+        print_json(document)
+    else:
+        _print(choice, document)
+        for line in told_lines(result):
+            print_line(line)
+
+
+def _beginnings(begin: BeginChoice, analysis: str) -> dict[str, object]:
+    """Options about where a run begins that an analysis does not take, None where not given."""
+    found: dict[str, object] = {"at-rest": True if begin.begin == "at_rest" else None}
+    if analysis != "tran-noise":
+        found |= {"ic": begin.held or None, "uic": True if begin.begin == "uic" else None}
+    return found
+
+
+def waveform_table(result: Result) -> str:
+    """Waveforms as CSV: `time_s`, then `NODE_V` for every node; a row an accepted point."""
+    text = io.StringIO()
+    names = ["time_s", *(f'"{n}_V"' if "," in n else f"{n}_V" for n in result.nodes)]
+    table = np.column_stack([result.time, result.voltage])
+    np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(names), comments="")
+    return text.getvalue()
+
+
+def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[Testbench, Silicon], Result]:
+    """What runs a testbench: `native`, to which rtol is told, or `ngspice` with a deadline."""
+    if name == "native":
+        tolerance = DEFAULT_RTOL if rtol is None else rtol
+        return lambda testbench, silicon: simulate(testbench, silicon, rtol=tolerance)
+    if rtol is not None:
+        raise ParameterError(f"--rtol: {rtol:g}, only the native engine takes it; leave it out")
+    # PySpice is slow to import, and the native engine must not wait for it
+    run: Callable[..., Result] = import_module("netlists.ngspice.engine").simulate
+    return partial(run, deadline_s=deadline_s)
+
+
+def plotted(choice: Choice, result: Result) -> tuple[str, ...]:
+    """Nodes that a picture shows."""
+    return choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
+
+
+def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
+    return {
+        "block": choice.block.name,
+        **describe_silicon(choice.silicon),
+        "engine": engine,
+        "stimuli": choice.stimuli,
+        "outcome": choice.block.outcome(result),
+        "spikes_s": _spikes(choice, result),
+        **told(result),
+        "measures": plain(choice.block.measures(result)),
+        "steps": result.steps.accepted,
+        "rejected_steps": result.steps.rejected,
+        "iterations": result.steps.iterations,
+    }
+
+
+def _spikes(choice: Choice, result: Result) -> Any:
+    """A list where one scalar port is watched, else lists by port."""
+    watch = choice.testbench().watch
+    if len(watch) == 1 and list(result.spikes) == list(watch):
+        return result.spikes[watch[0]].tolist()
+    return {port: times.tolist() for port, times in result.spikes.items()}
+
+
+def _print(choice: Choice, document: dict[str, Any]) -> None:
+    spikes = document["spikes_s"]
+    trains = spikes if isinstance(spikes, dict) else {"spikes": spikes}
+    rows = [("outcome", document["outcome"])]
+    rows += [(port, " ".join(f"{t:.9g} s" for t in times) or "none") for port, times in trains.items()]
+    rows += [(k, "not defined" if v is None else f"{v:.6g}") for k, v in document["measures"].items()]
+    rows.append(("steps", f"{document['steps']} ({document['rejected_steps']} rejected)"))
+    where = f"{choice.silicon.temperature_c:g} degC, {choice.silicon.die}, {document['engine']}"
+    title = f"{document['block']} at {where}"
+    print_table(title, ("quantity", "value"), rows)
+    print_stimuli(choice)
+
+
+def print_stimuli(choice: Choice) -> None:
+    """Say what the testbench applied."""
+    stimuli = (f"{s.name}={quantity_cell(choice.stimuli[s.name], s.unit)}" for s in choice.block.stimuli)
+    print_line(f"stimuli: {', '.join(stimuli) or 'none'}")

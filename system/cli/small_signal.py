@@ -1,0 +1,147 @@
+"""`noctule simulate --analysis ac`: transfer from a source about the rest state of a block."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+from circuits.solver.operating_point import OperatingPoint
+from circuits.solver.small_signal import Response, ac, source_column
+from netlists.ngspice import small_signal as ngspice
+from system.cli.output import plain, print_json, print_table
+from system.cli.small_signal_picture import draw_bode
+from system.cli.small_signal_runs import (
+    Request,
+    Run,
+    cell_of,
+    dataset_of,
+    head_of,
+    label_of,
+    place_of,
+    print_failures,
+    row_of,
+    runs_of,
+)
+from system.files.writing import write_netcdf_atomic, write_text_atomic
+from system.plot import check_picture, save_picture
+
+F64 = NDArray[np.float64]
+
+
+def ac_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool) -> None:
+    """Transfer from `--source` to all nodes, or to those of `--node`."""
+    request = Request(*of_block)
+    source = request.analysis.source
+    if source is None:
+        raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
+    if plot is not None:
+        check_picture(plot)
+    nodes, frequency = request.analysis.nodes or None, request.frequencies()
+    if request.engine == "native":
+        runs = runs_of(request, lambda point, _: ac(point, source, frequency, nodes))
+    else:
+        runs = runs_of(request, lambda point, _: by_ngspice(point, source, request, nodes))
+    found = [(run, run.answer) for run in runs if run.answer is not None]
+    if csv is not None:
+        write_text_atomic(csv, _ac_csv(found))
+    if request.analysis.netcdf is not None:
+        write_netcdf_atomic(request.analysis.netcdf, _ac_dataset(runs))
+    if plot is not None:
+        shown = nodes or found[0][0].choice.block.plotted
+        save_picture(plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
+    document = {
+        **head_of(request, runs), "engine": request.engine, "source": source,
+        "unit": found[0][1].unit, "frequency_Hz": found[0][1].frequency,
+        "runs": [_ac_run(run) for run in runs],
+    }  # fmt: skip
+    if as_json:
+        print_json(document)
+    else:
+        _print_ac(found, nodes or found[0][0].choice.block.plotted)
+        print_failures(runs)
+
+
+def by_ngspice(point: OperatingPoint, source: str, request: Request, nodes: Sequence[str] | None) -> Response:
+    """The same by ngspice, on its grid: whole decades have both ends."""
+    column = source_column(point, source) - point.machine.kernel.unknowns
+    unit = "V/V" if point.machine.source_quantities[column] == "voltage" else "V/A"
+    names = tuple(point.machine.names[1:] if nodes is None else nodes)
+    for name in names:
+        point.machine.column_of(name)  # refuses what is no node by name
+    grid = ngspice.Decades(*request.grid())
+    frequency, transfer = ngspice.ac(point, source, grid, names, request.deadline_s)
+    return Response(source, unit, names, frequency, transfer)
+
+
+def _ac_run(run: Run[Response]) -> dict[str, Any]:
+    if run.answer is None:
+        return place_of(run)
+    names, transfer = run.answer.nodes, run.answer.transfer
+    magnitude, phase = np.abs(transfer), phase_deg(transfer)
+    nodes = {n: {"magnitude": magnitude[:, k], "phase_deg": phase[:, k]} for k, n in enumerate(names)}
+    return {**place_of(run), "nodes": plain(nodes)}
+
+
+def phase_deg(transfer: NDArray[np.complex128]) -> F64:
+    """Phase along the frequencies without jumps, degrees, float64[F, nodes]."""
+    return np.asarray(np.degrees(np.unwrap(np.angle(transfer), axis=0)))
+
+
+def corner_frequency(frequency: F64, magnitude: F64) -> float | None:
+    """First frequency at which the magnitude is 3 dB below that at the first one, Hz; None where it never is.
+
+    Interpolated on logarithmic axes.
+    """
+    level = magnitude[0] / np.sqrt(2.0)
+    below = np.flatnonzero(magnitude <= level)
+    if not below.size or magnitude[0] == 0.0:
+        return None
+    k = int(below[0])
+    x, y = np.log(frequency[k - 1 : k + 1]), np.log(magnitude[k - 1 : k + 1])
+    return float(np.exp(np.interp(-np.log(level), -y, x)))
+
+
+def _ac_csv(found: Sequence[tuple[Run[Response], Response]]) -> str:
+    names = found[0][1].nodes
+    head = ["temperature_C", "die", "frequency_Hz"]
+    head += [cell_of(f"{n}_{what}") for n in names for what in ("magnitude", "phase_deg")]
+    lines = [",".join(head)]
+    for run, answer in found:
+        pairs = np.stack([np.abs(answer.transfer), phase_deg(answer.transfer)], axis=2)
+        for f, row in zip(answer.frequency, pairs.reshape(answer.frequency.size, -1), strict=True):
+            lines.append(row_of(run, f, row))
+    return "\n".join(lines) + "\n"
+
+
+def _ac_dataset(runs: Sequence[Run[Response]]) -> xr.Dataset:
+    """transfer_real, transfer_imaginary over temperature, die, frequency, node; NaN where one failed."""
+    one = next(run.answer for run in runs if run.answer is not None)
+    empty = np.full(one.transfer.shape, np.nan + 1j * np.nan)
+    table = [empty if run.answer is None else run.answer.transfer for run in runs]
+    dims = ("frequency", "node")
+    parts = {"transfer_real": np.real(table), "transfer_imaginary": np.imag(table)}
+    data = dataset_of(runs, {name: (dims, values, one.unit) for name, values in parts.items()})
+    return data.assign_coords(frequency=one.frequency, node=list(one.nodes)).assign_attrs(source=one.source)
+
+
+def _print_ac(found: Sequence[tuple[Run[Response], Response]], nodes: Sequence[str]) -> None:
+    first = found[0][1]
+    rows = []
+    for run, answer in found:
+        for k, node in enumerate(answer.nodes):
+            if node in nodes:
+                size = np.abs(answer.transfer[:, k])
+                peak, corner = int(np.argmax(size)), corner_frequency(answer.frequency, size)
+                at = "none in range" if corner is None else f"{corner:.5g} Hz"
+                top = f"{size[peak]:.5g} at {answer.frequency[peak]:.3g} Hz"
+                rows.append((label_of(run), node, f"{size[0]:.5g}", at, top, "yes" if run.stable else "NO"))
+    title = (
+        f"transfer from {first.source} ({first.unit}), {first.frequency[0]:g} to {first.frequency[-1]:g} Hz"
+    )
+    columns = ("silicon", "node", "at the lowest:", "-3 dB of it:", "largest:", "stable")
+    print_table(title, columns, rows)

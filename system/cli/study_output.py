@@ -1,0 +1,172 @@
+"""A study's samples as a JSON document, and as tables for the reader."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import asdict
+from typing import Any
+
+from system.cli.output import print_line, print_table, quantity_cell
+from system.study.report.result import Result, groups, study_yield, summary, varied
+from system.study.statistics.summary import Proportion, Yield
+from system.study.table import Table
+from system.study.target import Quantity
+
+SHOWN = (0.025, 0.25, 0.5, 0.75, 0.975)  # quantiles of the printed table
+LISTED = 20  # failed samples that the reader sees
+
+
+def document(result: Result) -> dict[str, Any]:
+    """The study as JSON has it."""
+    table, study = result.table, result.study
+    silicon = study.subject.silicon
+    found = list(groups(result))
+    single = len(found) == 1
+    return {
+        "target": study.subject.target,
+        "block": study.subject.target,
+        "temperature_C": found[0][1] if single else [t for _, t, _ in found],
+        "corner": found[0][0] if single else [c for c, _, _ in found],
+        "lot": silicon.lot,
+        "mismatch": silicon.mismatch,
+        "process_variation": silicon.process,
+        "at": silicon.at,
+        "first_die": study.plan.first,
+        "plan": study.plan.method,
+        "seed": study.plan.seed,
+        "samples": len(table),
+        "wanted": study.samples,
+        "stopped": result.outcome.stopped,
+        "chunks_read": result.outcome.chunks_read,
+        "chunks_redone": result.outcome.chunks_redone,
+        **_statistics(result, table),
+        "conditions": [
+            {"corner": c, "temperature_C": t, "samples": len(part), **_statistics(result, part)}
+            for c, t, part in found
+            if not single
+        ],
+        "failed": [
+            {
+                "die": int(table.die[k]),
+                "corner": table.corner[k],
+                "temperature_C": float(table.temperature_c[k]),
+                "trial": int(table.trial[k]),
+                "reason": table.reason[k],
+            }
+            for k in range(len(table))
+            if table.reason[k]
+        ],
+        "dies": table.die,
+        "outcomes": list(table.outcome),
+        "values": {m: table.column(m) for m in table.metrics},
+    }
+
+
+def _statistics(result: Result, table: Table) -> dict[str, Any]:
+    words = Counter(table.outcome)
+    total = max(len(table), 1)
+    ordered = sorted(words.items(), key=lambda item: (-item[1], item[0]))
+    return {
+        "classes": {word: {"count": n, "share": n / total} for word, n in ordered},
+        "metrics": {q.name: _metric(result, table, q) for q in result.quantities},
+        "yield": _yield_document(result, table),
+    }
+
+
+def _metric(result: Result, table: Table, quantity: Quantity) -> dict[str, Any]:
+    s = summary(result, table, quantity)
+    return {
+        "unit": quantity.unit,
+        "defined": s.defined,
+        "undefined": s.undefined,
+        "infinite": s.infinite,
+        "share": None if s.share is None else _share_document(result, s.share),
+        **{n: getattr(s, n).value for n in ("mean", "sigma", "skew")},
+        **{f"{n}_interval": asdict(getattr(s, n).interval) for n in ("mean", "sigma", "skew")},
+        "quantiles": {str(q.p): q.estimate.value for q in s.quantiles},
+        "quantile_intervals": {str(q.p): asdict(q.estimate.interval) for q in s.quantiles},
+    }
+
+
+def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
+    found = study_yield(result, table)
+    if found is None:
+        return None
+    return {
+        "specifications": [str(s) for s in result.specifications],
+        **_share_document(result, found),
+        "causes": dict(found.causes),
+    }
+
+
+def _share_document(result: Result, share: Proportion | Yield) -> dict[str, Any]:
+    return {
+        "passed": share.passed,
+        "value": share.estimate.value,
+        "interval": asdict(share.estimate.interval),
+        "kind": result.interval_kind,
+    }
+
+
+def print_study(result: Result) -> None:
+    """Print what was measured, by condition, and the samples that failed."""
+    study, table = result.study, result.table
+    last = study.plan.first + len(table) // len(study.conditions) - 1
+    print_line(
+        f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
+        f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}\n"
+    )
+    for corner, celsius, part in groups(result):
+        where = f" at {celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
+        _print_group(result, part, where)
+    failed = [k for k in range(len(table)) if table.reason[k]]
+    for k in failed[:LISTED]:
+        print_line(f"die {table.die[k]} failed: {table.reason[k]}")
+    if len(failed) > LISTED:
+        print_line(f"and {len(failed) - LISTED} more failed; --csv or --json has them all")
+
+
+def _print_group(result: Result, table: Table, where: str) -> None:
+    words = sorted(Counter(table.outcome).items(), key=lambda item: (-item[1], item[0]))
+    rows = [(word, n, f"{100.0 * n / len(table):.1f} %") for word, n in words]
+    print_table(f"outcome{where}", ("class", "samples:", "share:"), rows)
+    heads = ("metric", "defined:", "undefined:", "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
+    shares = [_share_cells(result, table, q) for q in result.quantities if q.yes_no]
+    if shares:
+        title = f"yes or no; 95 % interval ({result.interval_kind})"
+        print_table(title, ("metric", "undefined:", "yes"), shares)
+    body = [_cells(result, table, q) for q in result.quantities if not q.yes_no]
+    if body:
+        print_table("metrics, where they are defined; 95 % interval of the mean", heads, body)
+    found = study_yield(result, table)
+    if found is not None:
+        _print_yield(result, found)
+
+
+def _share_cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:
+    s = summary(result, table, quantity)
+    return quantity.name, s.undefined, s.share
+
+
+def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:
+    def cell(value: float) -> str:
+        return quantity_cell(value, quantity.unit) if math.isfinite(value) else ""
+
+    s = summary(result, table, quantity)
+    ends = s.mean.interval
+    between = f"{cell(ends.low)} to {cell(ends.high)}" if s.defined > 1 else ""
+    quantiles = [cell(q.estimate.value) for q in s.quantiles if q.p in SHOWN]
+    counts = (s.defined, s.undefined + s.infinite)
+    return quantity.name, *counts, cell(s.mean.value), between, cell(s.sigma.value), *quantiles
+
+
+def _print_yield(result: Result, found: Yield) -> None:
+    low, high = found.estimate.interval.low, found.estimate.interval.high
+    specs = " and ".join(str(s) for s in result.specifications)
+    share = f"{100.0 * found.estimate.value:.2f} %" if found.samples else "not defined"
+    bounds = f"{100.0 * low:.2f} to {100.0 * high:.2f} % ({result.interval_kind})"
+    print_line(f"yield {share}, 95 % interval {bounds}: {specs}")
+    rows = [(cause, n, f"{100.0 * n / found.samples:.1f} %") for cause, n in found.causes.items()]
+    if rows:
+        print_table("does not pass because of", ("cause", "samples:", "share:"), rows)

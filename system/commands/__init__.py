@@ -1,1 +1,0 @@
-"""What the commands of `noctule` do, one a file."""

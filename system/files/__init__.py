@@ -1,0 +1,1 @@
+"""Files: written whole, claimed by one process, and read against a schema."""

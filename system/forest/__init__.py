@@ -1,0 +1,1 @@
+"""Forest: flights through a dense forest by narrow pings."""

@@ -1,0 +1,94 @@
+"""Sweeps of forest configurations over speed, and statements about where two of them differ.
+
+Wen & Horiuchi 2022, Figure 11, has 200 samples a configuration. Here a configuration ends at 200 collisions
+or `PINGS` pings, of which 2.5e8 would take minutes each; what is censored keeps an exact interval. Seeds
+begin at 50,000; the bat's numbers were chosen on seeds below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from system.experiment import Progress, Row
+from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_case
+from system.openspace.law import Bat
+from system.plot import COLOURS, INK
+
+PINGS = 10_000_000  # a configuration: some 20 s on one core; ours
+LIMITS = Limits(COLLISIONS, PINGS)
+P = 0.05  # the paper's
+
+Sweep = Mapping[tuple[str, float], Tally]  # by name of the bat and V_MAX, m/s
+
+
+def sweep(bats: Mapping[str, Bat], speeds: Sequence[float], limits: Limits, progress: Progress) -> Sweep:
+    """Fly every bat at every V_MAX (m/s)."""
+    cases = [(name, speed) for name in bats for speed in speeds]
+    found: dict[tuple[str, float], Tally] = {}
+    for done, (name, speed) in enumerate(cases):
+        case = Case(replace(bats[name], max_speed=speed))
+        found[name, speed] = fly_case(case, limits)
+        progress((done + 1) / len(cases))
+    return found
+
+
+def differs_row(
+    name: str, one: Tally, other: Tally, direction: int, against: str, *, fitted: bool = False
+) -> Row:
+    """A row on whether `one` avoids significantly more (direction 1), fewer (-1) or neither (0)."""
+    p = differ_p(one, other)
+    sign = 0 if p >= P else 1 if one.mean.value > other.mean.value else -1
+    words = {1: "better", -1: "worse", 0: "no different"}
+    shown = f"{words[sign]}, {_short(one)} against {_short(other)}, p {p:.2g}"
+    rule = f"{words[direction]} than {against}, p {'>=' if direction == 0 else '<'} {P:g}"
+    return Row(name, words[direction], shown, rule, P, fitted=fitted, agrees=sign == direction)
+
+
+def lines(found: Sweep) -> tuple[str, ...]:
+    """A line a configuration: mean, interval, collisions, samples that were censored."""
+    return tuple(f"{name}, {speed:g} m/s: {line(tally)}" for (name, speed), tally in found.items())
+
+
+def line(tally: Tally) -> str:
+    """What a configuration gave."""
+    mean, n = tally.mean, tally.collisions
+    cut = f", {tally.censored} samples without one" if tally.censored else ""
+    trapped = sum(s.trapped for s in tally.samples)
+    return (
+        f"{mean.value:.4g} avoided a collision ({mean.interval.low:.4g} to {mean.interval.high:.4g}),"
+        f" {n} collisions{cut}, {tally.pings} pings, trapped {trapped} times"
+    )
+
+
+def draw_sweep(found: Sweep, ax: Axes) -> None:
+    """Mean avoided obstacles over V_MAX with 95 % intervals."""
+    names = list(dict.fromkeys(name for name, _ in found))
+    for k, name in enumerate(names):
+        mine = {speed: tally for (n, speed), tally in found.items() if n == name}
+        draw_means(list(mine), list(mine.values()), name, k, ax)
+    ax.set_xlabel("V_MAX (m/s)")
+    ax.set_ylabel("avoided obstacles a collision")
+
+
+def draw_means(x: Sequence[float], tallies: Sequence[Tally], label: str, k: int, ax: Axes) -> None:
+    """Means with their intervals, on a logarithmic scale; a triangle is a lower end."""
+    met = [(at, t.mean) for at, t in zip(x, tallies, strict=True) if t.collisions]
+    y = np.array([mean.value for _, mean in met])
+    ends = np.array([(mean.interval.low, mean.interval.high) for _, mean in met]).reshape(-1, 2)
+    ax.errorbar(
+        [at for at, _ in met], y, np.abs(ends.T - y), color=COLOURS[k], marker="o", markersize=3.5,
+        capsize=2, label=label,
+    )  # fmt: skip
+    for at, tally in zip(x, tallies, strict=True):
+        if not tally.collisions:
+            ax.plot(at, tally.mean.interval.low, color=COLOURS[k], marker="^", markersize=6)
+    ax.set_yscale("log")
+    ax.tick_params(colors=INK)
+
+
+def _short(tally: Tally) -> str:
+    return f"{tally.mean.value:.4g}" if tally.collisions else f"above {tally.mean.interval.low:.4g}"

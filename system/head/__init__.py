@@ -1,0 +1,1 @@
+"""Head: two ears on a servo neck that turn to a target."""

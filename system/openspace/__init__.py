@@ -1,0 +1,1 @@
+"""Curved Openspace: arcs of flight, chosen by what narrow pings show."""

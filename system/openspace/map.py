@@ -1,0 +1,180 @@
+"""Forests: obstacles on a square torus, placed from a seed or read from a file.
+
+The paper (Wen & Horiuchi 2022, section 4.1) puts 1,400 identical obstacles at random places of 50 x 50 m with
+periodic boundaries. Ours: no two are nearer than `SPACING`, placed one after the other, each where it is
+drawn unless that is too near an earlier one. An obstacle is a point; the zone of collision is the bat's.
+
+A map is a CSV file with the header `x_m,y_m` and an obstacle a line, from 0 up to but not including 50 m.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.compiled import compiled
+from circuits.errors import ParameterError
+from system.worlds.place_file import read_places
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+SIDE = 50.0  # m, the paper's
+OBSTACLES = 1400  # the paper's, where it is not varied
+SPACING = 0.6  # m between any two obstacles; ours
+CELL = 1.0  # m, side of a cell of the list; ours: a few obstacles a cell at most
+
+_TRIES = 400  # draws an obstacle, on average, before a forest counts as too dense
+_FULL = 0.547  # share of a plane that discs placed one after the other cover at most; Feder (1980)
+
+_compiled = compiled()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forest:
+    """Obstacles on a torus. place: float64[obstacles, 2], x and y in m, from 0 to `SIDE`."""
+
+    name: str
+    place: F64
+
+
+class Cells(NamedTuple):
+    """Obstacles by cell, with copies beyond the borders, so that a search near them needs no wrapping.
+
+    x, y (m) and number: [copies], cell after cell along x, row after row along y; begin: int64[rows, across
+    + 1], where each cell's copies begin; margin: m that the cells reach beyond each border.
+    """
+
+    x: F64
+    y: F64
+    number: I64
+    begin: I64
+    margin: float
+
+
+def plant(obstacles: int, random: np.random.Generator, spacing: float = SPACING) -> Forest:
+    """Place obstacles at random, no two nearer than `spacing` (m).
+
+    Raises
+    ------
+    ParameterError
+        There are none, or so many that they find no place.
+    """
+    check_count(obstacles, spacing)
+    place = np.empty((obstacles, 2))
+    across = max(
+        int(SIDE / max(spacing, CELL)), 3
+    )  # cells no smaller than the spacing, 3 so that they differ
+    held = np.full((across, across, 8 + int(16.0 * obstacles / across**2)), -1, dtype=np.int64)
+    placed, drawn = 0, 0
+    while placed < obstacles:
+        draws = SIDE * random.random((obstacles, 2))
+        placed = _place(draws, place, placed, held, spacing)
+        drawn += obstacles
+        if drawn > _TRIES * obstacles and placed < obstacles:
+            raise _too_dense(obstacles, spacing)
+    return Forest("forest", place)
+
+
+def check_count(obstacles: int, spacing: float = SPACING) -> None:
+    """Raise `ParameterError` unless so many obstacles may find a place."""
+    if obstacles < 1:
+        raise ParameterError(f"--obstacles: {obstacles}, must be at least 1; the paper has 500 to 1700")
+    if obstacles > densest(spacing):
+        raise _too_dense(obstacles, spacing)
+
+
+def densest(spacing: float = SPACING) -> int:
+    """How many obstacles can be placed one after the other, on average: discs cover 0.547 of a plane."""
+    return int(_FULL * 4.0 * SIDE**2 / (math.pi * spacing**2))
+
+
+def read_forest(path: str) -> Forest:
+    """Obstacles of a file; raises `DataError` naming file and line where it is no map."""
+    return Forest(Path(path).stem, read_places(path, (0.0, SIDE), (0.0, SIDE)))
+
+
+def cells_of(forest: Forest, margin: float) -> Cells:
+    """Sort obstacles and their copies up to `margin` (m) beyond the borders into cells."""
+    reach = CELL * math.ceil(margin / CELL)
+    if reach >= SIDE:
+        raise ParameterError(
+            f"bat.max_range: a margin of {margin:g} m, must be below the forest's side of {SIDE:g} m"
+        )
+    x, y, number = (np.concatenate(each) for each in zip(*_copies(forest.place, reach), strict=True))
+    across = round((SIDE + 2.0 * reach) / CELL)
+    column, row = (np.floor((v + reach) / CELL).astype(np.int64).clip(0, across - 1) for v in (x, y))
+    order = np.lexsort((x, column, row))
+    begin = np.searchsorted((row * across + column)[order], np.arange(across * across + 1))
+    ends = np.stack([begin[across * k : across * (k + 1) + 1] for k in range(across)])
+    return Cells(x[order], y[order], number[order], np.ascontiguousarray(ends.astype(np.int64)), reach)
+
+
+def clearance(forest: Forest, x: float, y: float) -> float:
+    """Distance (m) from a place to the nearest obstacle, round the torus."""
+    apart = np.abs(forest.place - np.array([x, y]))
+    apart = np.minimum(apart, SIDE - apart)
+    return float(np.hypot(apart[:, 0], apart[:, 1]).min())
+
+
+def _copies(place: F64, reach: float) -> list[tuple[F64, F64, I64]]:
+    """Obstacles in the torus and its eight neighbours, as far as they lie within `reach` of it."""
+    found = []
+    for shift_x in (-SIDE, 0.0, SIDE):
+        for shift_y in (-SIDE, 0.0, SIDE):
+            x, y = place[:, 0] + shift_x, place[:, 1] + shift_y
+            near = np.flatnonzero(
+                (x >= -reach) & (x < SIDE + reach) & (y >= -reach) & (y < SIDE + reach)
+            ).astype(np.int64)
+            found.append((x[near], y[near], near))
+    return found
+
+
+@_compiled
+def _place(draws: F64, place: F64, placed: int, held: I64, spacing: float) -> int:
+    """Accept draws in their order until all obstacles are placed; returns how many are."""
+    across = held.shape[0]
+    size = SIDE / across
+    for k in range(draws.shape[0]):
+        if placed == place.shape[0]:
+            break
+        x, y = draws[k, 0], draws[k, 1]
+        i, j = min(int(x / size), across - 1), min(int(y / size), across - 1)
+        if _is_free(x, y, i, j, place, held, spacing):
+            place[placed, 0], place[placed, 1] = x, y
+            for slot in range(held.shape[2]):
+                if held[i, j, slot] < 0:
+                    held[i, j, slot] = placed
+                    placed += 1
+                    break
+    return placed
+
+
+@_compiled
+def _is_free(x: float, y: float, i: int, j: int, place: F64, held: I64, spacing: float) -> bool:
+    """Whether no obstacle in the nine cells about (i, j) is nearer than the spacing."""
+    across = held.shape[0]
+    for a in range(i - 1, i + 2):
+        for b in range(j - 1, j + 2):
+            cell = held[a % across, b % across]
+            for slot in range(cell.size):
+                k = cell[slot]
+                if k < 0:
+                    break
+                dx, dy = abs(place[k, 0] - x), abs(place[k, 1] - y)
+                dx, dy = min(dx, SIDE - dx), min(dy, SIDE - dy)
+                if dx * dx + dy * dy < spacing * spacing:
+                    return False
+    return True
+
+
+def _too_dense(obstacles: int, spacing: float) -> ParameterError:
+    return ParameterError(
+        f"--obstacles: {obstacles}, must fit {SIDE:g} x {SIDE:g} m at least {spacing:g} m apart; up to about"
+        f" {int(0.9 * densest(spacing))} do"
+    )

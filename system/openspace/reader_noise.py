@@ -1,0 +1,162 @@
+"""Readings of a ranging chip whose neurons jitter from call to call.
+
+Inhibition of neuron k lasts t_inh + delta_k after a call (`chips.ranging.noise`). An echo meets it as one
+that comes delta_k sooner meets a neuron without noise, whose state at the release does not depend on when
+that was; so with L_k(d) how long after an echo of the delay d the neuron spikes,
+
+    reading(d) = value of the k with the least L_k(d - delta_k), where that is at most `WINDOW`.
+
+L_k is a table of this die (`STEP`, straight between its entries; next to one without a spike the nearest one
+counts). Where all delta are as good as 0, so that the neuron is the same, it reads as
+`system.openspace.reader` does, by the nearest entry. Each ping is a call, flicker goes on from ping to ping,
+and a run begins in its stationary state.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.ranging.kernel import Chip, Plan, new_chip, new_plan, next_due, on_call, on_echo, start, take
+from chips.ranging.law import Neurons
+from chips.ranging.noise import Jitter, SiliconNoise, new_jitter, next_durations, no_jitter
+from circuits.circuit import BiasKind
+from circuits.compiled import compiled
+from circuits.silicon.silicon import Silicon
+from system.openspace.reader import (
+    CALL,
+    STEP,
+    WINDOW,
+    Calibration,
+    delays,
+    model_of_chip,
+    neurons_of,
+    silicon_of,
+    values_of,
+)
+
+F64 = NDArray[np.float64]
+
+_compiled = compiled()
+
+
+class Reader(NamedTuple):
+    """What reads a chip with noise; without neurons there is none.
+
+    late: float64[neurons, delays], s, L_k, inf for none; value: float64[neurons], s; jitter, t_inh (float64
+    [neurons], s, after the last call) are overwritten by every ping, so that a reader is one run's at a time.
+    """
+
+    late: F64
+    value: F64
+    jitter: Jitter
+    t_inh: F64
+
+
+def no_reader() -> Reader:
+    """Of a chip without noise."""
+    return Reader(np.zeros((0, 0)), np.zeros(0), no_jitter(), np.zeros(0))
+
+
+def reader_of(
+    silicon: Silicon, calibration: Calibration, noise: SiliconNoise | None, area: float = 1.0,
+    bias_kind: BiasKind | None = None,
+) -> Reader:  # fmt: skip
+    """A reader before its first ping, of none for None; raises as `system.openspace.reader.readings` does."""
+    if noise is None:
+        return no_reader()
+    value = values_of(silicon, calibration, area, bias_kind)
+    neurons = neurons_of(silicon, area, bias_kind)
+    model = model_of_chip(silicon.process, bias_kind)
+    jitter = new_jitter(
+        model, neurons, silicon_of(silicon, area), noise, float(neurons.t_inh.min()), area=area
+    )
+    return Reader(_late(silicon, area, bias_kind).copy(), value, jitter, neurons.t_inh.copy())
+
+
+def begun(reader: Reader) -> None:
+    """Begin another run with draws of its own: what flicker was before it is forgotten."""
+    reader.jitter.last[0] = -math.inf
+
+
+def late_spikes(neurons: Neurons) -> F64:
+    """How long (s, inf for none) after an echo of each of `delays`, alone after its call, neurons spike."""
+    plan = new_plan(neurons)
+    when = delays()
+    found = np.full((neurons.t_inh.size, when.size), np.inf)
+    _fill(neurons, plan, new_chip(neurons, plan), when, found)
+    return found
+
+
+@lru_cache(maxsize=64)
+def _late(silicon: Silicon, area: float, bias_kind: BiasKind | None) -> F64:
+    found = late_spikes(neurons_of(silicon, area, bias_kind))
+    found.setflags(write=False)
+    return found
+
+
+@_compiled
+def next_ping(r: Reader, time: float) -> None:
+    """A call at `time` s, not before the last one of the run: inhibition is drawn anew."""
+    next_durations(r.jitter, time, r.t_inh)
+
+
+@_compiled
+def read(r: Reader, delay: float) -> float:
+    """Reading (s) of an echo's delay (s) after the last call, NaN for none."""
+    which = _first(r, delay / STEP, 1.0)
+    if which == _first(r, delay / STEP, 0.0):
+        which = _first(r, math.floor(delay / STEP + 0.5), 0.0)
+    return r.value[which] if which >= 0 else math.nan
+
+
+@_compiled
+def _first(r: Reader, at: float, jitter: float) -> int:
+    """Neuron that spikes first at a place in the tables, -1 for none; jitter: 1 for the drawn, 0 without."""
+    least, which = WINDOW, -1
+    for k in range(r.value.size):
+        late = _late_at(r.late[k], at - jitter * (r.t_inh[k] - r.jitter.t_inh[k]) / STEP)
+        if late < least or (late == least and which < 0):
+            least, which = late, k
+    return which
+
+
+@_compiled
+def _late_at(table: F64, at: float) -> float:
+    """Entry of a table at a place between its entries."""
+    at = min(max(at, 0.0), table.size - 1.0)
+    k = min(int(at), table.size - 2)
+    share = at - k
+    near: float = table[k + 1] if share >= 0.5 else table[k]
+    if table[k] < np.inf and table[k + 1] < np.inf:
+        near = (1.0 - share) * table[k] + share * table[k + 1]
+    return near
+
+
+@_compiled
+def _fill(m: Neurons, p: Plan, c: Chip, when: F64, found: F64) -> None:
+    """First spike of each neuron after an echo of each delay, alone after its call."""
+    for k in range(when.size):
+        now = 2.0 * CALL * (k + 1)
+        start(m, p, c, now - CALL)
+        _go_on(m, p, c, now, math.inf, found[:, k])
+        on_call(m, p, c, now)
+        echo = now + when[k]
+        _go_on(m, p, c, echo, math.inf, found[:, k])
+        on_echo(m, p, c, echo, np.nan)
+        _go_on(m, p, c, echo + WINDOW, echo, found[:, k])
+
+
+@_compiled
+def _go_on(m: Neurons, p: Plan, c: Chip, until: float, echo: float, late: F64) -> None:
+    """Take the spikes up to `until` s; the first of each neuron after the echo (s) counts."""
+    while True:
+        due, k = next_due(c)
+        if due > until:
+            return
+        if take(m, p, c, k) and echo <= due < echo + late[k]:
+            late[k] = due - echo

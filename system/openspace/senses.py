@@ -1,0 +1,190 @@
+"""How the bat in the forest senses and selects: exactly, by sound, or through chips on a die.
+
+Ranges are `exact`, as in the paper; of a `sonar`, whose echoes overlap, come while the bat flies on, and by
+choice hide behind each other or bounce; or those of a ranging `chip`, one reading an echo. The chip gives no
+azimuth: bearings are exact, or have Gaussian noise from the run's own seed.
+
+The selection's model decides as its transistors on the forest's own currents, with risks of up to 0.8 of the
+least excitation: 48 of 48 pairs on dies A/1000 to 1003, the time 5 % off rms (mismatch and process, 27 degC).
+
+Numbers of the senses, all ours:
+
+===============  =====  ====================================================================================
+air              degC   20, the approach system's; the reader takes the same for what a delay means
+overlap          s      1e-3, length of the approach system's call: an echo that begins within is not told
+                        apart; of `sonar` only, because the chip's own neurons decide otherwise
+radius           m      0.05, of an obstacle, for its shadow
+strength         m      0.2, what an obstacle scatters to 1 m, of the sound that meets it
+unit             A      5e-9, of the selection's currents a unit of desirability: D_0 = 10 is 50 nA
+deadline         s      1e-3, that a selection may take
+===============  =====  ====================================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.selection.kernel import Selection
+from chips.selection.model import MARGIN, selection
+from chips.selection.noise import no_selection_noise, selection_noise
+from circuits.blocks.selection.winner_take_all import Params
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.silicon import Silicon
+from system.openspace.law import ARCS, Bat
+from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
+from system.openspace.reader_noise import no_reader, reader_of
+from system.openspace.senses_kernel import Senses
+from system.options.noise import Noisy, check_noise, silicon_noise
+from system.worlds.sound.acoustics import AIR_TEMPERATURE, speed_of_sound
+from system.worlds.sound.ear import CALL_DURATION
+
+F64 = NDArray[np.float64]
+
+RANGES, SELECTIONS = ("exact", "sonar", "chip"), ("ideal", "chip")
+SHADOW_RADIUS, STRENGTH = 0.05, 0.2  # m
+UNIT, DEADLINE = 5e-9, 1e-3  # A, s
+REACH = 1.5  # of the selection's projection, in its sigma: mirrors below a tenth of the widest are left out
+_NOISE = 65_521  # draws, which a run takes in turn
+
+
+@dataclass(frozen=True, slots=True)
+class Sensing:
+    """What the bat senses and selects with.
+
+    occlusion, multipath: of `sonar` and `chip`; azimuth_noise: rad, standard deviation; reader: look-up
+    values of the ranging chip; bias_kind: of its biases, as built unless given; ranging_area, selection_area:
+    of the chips' drawn devices over the circuits', which moves their mismatch and flicker alone;
+    silicon_noise: of both chips' devices, by noise_seed (or the run's).
+    """
+
+    ranges: str = "exact"
+    selection: str = "ideal"
+    occlusion: bool = False
+    multipath: bool = False
+    azimuth_noise: float = 0.0
+    reader: Calibration = "nominal"
+    bias_kind: BiasKind | None = None
+    ranging_area: float = 1.0
+    selection_area: float = 1.0
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the option that breaks its rule."""
+        if self.ranges not in RANGES:
+            raise ParameterError(f"--ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
+        if self.selection not in SELECTIONS:
+            raise ParameterError(f"--selection: {self.selection}, must be {' or '.join(SELECTIONS)}")
+        check_noise(self.silicon_noise, self.noise_seed)
+        if self.reader not in CALIBRATIONS:
+            raise ParameterError(f"--reader: {self.reader}, must be {' or '.join(CALIBRATIONS)}")
+        if not 0.0 <= self.azimuth_noise < math.pi:
+            degrees = math.degrees(self.azimuth_noise)
+            raise ParameterError(f"--azimuth-noise: {degrees:g} degrees, must be from 0 to below 180")
+        self._check_use()
+
+    def _check_use(self) -> None:
+        """Refuse options of senses that are not there."""
+        asked = {
+            "occlusion": (self.occlusion, self.ranges != "exact"),
+            "multipath": (self.multipath, self.ranges != "exact"),
+            "azimuth-noise": (self.azimuth_noise > 0.0, self.ranges != "exact"),
+            "reader": (self.reader != "nominal", self.ranges == "chip"),
+            "bias-kind": (self.bias_kind is not None, self.ranges == "chip"),
+        }
+        for name, (given, used) in asked.items():
+            if given and not used:
+                wanted = "chip" if name in {"reader", "bias-kind"} else "sonar or chip"
+                raise ParameterError(f"--{name}: not with --ranges {self.ranges}; give --ranges {wanted}")
+        if self.silicon_noise != "off" and not self.silicon:
+            raise ParameterError(
+                "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"
+            )
+
+    @property
+    def silicon(self) -> bool:
+        """Whether a chip is in the loop."""
+        return "chip" in (self.ranges, self.selection)
+
+
+IDEAL = Sensing()
+
+
+def senses_of(
+    sensing: Sensing, bat: Bat, die: Die = NOMINAL, temperature_c: float = 27.0, seed: tuple[int, ...] = (0,)
+) -> Senses:
+    """Arrays for the compiled loop; both chips are on one die at one temperature (degC).
+
+    seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites.
+
+    Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
+    ranging chip's record warns.
+    """
+    silicon = Silicon(temperature_c=temperature_c, die=die)
+    speed = speed_of_sound(AIR_TEMPERATURE)
+    reading, reader = np.empty(0), no_reader()
+    noise = silicon_noise(
+        sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed
+    )
+    if sensing.ranges == "chip":
+        delays = readings(silicon, sensing.reader, sensing.ranging_area, sensing.bias_kind)[0]
+        reading = 0.5 * speed * delays
+        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, sensing.bias_kind)
+    chip, chip_noise = _NO_CHIP, no_selection_noise()
+    if sensing.selection == "chip":
+        chip = selection(silicon, projection(bat), area=sensing.selection_area)
+        chip_noise = selection_noise(chip, silicon, noise, sensing.selection_area)
+    return Senses(
+        exact=int(sensing.ranges == "exact"),
+        occlusion=int(sensing.occlusion),
+        multipath=int(sensing.multipath),
+        sound_speed=speed,
+        overlap=CALL_DURATION if sensing.ranges == "sonar" else 0.0,
+        radius=SHADOW_RADIUS,
+        strength=STRENGTH,
+        noise=_noise(sensing.azimuth_noise, seed),
+        reading=reading,
+        per_second=1.0 / STEP,
+        reader=reader,
+        selecting=int(sensing.selection == "chip"),
+        unit=UNIT,
+        deadline=DEADLINE,
+        margin=MARGIN,
+        chip=chip,
+        chip_noise=chip_noise,
+    )
+
+
+def projection(bat: Bat) -> Params:
+    """The selection's circuit for a bat: sigma_m is the width of its projection."""
+    sigma = bat.suppression_sigma
+    return Params(cells=ARCS, sigma=sigma, reach=max(1, int(REACH * sigma)))
+
+
+def _noise(sigma: float, seed: tuple[int, ...]) -> F64:
+    if sigma == 0.0:
+        return np.zeros(1)
+    return sigma * np.random.default_rng((*seed, 2)).standard_normal(_NOISE)
+
+
+def _no_chip() -> Selection:
+    """Of the same type for the compiled loop."""
+    row, table = np.zeros(0), np.zeros((0, 0))
+    return Selection(
+        row, row, row, table, table, row, row, row, row, row, row, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    )
+
+
+_NO_CHIP = _no_chip()
+EXACT = senses_of(IDEAL, Bat())
+
+
+def with_area(sensing: Sensing, area: float) -> Sensing:
+    """The same with both chips' devices `area` times as large."""
+    return replace(sensing, ranging_area=area, selection_area=area)

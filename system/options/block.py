@@ -1,0 +1,304 @@
+"""Text of the command line -> parameters, biases, stimuli and silicon of a block.
+
+`NAME=VALUE` with a prefix and the quantity's own unit, which its field states (`circuits.units.quantity`). A
+parameter of a part has a dotted name (`neuron.membrane_capacitance`); an array takes one value for all,
+values with commas between, or one element (`i_inh_tau[3]=150pA`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import Field, dataclass, fields, is_dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circuits.bias import rebias
+from circuits.blocks.block import Block, Stimulus
+from circuits.checks import implausible_allowed
+from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
+from circuits.errors import ParameterError, TopologyError, unknown_name
+from circuits.place import circuit_at, instance_names
+from circuits.silicon.die import Die, Place
+from circuits.silicon.silicon import Silicon
+from circuits.testbench import Testbench
+from circuits.units import parse_quantity
+from system.options.assignment import split_assignment
+from system.options.begin import FREE, BeginChoice
+from system.options.begun import begun
+from system.options.silicon import SiliconChoice
+from system.registry import load_block_or_chip, unknown
+
+_ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
+_NOMINAL = SiliconChoice()
+AS_BUILT = "as built"  # kind of a chip's biases where each has its own
+
+Value = float | tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A settable number of a block: dotted name, value in `unit`."""
+
+    name: str
+    value: Any
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What a user chose: a block with its parameters and biases, on silicon, under stimuli."""
+
+    block: Block
+    params: Any
+    circuit: Circuit
+    silicon: Silicon
+    stimuli: Mapping[str, float | None]
+    begin: BeginChoice = FREE
+    allow_implausible: bool = False
+
+    def testbench(self) -> Testbench:
+        """The block's testbench under the stimuli; raises `ParameterError` unless it takes time."""
+        with implausible_allowed(self.allow_implausible):
+            bench = self.block.testbench(self.circuit, self.stimuli, self.silicon.process.v_dd)
+        if not bench.stop > 0.0:
+            raise ParameterError(f"duration: {bench.stop:g} s, must be > 0; give a longer run")
+        return begun(bench, self.begin)
+
+
+def choose(
+    name: str,
+    params: Iterable[str] = (),
+    biases: Iterable[str] = (),
+    bias_kind: BiasKind | None = None,
+    silicon: SiliconChoice = _NOMINAL,
+    stimuli: Iterable[str] = (),
+    bias_set: str | None = None,
+    begin: BeginChoice = FREE,
+) -> Choice:
+    """Read the options that all commands on a block or chip share.
+
+    params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of one of the block's sets, over which
+    `biases` go; begin: where its runs begin. A block at its place on a chip has the sizes and biases that
+    the chip gives it, unless `params`, `bias_set` or `biases` say otherwise. Raises `ParameterError` or
+    `UnknownNameError` naming what is wrong.
+    """
+    params = list(params)
+    block = load_block_or_chip(name)
+    values = read_params(block.params(), params)
+    with implausible_allowed(silicon.allow_implausible):
+        circuit, place = block.build(values), None
+        if silicon.at is not None:
+            there, place = _circuit_at(silicon.at, circuit)
+            circuit = replace(circuit, biases=there.biases) if params else there
+        if bias_set is not None:
+            circuit = rebias(circuit, read_bias_set(block, bias_set))
+        circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
+    made = Silicon(
+        process=block.process,
+        temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
+        die=read_die(silicon),
+        place=place,
+    )
+    read = read_stimuli(block.stimuli, stimuli)
+    return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)
+
+
+def read_die(silicon: SiliconChoice) -> Die:
+    """The die that was asked for, of a study's plan where one is named."""
+    if silicon.study is None:
+        return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
+    if silicon.die is None:
+        raise ParameterError("--study: which die, must come with --die")
+    # studies stand above the options that they share with single runs
+    die: Die = import_module("system.study.replay").die_of(Path(silicon.study), silicon.die)
+    return replace(die, corner=silicon.corner)
+
+
+def describe_silicon(silicon: Silicon) -> dict[str, Any]:
+    """Temperature, die and place by the names that JSON has for them."""
+    place = silicon.place
+    return {"temperature_C": silicon.temperature_c, **describe_die(silicon.die)} | {
+        "at": None if place is None else "/".join(_label(*part) for part in place)
+    }
+
+
+def describe_die(die: Die) -> dict[str, Any]:
+    """A die by the names that JSON has for its parts."""
+    return {
+        "lot": die.lot,
+        "die": die.number,
+        "corner": die.corner,
+        "mismatch": die.mismatch,
+        "process_variation": die.process,
+    }
+
+
+def describe_run(die: Die, temperature_c: float, bias_kind: str | None = None) -> dict[str, Any]:
+    """Silicon that a system ran on: die, temperature (degC), and kind of its biases where it has one."""
+    kind = {} if bias_kind is None else {"bias_kind": bias_kind}
+    return {**describe_die(die), **kind, "temperature_C": temperature_c}
+
+
+def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:
+    """Circuit and place of `CHIP/INSTANCE[INDEX]/...`, where a circuit like `wanted` must stand."""
+    name, *parts = text.split("/")
+    chip_block = load_block_or_chip(name)
+    chip = chip_block.build(chip_block.params())
+    if not parts:
+        known = ", ".join(instance_names(chip)) or "none"
+        raise ParameterError(f"--at: {text}, must be CHIP/INSTANCE; instances of {name} are {known}")
+    try:
+        path = [split_reference(part) for part in parts]
+    except TopologyError as error:
+        raise ParameterError(f"--at: {error}") from None
+    circuit, place = circuit_at(chip, path)
+    if circuit.name != wanted.name:
+        raise ParameterError(f"--at: {text} is a {circuit.name}, must be a {wanted.name}; name another place")
+    return circuit, place
+
+
+def _label(name: str, index: Shape) -> str:
+    return f"{name}[{','.join(map(str, index))}]" if index else name
+
+
+def parameters(params: Any) -> Iterator[Parameter]:
+    """Every number of a `Params` value, those of its parts under dotted names.
+
+    Raises `ParameterError` for a number whose field states no unit.
+    """
+    for field in fields(params):
+        value = getattr(params, field.name)
+        if is_dataclass(value):
+            yield from (replace(inner, name=f"{field.name}.{inner.name}") for inner in parameters(value))
+        else:
+            yield Parameter(field.name, value, _unit(type(params), field))
+
+
+def _unit(owner: type, field: Field[Any]) -> str:
+    unit = field.metadata.get("unit")
+    if not isinstance(unit, str):
+        raise ParameterError(
+            f"{owner.__module__}.{owner.__qualname__}.{field.name}: states no unit, must have one;"
+            f' write {field.name} = quantity(value, "F"), or "" for a plain number'
+        )
+    return unit
+
+
+def read_params(params: Any, texts: Iterable[str]) -> Any:
+    """Return `params` with the values of `texts` set."""
+    known = {p.name: p for p in parameters(params)}
+    for text in texts:
+        name, value = split_assignment(text, "--param")
+        if name not in known:
+            raise unknown("parameter", name, known)
+        params = _set(params, name, _like(known[name], value))
+    return params
+
+
+def read_bias_set(block: Block, name: str) -> Mapping[str, float]:
+    """Values of a block's named set of biases, A or V.
+
+    Raises `UnknownNameError` with the names that there are, `ParameterError` for a block without any.
+    """
+    if not block.bias_sets:
+        raise ParameterError(f"--bias-set: {name}, {block.name} has no named sets; set biases by --bias")
+    if name not in block.bias_sets:
+        raise unknown_name(f"{block.name} bias set", name, block.bias_sets)
+    return block.bias_sets[name]
+
+
+def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
+    """Values of biases by name, A, or V for one of kind `voltage`."""
+    known = {b.name: b for b in circuit.biases}
+    values: dict[str, Value] = {}
+    for text in texts:
+        name, value = split_assignment(text, "--bias")
+        element = _ELEMENT.fullmatch(name)
+        name = element.group(1) if element else name
+        if name not in known:
+            raise unknown("bias", name, known)
+        bias = known[name]
+        numbers = _numbers(value, bias_unit(bias), name)
+        shape = circuit.port(bias.port).shape
+        size = int(np.prod(shape, dtype=int))
+        if element and not shape:
+            raise ParameterError(f"{name}[{element.group(2)}]: no array; set {name}")
+        if element:
+            numbers = _with_element(values.get(name, bias.value), size, element.group(2), numbers, name)
+        elif isinstance(numbers, tuple) and len(numbers) != size:
+            raise ParameterError(f"{name}: {len(numbers)} values, must be one or {size}")
+        values[name] = numbers
+    return values
+
+
+def bias_unit(bias: Bias) -> str:
+    """V for a voltage, A for what a current stands behind."""
+    return "V" if bias.kind == "voltage" else "A"
+
+
+def read_stimuli(known: Iterable[Stimulus], texts: Iterable[str]) -> dict[str, float | None]:
+    """A value for each stimulus, its default unless set; None is off."""
+    by_name = {s.name: s for s in known}
+    values = {s.name: s.default for s in by_name.values()}
+    for text in texts:
+        name, value = split_assignment(text, "--stimulus")
+        if name not in by_name:
+            raise unknown("stimulus", name, by_name)
+        values[name] = _stimulus(by_name[name], value)
+    return values
+
+
+def _stimulus(stimulus: Stimulus, text: str) -> float | None:
+    if text == "off":
+        if stimulus.can_be_off:
+            return None
+        raise ParameterError(
+            f"{stimulus.name}: off, must have a value; give one in {stimulus.unit or 'numbers'}"
+        )
+    if text == "on" and stimulus.can_be_off and stimulus.default is not None:
+        return stimulus.default
+    return parse_quantity(text, stimulus.unit, stimulus.name)
+
+
+def _like(parameter: Parameter, text: str) -> Any:
+    """Read `text` as a value of the parameter's own type."""
+    name, old = parameter.name, parameter.value
+    if isinstance(old, bool) or not isinstance(old, int | float | tuple):
+        raise ParameterError(f"{name}: no number; set it in Python")
+    new = _numbers(text, parameter.unit, name)
+    if isinstance(old, tuple):
+        new = new if isinstance(new, tuple) else (new,) * len(old)
+        if len(new) != len(old):
+            raise ParameterError(f"{name}: {len(new)} values, must be one or {len(old)}")
+        return new
+    if isinstance(new, tuple):
+        raise ParameterError(f"{name}: {len(new)} values, must be one")
+    if isinstance(old, int):
+        if new != int(new):
+            raise ParameterError(f"{name}: {new:g}, must be a whole number")
+        return int(new)
+    return new
+
+
+def _numbers(text: str, unit: str, name: str) -> Value:
+    values = tuple(parse_quantity(part, unit, name) for part in text.split(","))
+    return values if len(values) > 1 else values[0]
+
+
+def _with_element(old: Value, size: int, index: str, value: Value, name: str) -> Value:
+    if isinstance(value, tuple):
+        raise ParameterError(f"{name}[{index}]: {len(value)} values, must be one")
+    if "," in index or int(index) >= size:
+        raise ParameterError(f"{name}[{index}]: no such element; it has {size}, counted from 0")
+    values = list(old) if isinstance(old, tuple) else [old] * size
+    values[int(index)] = value
+    return tuple(values)
+
+
+def _set(params: Any, name: str, value: Any) -> Any:
+    head, _, rest = name.partition(".")
+    return replace(params, **{head: _set(getattr(params, head), rest, value) if rest else value})

@@ -1,0 +1,1 @@
+"""Checks of our own: experiments that no paper has."""

@@ -1,0 +1,107 @@
+"""Noise of the selection beside that of its transistors, and of the isolation beside its model's error.
+
+Selection: when the line of the winner of eight cells goes high, by transients with the white noise of all
+devices, on a risk beside both rivals. Isolation: the model has no noise, because what its devices make is far
+below the model's own error: how its latch's delays scatter (`circuits.solver.noise.event_jitter`, flicker
+included) beside the rms error of the delays in its record, and by how much the voltage that it passes wanders
+in the mean over an excitation's pulse, beside the largest error of its levels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.boards.isolation.model import circuits as isolation_circuits
+from chips.cell import PULSE_WIDTH
+from chips.ranging.noise import SiliconNoise
+from chips.selection.model import selection
+from chips.selection.noise import noisy_decide, selection_noise
+from chips.table_record import matching_tables
+from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params, build, decision_testbench
+from circuits.blocks.sonar import first_target_isolation
+from circuits.circuit import Port
+from circuits.devices.noise import WHITE_ONLY
+from circuits.lowering.kernel import to_kernel
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
+from circuits.solver.noise.analysis import integrate_power, noise
+from circuits.solver.noise.event_jitter import event_jitter
+from circuits.solver.noise.transient import NoiseRun, map_trials
+from circuits.solver.operating_point import OperatingPoint, operating_point
+from system.experiment import Row
+from system.papers.checks.jitter_beside import Beside, known
+
+F64 = NDArray[np.float64]
+
+SEED = 1000
+DRAWS = 4000  # of the model
+SILICON = Silicon()
+CELLS, BEST, OTHERS, RISK = 8, 50e-9, 35e-9, 5e-9  # A
+WINNER = 3  # the rival is its neighbour
+SELECTIONS = ((0.1, 0.05e-6), (0.01, 0.2e-6))  # contrasts, and the grid of the noise (s)
+NEGLIGIBLE = 0.1  # of a model's own error
+EDGES = ("q", "open")  # nodes of the isolation's latch: a spike sets it, a call resets it
+BAND = (1.0, 1e12, 300)  # Hz, Hz, points
+
+
+def selection_beside(contrast: float, grid: float, trials: int) -> Beside:
+    """Time of a decision between two cells whose currents are a contrast apart."""
+    excite, risk = rivals(contrast)
+    params = Params(cells=CELLS)
+    chip = selection(SILICON, params)
+    own = selection_noise(chip, SILICON, SiliconNoise(SEED, flicker=WHITE_ONLY))
+    scratch = np.zeros((4, CELLS))
+    ours = np.array([noisy_decide(chip, own, k, excite, risk, scratch)[1] for k in range(DRAWS)])
+    stop = RELEASE + 1.5 * float(ours.max())
+    bench = decision_testbench(build(params), excite, risk, stop, AMI_1500.v_dd)
+    port, run = f"line[{WINNER}]", NoiseRun(SEED, grid, WHITE_ONLY)
+    found = map_trials(
+        lambda r: float(r.spikes[port][0]), to_kernel(bench, SILICON), run, range(trials), 1, record=()
+    )
+    name = f"selection_contrast_{100.0 * contrast:g}_percent"
+    return Beside(name, *known(np.array(found) - RELEASE), float(ours.std(ddof=1)))
+
+
+def rivals(contrast: float) -> tuple[F64, F64]:
+    """Excitations and risks (A) of two best cells that see as many neighbours and risks."""
+    excite, risk = np.full(CELLS, OTHERS), np.full(CELLS, STANDING)
+    excite[WINNER], excite[WINNER + 1] = BEST, BEST * (1.0 - contrast)
+    risk[WINNER - 1] = risk[WINNER + 2] = RISK
+    return excite, risk
+
+
+def isolation_rows() -> list[Row]:
+    """Noise of the isolation over the error of its model, which has none."""
+    errors = matching_tables("first_target_isolation", isolation_circuits, AMI_1500).errors
+    point = _isolation()
+    found = {
+        f"isolation_delay_{name}": event_jitter(point.machine, name, point=point).deviation
+        / errors["change_rms_s"]
+        for name in EDGES
+    }
+    found["isolation_level"] = level_wander(point) / errors["level_max_V"]
+    rule = f"of the model's own error, at most {NEGLIGIBLE:g}, so that it has none"
+    return [
+        Row(name, 0.0, share, rule, NEGLIGIBLE, fitted=False, agrees=share <= NEGLIGIBLE)
+        for name, share in found.items()
+    ]
+
+
+def level_wander(point: OperatingPoint) -> float:
+    """Deviation (V) of the mean over an excitation's pulse of what the open isolation passes."""
+    frequency = np.geomspace(*BAND)
+    density = noise(point, "v_ex_max", frequency).output
+    return float(np.sqrt(integrate_power(frequency, density * np.sinc(frequency * PULSE_WIDTH) ** 2)))
+
+
+def _isolation() -> OperatingPoint:
+    """At rest, the array open, with the latch's nodes watched."""
+    circuit = first_target_isolation.build()
+    ports = (*circuit.ports, *(Port(name, "event", "out") for name in EDGES))
+    given = {s.name: s.default for s in first_target_isolation.BLOCK.stimuli}
+    bench = first_target_isolation.testbench(replace(circuit, ports=ports), given, AMI_1500.v_dd)
+    machine = to_kernel(replace(bench, watch=EDGES), SILICON)
+    return operating_point(machine, start=first_target_isolation.rest(AMI_1500.v_dd))

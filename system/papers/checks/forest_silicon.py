@@ -1,0 +1,230 @@
+"""Forest with chips: avoided obstacles against area and temperature; what ranging costs, what selection.
+
+No figure of a paper. Four bats a condition: exact, the ranging chip alone, the selection chip alone, both.
+
+- Area: of the drawn devices of both chips over the circuits'. Each sample is on a die of its own, with local
+  mismatch and without process variation (as if biases were trimmed), read with look-up values calibrated on
+  that die at 27 degC. Intervals by bootstrap over samples, so over dies too.
+- Temperature: the nominal die with nominal look-up values, fixed gate voltages (`gate`) or the bias
+  generator's currents (`generator`) at the ranging chip; the selection has its gate voltage. Intervals by
+  Poisson.
+
+The share of ranging in the loss ln(exact / both) is the mean of what it costs first and what it costs last,
+
+    s = [ln(exact / ranging) + ln(selection / both)] / (2 ln(exact / both)),
+
+that of the selection is 1 - s; a share below 0 or above 1 means that one of them does not cost.
+
+Avoided obstacles a collision are not all: a bat whose chip reads all echoes near turns round again and again,
+and neither collides nor gets anywhere. So the notes have what it avoids in a thousand pings too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from circuits.circuit import BiasKind
+from system.experiment import Experiment, Progress, Report, Row
+from system.forest.campaign import Case, Limits, Tally, differ_p, fly_case, own_mismatch
+from system.forest.sweep import P
+from system.openspace.senses import Sensing, with_area
+from system.plot import COLOURS
+from system.study.statistics.interval import LEVEL, Interval
+
+F64 = NDArray[np.float64]
+
+AREAS = (1.0, 4.0, 16.0, 64.0)
+TEMPERATURES = (10.0, 20.0, 27.0, 34.0, 44.0)  # degC
+AREA_LIMITS = Limits(200, 1_000_000)
+TEMPERATURE_LIMITS = Limits(200, 1_000_000)
+NEAR = 0.5  # of the exact bat's mean, for "near" on the nominal die at 27 degC; ours
+BOOTSTRAPS = 2000
+BATS = ("exact", "ranging", "selection", "both")
+KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+
+Four = Mapping[str, Tally]
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Bats by area, and by kind of bias and temperature (degC)."""
+
+    area: Mapping[float, Four]
+    temperature: Mapping[tuple[BiasKind, float], Four]
+
+
+def reproduce(
+    progress: Progress,
+    areas: Sequence[float] = AREAS,
+    temperatures: Sequence[float] = TEMPERATURES,
+    area_limits: Limits = AREA_LIMITS,
+    temperature_limits: Limits = TEMPERATURE_LIMITS,
+) -> Report:
+    """Fly all bats."""
+    total = len(areas) + len(KINDS) * len(temperatures)
+    exact = fly_case(Case(), area_limits)
+    by_area, by_temperature = {}, {}
+    for area in areas:
+        sensing = with_area(Sensing("chip", "chip", reader="calibrated"), area)
+        by_area[area] = _four(Case(sensing=sensing, die=own_mismatch), area_limits, exact)
+        progress(len(by_area) / total)
+    exact = fly_case(Case(), temperature_limits)
+    for kind in KINDS:
+        for celsius in temperatures:
+            case = Case(sensing=Sensing("chip", "chip", bias_kind=kind), temperature_c=celsius)
+            by_temperature[kind, celsius] = _four(case, temperature_limits, exact)
+            progress((len(by_area) + len(by_temperature)) / total)
+    study = Study(by_area, by_temperature)
+    return Report(rows(study), lambda figure: _draw(study, figure), notes(study))
+
+
+def _four(case: Case, limits: Limits, exact: Tally) -> Four:
+    """All bats of a condition; `case` has both chips."""
+    both = case.sensing
+    lone = {
+        "ranging": replace(both, selection="ideal"),
+        "selection": replace(both, ranges="exact", reader="nominal", bias_kind=None),
+        "both": both,
+    }
+    return {"exact": exact} | {
+        name: fly_case(replace(case, sensing=sensing), limits) for name, sensing in lone.items()
+    }
+
+
+def rows(study: Study) -> tuple[Row, ...]:
+    """What silicon ought to do; no paper says it."""
+    areas = sorted(study.area)
+    celsius = sorted({t for _, t in study.temperature})
+    nominal = study.temperature["gate", 27.0]
+    ratio = {n: nominal[n].mean.value / nominal["exact"].mean.value for n in ("ranging", "selection", "both")}
+    near = tuple(
+        Row(
+            f"nominal_die_{name}_over_exact", None, value, f"at least {NEAR:g}", NEAR, fitted=False,
+            agrees=value >= NEAR,
+        )
+        for name, value in ratio.items()
+    )  # fmt: skip
+    ends = (
+        _worse(
+            "least_area", study.area[areas[0]]["both"], study.area[areas[-1]]["both"], "the greatest area"
+        ),
+        *(
+            _worse(f"gate_at_{t:g}_degC", study.temperature["gate", t]["both"], nominal["both"], "27 degC")
+            for t in (celsius[0], celsius[-1])
+        ),
+    )
+    return (*near, *ends)
+
+
+def _worse(name: str, one: Tally, other: Tally, against: str) -> Row:
+    """A row on whether `one` avoids significantly fewer."""
+    p = differ_p(one, other)
+    worse = p < P and one.mean.value < other.mean.value
+    shown = f"{one.mean.value:.4g} against {other.mean.value:.4g}, p {p:.2g}"
+    rule = f"worse than {against}, p < {P:g}"
+    return Row(f"{name}_avoids_fewer", None, shown, rule, P, fitted=False, agrees=worse)
+
+
+def notes(study: Study) -> tuple[str, ...]:
+    """Every mean with its interval, and shares."""
+    found = []
+    for label, four in _labelled(study):
+        means = ", ".join(
+            f"{name} {four[name].mean.value:.4g} ({_interval(four[name]).low:.3g} to"
+            f" {_interval(four[name]).high:.3g})"
+            for name in BATS
+        )
+        share, interval = ranging_share(four)
+        spread = f"{interval.low:.2f} to {interval.high:.2f}"
+        found.append(f"{label}: {means}; of the loss ranging {share:.2f} ({spread}); {_counted(four)}")
+    return tuple(found)
+
+
+def _labelled(study: Study) -> list[tuple[str, Four]]:
+    by_area = [(f"area {a:g}", four) for a, four in study.area.items()]
+    return by_area + [(f"{kind}, {t:g} degC", four) for (kind, t), four in study.temperature.items()]
+
+
+def _counted(four: Four) -> str:
+    """What went wrong, of both chips together."""
+    samples = four["both"].samples
+    echoes = sum(s.heard + s.missed for s in samples)
+    pings = sum(s.pings for s in samples)
+    missed = sum(s.missed for s in samples) / max(echoes, 1)
+    late, ties = (sum(getattr(s, name) for s in samples) / pings for name in ("late", "ties"))
+    other = sum(s.other_choices for s in samples) / pings
+    flown = (
+        f"{1e3 * four['both'].avoided / pings:.0f} avoided in a thousand pings (exact"
+        f" {1e3 * four['exact'].avoided / four['exact'].pings:.0f}), trapped"
+        f" {sum(s.trapped for s in samples)} times, emergencies at"
+        f" {sum(s.emergencies for s in samples) / pings:.0%} of pings"
+    )
+    return (
+        f"{flown}, echoes missed {missed:.1%}, choices late {late:.2%}, tied {ties:.2%}, other than ideal"
+        f" {other:.1%}"
+    )
+
+
+def ranging_share(four: Four) -> tuple[float, Interval]:
+    """Share of ranging in the loss, and its interval by bootstrap over samples."""
+    logs = {name: _resampled(four[name]) for name in BATS}
+    loss = logs["exact"] - logs["both"]
+    cost = 0.5 * (logs["exact"] - logs["ranging"] + logs["selection"] - logs["both"])
+    share = cost / np.where(loss == 0.0, np.nan, loss)
+    tail = 50.0 * (1.0 - LEVEL)
+    low, high = np.nanpercentile(share[1:], (tail, 100.0 - tail))
+    return float(share[0]), Interval(float(low), float(high))
+
+
+def _resampled(tally: Tally) -> F64:
+    """Logarithm of avoided obstacles a collision: of the samples, then of samples drawn from them anew."""
+    avoided = np.array([s.avoided for s in tally.samples], dtype=np.float64)
+    met = np.array([s.collided for s in tally.samples], dtype=np.float64)
+    drawn = np.random.default_rng(avoided.size).integers(0, avoided.size, (BOOTSTRAPS, avoided.size))
+    chosen = np.concatenate([np.arange(avoided.size)[None], drawn])
+    # half a collision where none was met, which keeps the logarithm finite
+    return np.asarray(
+        np.log(np.maximum(avoided[chosen].sum(axis=1), 0.5) / np.maximum(met[chosen].sum(axis=1), 0.5))
+    )
+
+
+def _interval(tally: Tally) -> Interval:
+    """Of the mean, by bootstrap over samples, which dies of their own make more unlike than Poisson does."""
+    tail = 50.0 * (1.0 - LEVEL)
+    low, high = np.percentile(_resampled(tally)[1:], (tail, 100.0 - tail))
+    return Interval(math.exp(low), math.exp(high))
+
+
+def _draw(study: Study, figure: Figure) -> None:
+    figure.set_size_inches(9.6, 4.0)
+    one, *others = figure.subplots(1, 3, sharey=True)
+    panels = [(one, study.area, "area of devices / drawn", "mismatch, calibrated, 27 degC")]
+    for ax, kind in zip(others, KINDS, strict=True):
+        mine = {t: four for (k, t), four in study.temperature.items() if k == kind}
+        panels.append((ax, mine, "temperature (degC)", f"nominal die, ranging bias: {kind}"))
+    for ax, found, label, title in panels:
+        for k, name in enumerate(BATS):
+            met = {at: four[name] for at, four in found.items() if four[name].collisions}
+            y = np.array([tally.mean.value for tally in met.values()])
+            ends = np.array([(i.low, i.high) for i in map(_interval, met.values())]).reshape(-1, 2)
+            ax.errorbar(
+                list(met), y, np.abs(ends.T - y), color=COLOURS[k], marker="o", markersize=3.5, capsize=2,
+                label=name,
+            )  # fmt: skip
+        ax.set_yscale("log")
+        ax.set_xlabel(label)
+        ax.set_title(title, fontsize=9)
+    one.set_xscale("log")
+    one.set_ylabel("avoided obstacles a collision")
+    figure.legend(*one.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+EXPERIMENT = Experiment(
+    "forest-silicon", "avoided obstacles with chips against area and temperature", reproduce
+)

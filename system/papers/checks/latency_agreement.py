@@ -1,0 +1,113 @@
+"""Chip, and integrate-and-fire neurons alone, against the network: winner groups on the same recorded pings.
+
+The network flies through forests with seeds from 1006 on, each until a collision or `FLIGHT` pings, until
+`PINGS` are recorded. The chip's few free numbers (lead of the delay line, T_C, recurrent inhibition) were
+chosen on 900 pings of seeds below 1000, those of the integrate-and-fire network before any ping. The chip is
+the nominal die; both run open loop. The rule: the lower 95 % limit of Cohen's kappa at least 0.8.
+"""
+
+from __future__ import annotations
+
+import itertools
+from contextlib import closing
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.openspace.law import Arcs, Bat, arcs_of
+from system.papers.wen2022.fig5 import NAMES
+from system.plot import PALE
+from system.spiking_bat.agreement import Recorder, confusion, kappa_interval, replayed, replayed_by
+from system.spiking_bat.brain import network_brain
+from system.spiking_bat.campaign import decided_by
+from system.spiking_bat.chip_brain import chip_brain
+from system.spiking_bat.flight import fly
+from system.spiking_bat.lif import all_lif
+from system.spiking_bat.numbers import Numbers
+from system.spiking_bat.run import LatencyScenario, place
+from system.study.campaign import ALONE, Campaign
+from system.study.campaign_file import Found, Key
+
+FIRST_SEED = 1006
+PINGS, FLIGHT = 2000, 250  # in all at least, and of a flight; ours
+LEAST = 0.8  # of kappa's lower limit
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, pings: int = PINGS, flight: int = FLIGHT
+) -> Report:
+    """Fly the network, then play its pings to the chip."""
+    found: list[Found] = []
+    count = 0
+    numbers = (*decided_by(), flight)
+    keys = ((f"{flight} pings", seed) for seed in itertools.count(FIRST_SEED))
+    with closing(campaign.runs("latency-agreement", numbers, fly_one, keys)) as runs:
+        while count < pings:
+            found.append(next(runs))
+            count += len(found[-1]["network"])
+            progress(min(1.0, count / pings))
+    network, chip, lif = (
+        np.array([group for each in found for group in each[name]], dtype=np.int64)
+        for name in ("network", "chip", "lif")
+    )
+    kappa, low, high = kappa_interval(network, chip)
+    other, other_low, other_high = kappa_interval(network, lif)
+    table = confusion(network, chip)
+    rows = (
+        Row("pings", float(PINGS), float(network.size), "at least", None, fitted=False,
+            agrees=network.size >= PINGS),
+        Row("kappa_lower_limit", LEAST, low, "at least 0.8", LEAST, fitted=False, agrees=low >= LEAST),
+        Row("lif_kappa_lower_limit", LEAST, other_low, "at least 0.8: similar results", LEAST, fitted=False,
+            agrees=other_low >= LEAST),
+    )  # fmt: skip
+    notes = (
+        f"kappa {kappa:.4f}, interval {low:.4f} to {high:.4f}, {len(found)} flights",
+        f"integrate-and-fire neurons alone: kappa {other:.4f}, interval {other_low:.4f} to {other_high:.4f}",
+        f"the chip's is the same group at {np.trace(table) / table.sum():.2%} of {network.size} pings",
+    )
+    return Report(rows, lambda figure: _draw(table, figure), notes)
+
+
+def fly_one(key: Key) -> Found:
+    """Winner groups of network, chip and integrate-and-fire network over a flight of the first."""
+    flight, seed = key
+    numbers = Numbers()
+    arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
+    heard = recorded(arcs, numbers, seed, int(flight.split()[0])).rows
+    return {
+        "network": [int(row.group) for row in heard],
+        "chip": replayed(chip_brain(arcs, numbers), heard).tolist(),
+        "lif": replayed_by(network_brain(arcs, numbers, all_lif), heard).tolist(),
+    }
+
+
+def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
+    """A flight of the network through a forest, and what it heard and answered."""
+    recorder = Recorder(network_brain(arcs, numbers))
+    forest, start = place(LatencyScenario(seed=seed), arcs)
+    fly(recorder, arcs, forest, start, pings)
+    return recorder
+
+
+def _draw(table: NDArray[np.float64], figure: Figure) -> None:
+    """How often the network (rows) and the chip (columns) named each group."""
+    figure.set_size_inches(6.0, 5.4)
+    ax = figure.subplots()
+    names = [*NAMES, "none", "emergency"]
+    ax.imshow(np.log1p(table), cmap="Blues")
+    for i, j in np.ndindex(table.shape):
+        dark = table[i, j] > np.sqrt(table.max())
+        ax.text(j, i, f"{table[i, j]:.0f}", ha="center", va="center", fontsize=8, color="w" if dark else "k")
+    ax.set_xticks(range(len(names)), names, rotation=40, ha="right", fontsize=8)
+    ax.set_yticks(range(len(names)), names, fontsize=8)
+    ax.set_xlabel("chip's winner group")
+    ax.set_ylabel("network's")
+    ax.spines[:].set_color(PALE)
+
+
+EXPERIMENT = Experiment(
+    "latency-agreement", "the latency chip's winners against the network's", reproduce,
+    {"pings": PINGS, "flight": FLIGHT},
+)  # fmt: skip

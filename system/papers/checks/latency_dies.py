@@ -1,0 +1,123 @@
+"""Crossings of the forest by latency chips on dies: area, temperature, calibration, each block's share.
+
+A die a forest, both numbered from 1006 on, 1,400 obstacles, 2 m/s, ten pings a second, each flight stopped at
+8 crossings, 600 s or a minute in a loop. Biases by the generator unless said; mismatch and process variation.
+Rules, stated before the run: calibration by codes makes the mean of crossings larger; so does 16 times the
+area without calibration; with fixed gates and no calibration it is smaller than with the generator.
+
+Contributions: mismatch of one block at a time, all others nominal, generator, no process variation; what is
+lost against the nominal die on the same forests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import lru_cache
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.latency.calibration import PARTS
+from system.experiment import Experiment, Progress, Report, Row
+from system.papers.checks.latency_forests import described
+from system.plot import COLOURS
+from system.spiking_bat.campaign import (
+    Build,
+    Crossed,
+    Maker,
+    block_builds,
+    chip_maker,
+    crossed,
+    fly_all,
+    mean_crossings,
+)
+from system.study.campaign import ALONE, Campaign
+from system.study.campaign_file import Found, Key
+
+FIRST = 1006
+DIES, BLOCK_DIES = 100, 30  # of each build, and of each block's; ours
+
+NOMINAL = "nominal die"
+BUILDS: Mapping[str, Build] = {
+    NOMINAL: Build(own=False),
+    "generator": Build("generator"),
+    "generator, area 16": Build("generator", area=16.0),
+    "gate": Build("gate"),
+    "generator, calibrated": Build("generator", PARTS),
+    "gate, calibrated": Build("gate", PARTS),
+    "generator, calibrated, 10 degC": Build("generator", PARTS, temperature_c=10.0),
+    "generator, calibrated, 44 degC": Build("generator", PARTS, temperature_c=44.0),
+    "gate, calibrated, 44 degC": Build("gate", PARTS, temperature_c=44.0),
+}
+# name, the build that is better, the one that is worse
+RULES = (
+    ("calibration_gains", "generator, calibrated", "generator"),
+    ("area_gains", "generator, area 16", "generator"),
+    ("generator_over_gate", "generator", "gate"),
+)
+
+Flights = Mapping[str, Sequence[Crossed]]
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, dies: int = DIES, block_dies: int = BLOCK_DIES
+) -> Report:
+    """Fly all builds, then single blocks."""
+    counts = {name: dies if name in BUILDS else block_dies for name in _builds()}
+    keys = [(name, FIRST + k) for name, count in counts.items() for k in range(count)]
+    flights = fly_all(campaign, "latency-dies", fly_one, keys, progress)
+    return Report(rows(flights), lambda figure: _draw(flights, figure), notes(flights))
+
+
+def fly_one(key: Key) -> Found:
+    """The flight of a build on the die of a number, through the forest of that seed."""
+    name, number = key
+    return asdict(crossed(_maker(name), number))
+
+
+def _builds() -> dict[str, Build]:
+    """All builds: of whole dies, and with the deviations of one block each."""
+    alone = block_builds(Build("generator", process=False))
+    return {**BUILDS, **{f"only {name}": build for name, build in alone.items()}}
+
+
+@lru_cache(maxsize=2)  # a build's dies follow each other
+def _maker(name: str) -> Maker:
+    return chip_maker(_builds()[name])
+
+
+def rows(flights: Flights) -> tuple[Row, ...]:
+    """The rules."""
+    made = []
+    for name, better, worse in RULES:
+        gain = mean_crossings(flights[better]) - mean_crossings(flights[worse])
+        made.append(
+            Row(f"{name}_crossings", None, gain, f"{better} above {worse}", 0.0, fitted=False,
+                agrees=gain > 0.0)
+        )  # fmt: skip
+    return tuple(made)
+
+
+def notes(flights: Flights) -> tuple[str, ...]:
+    """A line a build."""
+    return tuple(described(name, each) for name, each in flights.items())
+
+
+def _draw(flights: Flights, figure: Figure) -> None:
+    """Mean crossings of each build; blocks alone in another colour."""
+    figure.set_size_inches(7.6, 6.0)
+    ax = figure.subplots()
+    names = list(flights)
+    values = [mean_crossings(flights[name]) for name in names]
+    colours = [COLOURS[1] if name.startswith("only") else COLOURS[0] for name in names]
+    ax.barh(np.arange(len(names)), values, color=colours)
+    ax.set_yticks(np.arange(len(names)), [f"{n} ({len(flights[n])})" for n in names], fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xlabel("crossings without a collision, mean up to 8 (product limit)")
+
+
+EXPERIMENT = Experiment(
+    "latency-dies", "crossings by latency chips on dies", reproduce,
+    {"dies": DIES, "block_dies": BLOCK_DIES},
+)  # fmt: skip

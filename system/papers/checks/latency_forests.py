@@ -1,0 +1,135 @@
+"""Figure 13 of Wen & Horiuchi 2022 over many forests: network, nominal chip and analog model, paired.
+
+1,400 obstacles, 2 m/s, ten pings a second; seeds from 1006 on; a flight is stopped at 8 crossings, 600 s, or
+a minute in a loop (`system.spiking_bat.loop`), and is censored then; each kind is counted. The paper shows
+one flight, of four crossings without a collision. Rules: the network's and the chip's product-limit estimate
+of crossing four times has an upper limit above 0, that is, the paper's flight is not out of reach; the chip
+does not differ from the network in a sign test over their pairs at 5 %.
+
+The network takes a minute and more a flight: `--param network=6` has it fly fewer forests, `--output` keeps
+what is flown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import lru_cache
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from circuits.errors import ParameterError
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+from system.spiking_bat.campaign import (
+    CROSSINGS,
+    Build,
+    Crossed,
+    Maker,
+    chip_maker,
+    crossed,
+    crossed_by_analog,
+    fly_all,
+    mean_crossings,
+    network_maker,
+    sign_test,
+    survival,
+)
+from system.study.campaign import ALONE, Campaign
+from system.study.campaign_file import Found, Key
+
+FIRST_SEED = 1006
+FORESTS, NETWORK = 100, 100  # that analog model and chip fly, and the network
+PAPER = 4  # crossings
+SIGNIFICANT = 0.05
+
+Flights = Mapping[str, Sequence[Crossed]]
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, forests: int = FORESTS, network: int = NETWORK
+) -> Report:
+    """Fly all models; raises `ParameterError` for more forests of the network than of the others."""
+    if network > forests:
+        raise ParameterError(f"network: {network} forests, must be at most the {forests} of the other models")
+    counts = {"analog": forests, "chip": forests, "network": network}
+    keys = [(model, FIRST_SEED + k) for model, count in counts.items() for k in range(count)]
+    flights = fly_all(campaign, "latency-forests", fly_one, keys, progress)
+    return Report(rows(flights), lambda figure: draw_survival(flights, figure), notes(flights))
+
+
+def fly_one(key: Key) -> Found:
+    """The flight of a model through the forest of a seed."""
+    model, seed = key
+    return asdict(crossed_by_analog(seed) if model == "analog" else crossed(_maker(model), seed))
+
+
+@lru_cache(maxsize=2)
+def _maker(model: str) -> Maker:
+    return network_maker() if model == "network" else chip_maker(Build(own=False))
+
+
+def rows(flights: Flights) -> tuple[Row, ...]:
+    """Whether four crossings are within reach, and whether chip and network differ."""
+    made = []
+    for name in ("network", "chip"):
+        _, share, _, high = survival(flights[name])
+        reach = float(high[PAPER]) if np.isfinite(high[PAPER]) else float(share[PAPER])
+        made.append(
+            Row(f"{name}_four_crossings_upper_limit", 1.0, reach, "above 0: as in the paper's one flight",
+                0.0, fitted=False, agrees=reach > 0.0)
+        )  # fmt: skip
+    count = len(flights["network"])
+    better, worse, p = sign_test(flights["chip"][:count], flights["network"])
+    made.append(
+        Row("chip_against_network_p", None, p, f"above 5 %; {better} better, {worse} worse", SIGNIFICANT,
+            fitted=False, agrees=p > SIGNIFICANT)
+    )  # fmt: skip
+    return tuple(made)
+
+
+def notes(flights: Flights) -> tuple[str, ...]:
+    """Flights of each model, and the pairs."""
+    found = [described(name, each) for name, each in flights.items()]
+    for a, b in (("chip", "analog"), ("network", "analog")):
+        count = min(len(flights[a]), len(flights[b]))
+        better, worse, p = sign_test(flights[a][:count], flights[b][:count])
+        found.append(f"{a} against {b}: {better} pairs better, {worse} worse, p {p:.2g}")
+    return tuple(found)
+
+
+def described(name: str, flights: Sequence[Crossed]) -> str:
+    """A line on flights."""
+    collided, loops = sum(f.collided for f in flights), sum(f.caught for f in flights)
+    through = sum(not f.collided and f.laps >= CROSSINGS for f in flights)
+    late = len(flights) - collided - through
+    _, share, low, high = survival(flights)
+    four = f"{share[PAPER]:.2f} ({low[PAPER]:.2f} to {high[PAPER]:.2f})"
+    return (
+        f"{name}: {len(flights)} flights, {collided} collided, {through} stopped at {CROSSINGS} crossings,"
+        f" {late} before, {loops} of them in a loop; four crossings {four},"
+        f" {sum(f.laps >= PAPER for f in flights)} were seen to; {mean_crossings(flights):.2f} crossings on"
+        f" average, up to {CROSSINGS}; {sum(f.pings for f in flights)} pings"
+    )
+
+
+def draw_survival(flights: Flights, figure: Figure) -> None:
+    """Share of flights that crossed so often without a collision, with intervals."""
+    figure.set_size_inches(6.4, 4.4)
+    ax = figure.subplots()
+    for k, (name, each) in enumerate(flights.items()):
+        count, share, low, high = survival(each)
+        colour = COLOURS[k % len(COLOURS)]
+        ax.step(count, share, where="post", color=colour, label=f"{name}, {len(each)} flights")
+        ax.fill_between(count, low, high, step="post", color=colour, alpha=0.15)
+    ax.set_xlabel("crossings of the left border")
+    ax.set_ylabel("share without a collision")
+    ax.set_ylim(0.0, 1.05)
+    ax.legend(fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "latency-forests", "many forests: network, chip and analog model", reproduce,
+    {"forests": FORESTS, "network": NETWORK},
+)  # fmt: skip

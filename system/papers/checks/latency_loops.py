@@ -1,0 +1,137 @@
+"""Loops of the latency chip's flights: whether the network repeats them from the same place.
+
+The nominal chip flies forests from seed 1006 on, until as many flights as wanted are caught in a loop
+(`system.spiking_bat.loop`). From how the bat stood after the last emergency, when nothing is remembered, the
+published network, integrate-and-fire neurons alone, the chip itself and the analog model fly `PINGS` pings:
+what stays within 2 m all that time repeats the loop. Rule, stated before the run: the lower 95 % limit of the
+share of loops that the network repeats is above one half, so that loops are the network's and not the chip's.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.openspace.flight import margin_of
+from system.openspace.kernel import COLLIDED
+from system.openspace.kernel import fly as fly_analog
+from system.openspace.law import DIRECTIONS, Arcs, Bat, arcs_of
+from system.openspace.map import Forest, cells_of
+from system.openspace.picture import draw_forest, draw_path
+from system.openspace.senses import EXACT
+from system.openspace.state import ARC, HEAD, TIME, X, Y, new_flight
+from system.papers.checks.latency_forests import FIRST_SEED
+from system.spiking_bat.brain import Brain, network_brain
+from system.spiking_bat.campaign import CROSSINGS, PINGS, Build, chip_maker
+from system.spiking_bat.flight import Flown, Standing, fly, fly_from
+from system.spiking_bat.lif import all_lif
+from system.spiking_bat.loop import REACH, WINDOW, stays
+from system.spiking_bat.numbers import Numbers
+from system.spiking_bat.run import LatencyScenario, place
+from system.study.statistics.share import share_where
+
+LOOPS = 20  # of the chip's, ours
+AGAIN = 60  # pings that are flown from each
+HALF = 0.5
+NAMES = ("network", "integrate-and-fire", "chip", "analog")
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A flight that was caught, and who repeats its loop."""
+
+    seed: int
+    forest: Forest = field(repr=False)
+    flown: Flown = field(repr=False)
+    repeated: Mapping[str, bool]
+
+
+def reproduce(progress: Progress, loops: int = LOOPS, first: int = FIRST_SEED, pings: int = AGAIN) -> Report:
+    """Find loops, and fly them again."""
+    numbers = Numbers()
+    arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
+    chip = chip_maker(Build(own=False))
+    found: list[Loop] = []
+    flights = 0
+    for seed in itertools.count(first):
+        if len(found) == loops:
+            break
+        forest, start = place(LatencyScenario(seed=seed), arcs)
+        flown = fly(chip(seed), arcs, forest, start, PINGS, CROSSINGS, patience=WINDOW)
+        flights += 1
+        if not flown.caught or flown.turned is None:
+            continue
+        repeated = _repeated(arcs, numbers, forest, flown.turned, chip(seed), pings)
+        found.append(Loop(seed, forest, flown, repeated))
+        progress(len(found) / loops)
+    notes = tuple(
+        f"{name}: repeats {sum(x.repeated[name] for x in found)} of {len(found)} loops" for name in NAMES
+    )
+    return Report(
+        rows(found), lambda figure: _draw(found, figure), (*notes, f"{flights} flights of the chip")
+    )
+
+
+def rows(found: Sequence[Loop]) -> tuple[Row, ...]:
+    """Share of the loops that networks repeat, by its lower limit."""
+    made = []
+    for name in NAMES[:2]:
+        share = share_where(x.repeated[name] for x in found)
+        low = share.interval.low
+        made.append(
+            Row(f"{name}_repeats_lower_limit", HALF, low, f"above one half; {share}", HALF, fitted=False,
+                agrees=low > HALF)
+        )  # fmt: skip
+    return tuple(made)
+
+
+def _repeated(
+    arcs: Arcs, numbers: Numbers, forest: Forest, standing: Standing, chip: Brain, pings: int
+) -> dict[str, bool]:  # fmt: skip
+    brains: dict[str, Callable[[], Brain]] = {
+        NAMES[0]: lambda: network_brain(arcs, numbers),
+        NAMES[1]: lambda: network_brain(arcs, numbers, all_lif),
+        NAMES[2]: lambda: chip,
+    }
+    found = {}
+    for name, make in brains.items():
+        flown = fly_from(make(), arcs, forest, standing, pings)
+        time = np.append(flown.log[:, 0], flown.time_s)
+        found[name] = not flown.collided and stays(time, flown.path, flown.time_s)
+    return found | {NAMES[3]: _analog_stays(arcs, forest, standing, pings)}
+
+
+def _analog_stays(arcs: Arcs, forest: Forest, standing: Standing, pings: int) -> bool:
+    """Whether the analog model, from the same stand on the nearest of its arcs, stays within reach."""
+    flight = new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 0)
+    flight.counts[HEAD] = standing.head
+    flight.counts[ARC] = int(np.abs(arcs.curvature - standing.curvature).argmin())
+    cells, been = cells_of(forest, margin_of(arcs)), [flight.pose[[TIME, X, Y]]]
+    for _ in range(pings):
+        if fly_analog(arcs, EXACT, cells, flight, 1) == COLLIDED:
+            return False
+        been.append(flight.pose[[TIME, X, Y]])
+    rows = np.array(been)
+    return stays(rows[:, 0], rows[:, 1:], float(rows[-1, 0]))
+
+
+def _draw(found: Sequence[Loop], figure: Figure) -> None:
+    """Surroundings of the first six loops, with the last minute of each flight."""
+    shown = found[:6]
+    figure.set_size_inches(10.0, 7.0)
+    for loop, ax in zip(shown, figure.subplots(2, 3, squeeze=False).ravel(), strict=False):
+        draw_forest(loop.forest.place, Bat().zone, ax)
+        draw_path(loop.flown.path, ax, 0.9)
+        x, y = loop.flown.end
+        ax.set_xlim(x - 2.0 * REACH, x + 2.0 * REACH)
+        ax.set_ylim(y - 2.0 * REACH, y + 2.0 * REACH)
+        names = [name for name in NAMES if loop.repeated[name]]
+        ax.set_title(f"forest {loop.seed}: {', '.join(names) or 'nobody'}", fontsize=8)
+
+
+EXPERIMENT = Experiment("latency-loops", "loops of the latency chip, and who repeats them", reproduce)

@@ -1,0 +1,226 @@
+"""The NEF chip beside its circuit, and what its ensembles represent.
+
+* Rate of a neuron: the model's beside the transistor level's, of the chip's neurons on 20 dies that nothing
+  was made from, at 0, 27 and 60 degC with both kinds of biases, each fixed at 27 degC. Used range: rates from
+  a twentieth of the highest an ensemble asks for to that highest, at the die's own speed (gate biases make a
+  cold chip slow). Must be within 3 %.
+* Error of representation: rms over time of a decoded number, spikes filtered with 20 ms, about what it is on
+  average, and of that average about the number, together; its slope over 50 to 1,000 neurons must be
+  -0.5 +- 0.1.
+* A die's own decoders beside those of another die, rms of what 500 neurons represent on average: at least
+  three times better in the median of 20 pairs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.nef.build import Built, build, exchanged
+from chips.nef.chip import NefChip
+from chips.nef.model import PLACE, neurons_on
+from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe
+from chips.nef.simulation import Simulation
+from circuits.bias import rebias
+from circuits.blocks.nef import neuron as nef_neuron
+from circuits.blocks.nef.neuron import LEAK
+from circuits.circuit import BiasKind
+from circuits.place import bias_path
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import simulate
+from system.experiment import Experiment, Progress, Report, Row
+
+F64 = NDArray[np.float64]
+
+FIRST, DIES = 3000, 20
+TEMPERATURES = (0.0, 27.0, 60.0)
+KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+SHARES = (0.05, 0.1, 0.25, 0.5, 1.0)  # of the highest rate
+HIGHEST = 400.0  # Hz, of the design at 27 degC
+CLOSE = 0.03
+SIZES = (50, 100, 200, 400, 700, 1000)
+SLOPE, SLOPE_TOLERANCE = -0.5, 0.1
+FILTER, SETTLING, WATCHED = 0.02, 0.2, 0.5  # s
+SPREAD = 9  # numbers that are represented one after the other
+PAIRS, PAIR_NEURONS, WORSE = 20, 500, 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What was measured.
+
+    rate: relative errors, float64[kinds, temperatures, dies, shares]; error: rms, float64[sizes, dies]; own,
+    other: rms with a die's own and with another's decoders, float64[pairs] each.
+    """
+
+    rate: F64
+    error: F64
+    own: F64
+    other: F64
+
+
+def rate_errors(die: int, temperature: float, kind: BiasKind, shares: tuple[float, ...] = SHARES) -> F64:
+    """Rates of the model over those of the transistor circuit, less 1, of the chip's neuron number `die`."""
+    number, silicon = die % 4096, Silicon(ROLLS_180, temperature, Die(number=die))
+    circuit = rebias(nef_neuron.build(), {}, kind)
+    # the generator's copies are the chip's
+    biases = tuple(replace(b, place=(*PLACE, *bias_path(b.port, ()))) for b in circuit.biases)
+    circuit = replace(circuit, biases=biases)
+    law = neurons_on(silicon, number + 1, circuit.biases)
+    speed = law.leak[number] / (law.charge[number] * nef_rate_unit())
+    highest = HIGHEST * speed
+    there = Silicon(ROLLS_180, temperature, Die(number=die), (*PLACE, ("neuron", (number,))))
+    found = []
+    for share in shares:
+        rate = share * highest / (1.0 + share * highest * law.refractory[number])
+        current = law.leak[number] + law.charge[number] / (1.0 / rate - law.refractory[number])
+        stimuli = {"current": current * LEAK, "duration": 3.5 / rate + 2.0 * nef_neuron.STEP_TIME}
+        bench = nef_neuron.testbench(circuit, stimuli, ROLLS_180.v_dd)
+        spikes = simulate(bench, there, record=("v_mem",)).spikes["spike"]
+        found.append(rate * float(spikes[-1] - spikes[-2]) - 1.0)
+    return np.array(found)
+
+
+def nef_rate_unit() -> float:
+    """Leak over charge of the nominal neuron at 27 degC, 1/s."""
+    law = neurons_on(Silicon(ROLLS_180), 1, nef_neuron.BIASES)
+    return float(law.leak[0] / law.charge[0])
+
+
+def represented(built: Built, numbers: F64) -> tuple[F64, F64]:
+    """Mean and variance over time of what is decoded of each number, float64[numbers] each."""
+    run = Simulation(built, 1e-3)
+    mean, variance = [], []
+    for x in numbers:
+        run.set("in", x)
+        run.advance(SETTLING)
+        seen = []
+        for _ in range(round(WATCHED / 1e-3)):
+            run.advance(1e-3)
+            seen.append(run.read("x?")[0])
+        mean.append(np.mean(seen))
+        variance.append(np.var(seen))
+    return np.array(mean), np.array(variance)
+
+
+def one_ensemble(neurons: int) -> Network:
+    """An ensemble of a number, what brings it and what reads it."""
+    return Network(
+        (Ensemble("x", neurons),),
+        (Node("in", 1),),
+        (Connection("in", "x"),),
+        (Probe("x?", "x", synapse=FILTER),),
+    )
+
+
+def error(neurons: int, die: int) -> float:
+    """Rms error of what an ensemble on a die represents, filtered spikes."""
+    numbers = np.linspace(-0.9, 0.9, SPREAD)
+    built = build(one_ensemble(neurons), NefChip(Die(number=die)).at(27.0), die)
+    mean, variance = represented(built, numbers)
+    return float(np.sqrt((variance + (mean - numbers) ** 2).mean()))
+
+
+def own_and_other(die: int) -> tuple[float, float]:
+    """Rms of the mean of what is represented: decoders of this die, and of the next die."""
+    numbers = np.linspace(-0.9, 0.9, SPREAD)
+    network = one_ensemble(PAIR_NEURONS)
+    own, other = (build(network, NefChip(Die(number=d)).at(27.0), FIRST) for d in (die, die + 1))
+    found = []
+    for built in (own, exchanged(own, other)):
+        mean, _ = represented(built, numbers)
+        found.append(float(np.sqrt(((mean - numbers) ** 2).mean())))
+    return found[0], found[1]
+
+
+def measure(
+    progress: Progress, dies: int = DIES, sizes: tuple[int, ...] = SIZES, pairs: int = PAIRS
+) -> Found:
+    """All three."""
+    rate = np.empty((len(KINDS), len(TEMPERATURES), dies, len(SHARES)))
+    for i, kind in enumerate(KINDS):
+        for j, temperature in enumerate(TEMPERATURES):
+            for k in range(dies):
+                rate[i, j, k] = rate_errors(FIRST + k, temperature, kind)
+    progress(1.0 / 3.0)
+    few = max(dies // 2, 1)
+    errors = np.array([[error(n, FIRST + k) for k in range(few)] for n in sizes])
+    progress(2.0 / 3.0)
+    both = np.array([own_and_other(FIRST + 2 * k) for k in range(pairs)])
+    progress(1.0)
+    return Found(rate, errors, both[:, 0], both[:, 1])
+
+
+def slope(errors: F64, sizes: tuple[int, ...] = SIZES) -> float:
+    """Slope of the logarithm of the rms over dies against the logarithm of the number of neurons."""
+    rms = np.sqrt((errors**2).mean(axis=1))
+    return float(np.polyfit(np.log(sizes), np.log(rms), 1)[0])
+
+
+def rows(found: Found, sizes: tuple[int, ...] = SIZES) -> tuple[Row, ...]:
+    """Statements."""
+    worst, steep = float(np.abs(found.rate).max()), slope(found.error, sizes)
+    times = float(np.median(found.other / found.own))
+    return (
+        Row(
+            "largest_error_of_rate", None, worst, f"within {CLOSE:g}", CLOSE, fitted=False,
+            agrees=worst <= CLOSE,
+        ),
+        Row(
+            "slope_of_error_over_neurons", SLOPE, steep, f"within {SLOPE_TOLERANCE:g}", SLOPE_TOLERANCE,
+            fitted=False, agrees=abs(steep - SLOPE) <= SLOPE_TOLERANCE,
+        ),
+        Row(
+            "other_dies_decoders_over_own_rms", None, times, f"at least {WORSE:g}", WORSE, fitted=False,
+            agrees=times >= WORSE,
+        ),
+    )  # fmt: skip
+
+
+def reproduce(progress: Progress) -> Report:
+    """Neurons, ensembles and decoders."""
+    found = measure(progress)
+    by = [
+        f"{kind} biases, {t:g} degC: error of rate {np.abs(found.rate[i, j]).max():.2%} at most,"
+        f" {np.sqrt((found.rate[i, j] ** 2).mean()):.2%} rms."
+        for i, kind in enumerate(KINDS)
+        for j, t in enumerate(TEMPERATURES)
+    ]
+    least = float((found.other / found.own).min())
+    by.append(f"decoders: own {found.own.mean():.3g} rms, the other die's {found.other.mean():.3g};")
+    by.append(f"least ratio of a pair {least:.3g}.")
+    return Report(rows(found), lambda figure: _draw(found, figure), tuple(by))
+
+
+def _draw(found: Found, figure: Figure) -> None:
+    figure.set_size_inches(9.6, 3.6)
+    left, middle, right = figure.subplots(1, 3)
+    for i, kind in enumerate(KINDS):
+        for j, t in enumerate(TEMPERATURES):
+            left.plot(
+                SHARES, 100.0 * np.abs(found.rate[i, j]).max(axis=0), "o-"[i:], label=f"{kind}, {t:g} degC"
+            )
+    left.set(xscale="log", xlabel="share of the highest rate", ylabel="largest error of rate, %")
+    left.legend(fontsize=7)
+    rms = np.sqrt((found.error**2).mean(axis=1))
+    middle.loglog(SIZES, found.error, ".", color="0.7")
+    middle.loglog(SIZES, rms, "o-", label=f"slope {slope(found.error):.2f}")
+    middle.set(xlabel="neurons", ylabel="rms error")
+    middle.legend(fontsize=8)
+    right.loglog(found.own, found.other, "o")
+    low, high = found.own.min(), found.own.max()
+    right.loglog([low, high], [WORSE * low, WORSE * high], "-", color="0.6", label=f"{WORSE:g} times")
+    right.set(xlabel="rms, own decoders", ylabel="rms, another die's")
+    right.legend(fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "nef-chip",
+    "neurons of the NEF chip beside their circuit, its error over neurons, its decoders",
+    reproduce,
+)

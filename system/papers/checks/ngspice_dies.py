@@ -1,0 +1,139 @@
+"""Twenty dies of the rebound neuron in ngspice: the same class and the same edges as in the solver.
+
+Dies A/1000 to A/1019, local mismatch alone, with the neuron's usual biases; those that do not work included.
+Both engines answer the same search (`circuits.blocks.sonar.tuning`): silent at rest, after a call and after
+an echo alone; then the facilitating interval, scanned and its edges bisected to 10 us. Both have the same
+equations. ngspice's edges are converged where a run at a tenth of its reltol and a quarter of its largest
+step still fires 10 us within them and not 10 us outside. No value is fitted, and the paper has none.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+
+from circuits.blocks.sonar import rebound_neuron
+from circuits.blocks.sonar.tuning import RESOLUTION, NeuronClass, Tuning, search, tune, tuning_machine
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from netlists.ngspice.tuning import LARGEST_STEP, RELTOL, NgspiceTrials, edges_hold
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS, PALE
+
+DIES = tuple(range(1000, 1020))
+EDGE = 20e-6  # s, allowed between the engines: twice the resolution of the bisection
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """One die in both engines; `converged`: whether ngspice's edges hold when tightened (True without)."""
+
+    die: int
+    solver: Tuning
+    ngspice: Tuning
+    runs: int
+    converged: bool
+
+    @property
+    def same_class(self) -> bool:
+        """Whether both engines give the neuron one class."""
+        return self.solver.outcome is self.ngspice.outcome
+
+    @property
+    def apart(self) -> float | None:
+        """Larger distance of the two edges, s; None unless the neuron works in both."""
+        if not (self.same_class and self.solver.outcome is NeuronClass.WORKS):
+            return None
+        one, other = self.solver, self.ngspice
+        return max(abs(one.first - other.first), abs(one.last - other.last))
+
+
+def run(progress: Progress) -> Report:
+    """Tune every die in both engines."""
+    found = []
+    for k, die in enumerate(DIES):
+        found.append(beside(die))
+        progress((k + 1) / len(DIES))
+    rows = tuple(row for one in found for row in _rows(one))
+    return Report((*rows, *_summary(found)), lambda figure: draw(found, figure), (_note(found),))
+
+
+def beside(number: int) -> Beside:
+    """Tune one die in both engines."""
+    neuron, silicon = rebound_neuron.build(), silicon_of(number)
+    solver = tune(tuning_machine(neuron, silicon))
+    trials = NgspiceTrials(neuron, silicon)
+    peer = search(trials)
+    tight = NgspiceTrials(neuron, silicon, 0.1 * RELTOL, 0.25 * LARGEST_STEP)
+    converged = peer.outcome is not NeuronClass.WORKS or edges_hold(tight, peer, RESOLUTION)
+    return Beside(number, solver, peer, trials.runs + tight.runs, converged)
+
+
+def silicon_of(number: int) -> Silicon:
+    """Die `number` of lot A at 27 degC, local mismatch alone."""
+    return Silicon(die=Die(number=number, process=False))
+
+
+def _rows(one: Beside) -> list[Row]:
+    """Class of a die; and where it works the worse of its edges."""
+    name, peer = f"die_{one.die}", one.ngspice.outcome.value
+    rule = f"the class in ngspice, {peer}"
+    agrees = one.same_class and one.solver.outcome is not NeuronClass.FAILED
+    rows = [Row(f"{name}_class", None, one.solver.outcome.value, rule, None, fitted=False, agrees=agrees)]
+    if one.apart is not None:
+        rule = f"worse edge within {1e6 * EDGE:g} us of ngspice, which is converged to {1e6 * RESOLUTION:g}"
+        agrees = one.converged and one.apart <= EDGE
+        rows.append(Row(f"{name}_edge_s", None, one.apart, rule, EDGE, fitted=False, agrees=agrees))
+    return rows
+
+
+def _summary(found: Sequence[Beside]) -> list[Row]:
+    """How many dies have one class, and the worst edge of all."""
+    same = sum(one.same_class for one in found)
+    worst = max((one.apart for one in found if one.apart is not None), default=None)
+    return [
+        Row("dies_of_the_same_class", None, float(same), f"all {len(found)}", 0.0, fitted=False,
+            agrees=same == len(found)),
+        Row("worst_edge_s", None, worst, f"within {1e6 * EDGE:g} us", EDGE, fitted=False,
+            agrees=worst is not None and worst <= EDGE),
+    ]  # fmt: skip
+
+
+def _note(found: Sequence[Beside]) -> str:
+    classes = Counter(one.solver.outcome.value for one in found)
+    told = ", ".join(f"{count} {name}" for name, count in classes.most_common())
+    return (
+        f"Solver: {told}. ngspice: trapezoidal, reltol {RELTOL:g}, steps to {1e6 * LARGEST_STEP:g} us,"
+        f" {sum(one.runs for one in found)} runs."
+    )
+
+
+def draw(found: Sequence[Beside], figure: Figure) -> None:
+    """Fill `figure` with the facilitating interval of every die in both engines."""
+    figure.set_size_inches(7.0, 4.0)
+    axes = figure.subplots()
+    for tunings, colour, width, label in (
+        ([one.ngspice for one in found], PALE, 7.0, "ngspice"),
+        ([one.solver for one in found], COLOURS[0], 2.0, "solver"),
+    ):
+        edges = [(1e3 * t.first, 1e3 * t.last) for t in tunings]
+        dies = [one.die for one in found]
+        axes.vlines(dies, *zip(*edges, strict=True), color=colour, linewidth=width, label=label)
+    for one in found:
+        if one.solver.outcome is not NeuronClass.WORKS:
+            axes.annotate(one.solver.outcome.value, (one.die, 0.02), xycoords=("data", "axes fraction"),
+                          rotation=90, ha="center", fontsize=7)  # fmt: skip
+    axes.set_xlabel("die")
+    axes.set_xticks([one.die for one in found][::2])
+    axes.set_ylabel("facilitating delays (ms)")
+    axes.legend(loc="upper right")
+
+
+EXPERIMENT = Experiment(
+    name="ngspice-dies",
+    summary="20 dies of the rebound neuron, class and edges in the solver and in ngspice",
+    run=run,
+)

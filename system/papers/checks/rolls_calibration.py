@@ -1,0 +1,124 @@
+"""Calibration of ROLLS chips: eight populations at 20, 50 and 100 Hz on 50 dies, and what temperature does.
+
+Codes of three weight biases are searched on each die at 27 degC and at most four neurons a population are
+dropped (`chips.rolls.calibration`, `chips.rolls.setups.populations`); the rates are then measured in another
+run, twice as long and with the events at another phase. Rule: mean rate within 10 % of the target for 95 % of
+the pairs of population and die, for each kind of bias. Dies from 1000 on. Then ten of the chips run at other
+temperatures with the codes found at 27 degC: by how much the mean rates move is reported, without a rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.rolls.calibration import calibrate
+from chips.rolls.setups.populations import population_errors, populations_task
+from circuits.circuit import BiasKind
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+
+F64 = NDArray[np.float64]
+
+FIRST_DIE, DIES, DRIFTING = 1000, 50, 10
+KINDS: tuple[BiasKind, ...] = ("generator", "gate")
+TEMPERATURES = (17.0, 22.0, 27.0, 32.0, 37.0)  # degC
+WITHIN, SHARE = 0.1, 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Of one kind of bias: errors at 27 degC, float64[dies, 8], of the drift, float64[dies, degC, 8]."""
+
+    errors: F64
+    drift: F64
+    dropped: int
+
+
+def reproduce(progress: Progress, dies: int = DIES, drifting: int = DRIFTING) -> Report:
+    """Calibrate every die with both kinds of bias."""
+    found: dict[str, Found] = {}
+    for k, kind in enumerate(KINDS):
+
+        def done(share: float, k: int = k) -> None:
+            progress((k + share) / len(KINDS))
+
+        found[kind] = calibrate_dies(kind, dies, drifting, done)
+    return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
+
+
+def calibrate_dies(kind: BiasKind, dies: int, drifting: int, progress: Progress) -> Found:
+    """Calibrate `dies` dies, and run `drifting` of them at other temperatures."""
+    task = populations_task()
+    errors, drift, dropped = [], [], 0
+    for k in range(dies):
+        silicon = Silicon(ROLLS_180, 27.0, Die(number=FIRST_DIE + k))
+        calibration = calibrate(task, silicon, kind)
+        dropped += sum(len(gone) for gone in calibration.blacklist.values())
+        errors.append(list(population_errors(task, calibration, silicon, kind).values()))
+        if k < drifting:
+            moved = [replace(silicon, temperature_c=t) for t in TEMPERATURES]
+            drift.append([list(population_errors(task, calibration, s, kind, 1.0).values()) for s in moved])
+        progress((k + 1) / dies)
+    return Found(np.array(errors), np.array(drift), dropped)
+
+
+def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+    """Share of populations within 10 %, and how rates move with temperature."""
+    made = []
+    for kind, f in found.items():
+        share = float(np.mean(np.abs(f.errors) <= WITHIN))
+        name = f"{kind}: share of population-die pairs within 10 %"
+        made.append(_row(name, SHARE, share, "at least 0.95", tolerance=WITHIN, agrees=share >= SHARE))
+        for k, t in enumerate(TEMPERATURES):
+            if t != 27.0 and f.drift.size:
+                ratio = float(np.mean(1.0 + f.drift[:, k]))
+                name = f"{kind}: mean rate at {t:g} degC over its target"
+                made.append(_row(name, None, ratio, "reported", tolerance=None, agrees=True))
+    return tuple(made)
+
+
+def _row(
+    name: str, wanted: float | None, ours: float, rule: str, *, tolerance: float | None, agrees: bool
+) -> Row:
+    return Row(name, wanted, ours, rule, tolerance, fitted=False, agrees=agrees)
+
+
+def _notes(found: Mapping[str, Found]) -> tuple[str, ...]:
+    return tuple(
+        f"{kind}: {f.dropped / f.errors.size:.2f} neurons of 16 dropped a population; worst"
+        f" {100 * np.abs(f.errors).max():.0f} %, median {100 * np.median(np.abs(f.errors)):.1f} % off"
+        for kind, f in found.items()
+    )
+
+
+def _draw(found: Mapping[str, Found], figure: Figure) -> None:
+    left, right = figure.subplots(1, 2)
+    for k, (kind, f) in enumerate(found.items()):
+        left.hist(
+            100 * f.errors.ravel(), bins=np.arange(-60.5, 61.0, 1.0).tolist(), color=COLOURS[k], alpha=0.6,
+            label=kind,
+        )  # fmt: skip
+        if f.drift.size:
+            mean = 1.0 + f.drift.mean(axis=2)
+            right.plot(TEMPERATURES, mean.T, color=COLOURS[k], alpha=0.3, linewidth=0.8)
+            right.plot(TEMPERATURES, mean.mean(axis=0), color=COLOURS[k], label=kind)
+    left.set_xlabel("mean rate less its target, %")
+    left.set_ylabel("populations")
+    left.set_yscale("log")
+    right.set_xlabel("temperature, degC")
+    right.set_ylabel("mean rate over its target")
+    right.set_yscale("log")
+    left.legend()
+
+
+EXPERIMENT = Experiment(
+    "rolls-calibration", "ROLLS: eight populations at three rates on 50 dies, and their drift", reproduce
+)

@@ -1,0 +1,249 @@
+"""Short-term depression on ROLLS: trains, rate steps and a population, chip model beside transistors.
+
+A row of a die with a synapse of each level, at transistor level and in the chip's kernel, generator biases,
+dies from 1000 on at 0, 27 and 60 degC (`chips.rolls.depression.trains`). Known is the shape of depression in
+phenomenological models and their circuits (Tsodyks & Markram; Boegershausen, Suter & Liu 2003; general
+knowledge, not read here): a train settles at
+
+    R = (1 - E) / (1 - E e^(-d / U_T)),  E = e^(-1 / (rate tau)),  R ~ 1 / rate at high rates
+
+and a step of the rate makes a transient. Their weight is in proportion to R; this circuit's is R^kappa in
+weak inversion, so that its charge per spike falls as rate^-kappa. Rules, stated before the first run:
+
+* a pulse's charge over the first one's is the circuit's within 0.01, settled (5 to 1,000 Hz) and in a step;
+* the circuit's R is the closed form with the model's d and tau within 3 %;
+* its slope d ln R / d ln rate from 500 to 1,000 Hz is within 0.1 of -1, that of the charge of level 1 within
+  10 % of kappa times it;
+* spikes of rows' neurons around a rate step of six synapses: the chip's number within 5 %;
+* the population's rate falls from its highest to its last by 1.3 at least, without depression by 1.1 at most
+  (ours, so that a transient is seen; the population's gain and codes of depression were chosen again, on dies
+  3 to 8, after dies from 1000 on had shown 1.25 and 1.27 with the cell's own codes).
+
+Kappa is missed at 60 degC, by transistors and model alike: the switches of the bits that are off leak 0.06 to
+0.17 nA each into level 1, which has 3 to 4 nA left at 1,000 Hz. Without their off currents the slope would be
+0.91 to 0.95 of kappa's at all temperatures: the weights' inversion coefficient is 0.11 to 0.15.
+
+Without a rule: the spread of R over synapses, fixed gates, temperature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from chips.rolls.depression.trains import (
+    AT,
+    BIN,
+    LEVELS,
+    Response,
+    Train,
+    chip_on,
+    rate_step,
+    response,
+    train,
+)
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS, INK
+
+FIRST_DIE = 1000
+DIES, POPULATION_DIES, ROWS = 3, 5, 2
+TEMPERATURES = (0.0, 27.0, 60.0)  # degC
+RATES = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)  # Hz
+FIXED_RATE = 100.0  # Hz, with fixed gates
+CHARGE_ALLOWED, RESOURCE_ALLOWED, SLOPE_ALLOWED, KAPPA_ALLOWED, SPIKES_ALLOWED = 0.01, 0.03, 0.1, 0.1, 0.05
+FALLS, STAYS = 1.3, 1.1
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """All runs; fixed: with fixed gates."""
+
+    trains: tuple[Train, ...]
+    steps: tuple[Train, ...]
+    fixed: tuple[Train, ...]
+    responses: tuple[Response, ...]
+
+
+def run(progress: Progress) -> Report:
+    """All dies."""
+    return run_on(progress, DIES, POPULATION_DIES, ROWS)
+
+
+def run_on(progress: Progress, dies: int, population_dies: int, rows: int) -> Report:
+    """As `run`, on so many dies and rows of each."""
+    trains: list[Train] = []
+    places = [(FIRST_DIE + k, t) for k in range(dies) for t in TEMPERATURES]
+    for k, (die, celsius) in enumerate(places):
+        chip = chip_on(die, celsius)
+        trains += [train(chip, rate) for rate in RATES]
+        progress(0.4 * (k + 1) / len(places))
+    warm = [TEMPERATURES[(k + 1) % len(TEMPERATURES)] for k in range(dies)]
+    steps = [rate_step(chip_on(FIRST_DIE + k, celsius)) for k, celsius in enumerate(warm)]
+    fixed = [train(chip_on(FIRST_DIE, t, "gate"), FIXED_RATE) for t in TEMPERATURES]
+    responses = []
+    for k in range(population_dies):
+        responses.append(response(FIRST_DIE + k, rows if k < dies else 0))
+        progress(0.5 + 0.5 * (k + 1) / population_dies)
+    found = Found(tuple(trains), tuple(steps), tuple(fixed), tuple(responses))
+    rows_found = (*_charges(found), *_slopes(found.trains), *_spikes(found.responses), *_beside(found))
+    return Report(rows_found, lambda figure: _draw(found, figure), _notes(found))
+
+
+def _charges(found: Found) -> tuple[Row, ...]:
+    worst = max(t.settled_error() for t in found.trains)
+    stepping = max(t.error() for t in found.steps)
+    off = max(abs(t.resource / t.closed - 1.0) for t in found.trains)
+    at_most = "at most {:g}".format
+    return (
+        _row("settled charge over the first one, largest difference", worst, at_most(CHARGE_ALLOWED),
+             CHARGE_ALLOWED, worst <= CHARGE_ALLOWED),
+        _row("the same of all pulses around a rate step", stepping, at_most(CHARGE_ALLOWED), CHARGE_ALLOWED,
+             stepping <= CHARGE_ALLOWED),
+        _row("R of the circuit off its closed form, largest share", off, at_most(RESOURCE_ALLOWED),
+             RESOURCE_ALLOWED, off <= RESOURCE_ALLOWED),
+    )  # fmt: skip
+
+
+def _slopes(trains: Sequence[Train]) -> tuple[Row, ...]:
+    """Slopes between the two highest rates of every die and temperature."""
+    low, high = ([t for t in trains if t.rate == rate] for rate in RATES[-2:])
+    octaves = np.log(RATES[-1] / RATES[-2])
+    resource = np.array([np.log(b.resource / a.resource) for a, b in zip(low, high, strict=True)]) / octaves
+    charge = np.array([np.log(b.circuit[1][-1] / a.circuit[1][-1]) for a, b in zip(low, high, strict=True)])
+    charge /= octaves
+    kappa = trains[0].kappa
+    shape = bool((np.abs(resource + 1.0) <= SLOPE_ALLOWED).all())
+    power = bool((np.abs(charge / (kappa * resource) - 1.0) <= KAPPA_ALLOWED).all())
+    return (
+        Row("slope of R over the rate, logarithms, 500 to 1000 Hz", -1.0, float(resource.mean()),
+            "within 0.1, every die", SLOPE_ALLOWED, fitted=False, agrees=shape),
+        Row("the same of the charge of level 1", kappa * float(resource.mean()), float(charge.mean()),
+            "within 10 % of kappa times it, every die", KAPPA_ALLOWED, fitted=False, agrees=power),
+    )  # fmt: skip
+
+
+def _spikes(responses: Sequence[Response]) -> tuple[Row, ...]:
+    ours = sum(s.size for r in responses for s in r.chip)
+    theirs = sum(s.size for r in responses for s in r.circuit)
+    falls = min(_fall(r.depressed) for r in responses)
+    stays = max(_fall(r.plain) for r in responses)
+    alike = abs(ours - theirs) <= SPIKES_ALLOWED * theirs
+    return (
+        Row("spikes of rows around a rate step, circuit beside chip", float(theirs), float(ours),
+            "within 5 %", SPIKES_ALLOWED, fitted=False, agrees=alike),
+        _row("highest over last rate of the population, least", falls, f"at least {FALLS:g}", FALLS,
+             falls >= FALLS),
+        _row("the same without depression, largest", stays, f"at most {STAYS:g}", STAYS, stays <= STAYS),
+    )  # fmt: skip
+
+
+def _fall(rates: np.ndarray) -> float:
+    """Highest rate of a bin over the mean of the last five bins."""
+    return float(rates.max() / rates[-5:].mean())
+
+
+def _beside(found: Found) -> tuple[Row, ...]:
+    rows = [_open("deviation of R over synapses of a die, share", found.responses[0].spread)]
+    held = [t for t in found.trains if t.die == FIRST_DIE and t.rate == FIXED_RATE]
+    for name, each in (
+        ("settled share of level 1 at 100 Hz", held),
+        ("the same with fixed gates", found.fixed),
+    ):
+        rows += [_open(f"{name}, {t.temperature_c:g} degC", t.circuit[1][-1]) for t in each]
+    rows.append(
+        _open("fixed gates, largest difference of a charge's share", max(t.error() for t in found.fixed))
+    )
+    return tuple(rows)
+
+
+def _row(name: str, ours: float, rule: str, tolerance: float, agrees: bool) -> Row:  # noqa: FBT001 - a row's own
+    return Row(name, None, ours, rule, tolerance, fitted=False, agrees=agrees)
+
+
+def _open(name: str, ours: float) -> Row:
+    return Row(name, None, float(ours), "no rule", None, fitted=False, agrees=True)
+
+
+def _notes(found: Found) -> tuple[str, ...]:
+    pulses = sum(q.size for t in (*found.trains, *found.steps) for q in t.circuit.values())
+    return (
+        f"{pulses} pulses by transistors and by the chip.",
+        "The charge per spike falls as rate^-kappa, not as 1 / rate: a weight is R^kappa in this circuit.",
+    )
+
+
+def _draw(found: Found, figure: Figure) -> None:
+    figure.set_size_inches(9.5, 7.0)
+    axes = figure.subplots(2, 2)
+    _draw_settled(found.trains, axes[0, 0])
+    _draw_step(found.steps[0], axes[0, 1])
+    _draw_population(found.responses, axes[1, 0])
+    _draw_rows(found.responses, axes[1, 1])
+
+
+def _draw_settled(trains: Sequence[Train], ax: Axes) -> None:
+    for k, celsius in enumerate(TEMPERATURES):
+        for level, line in ((1, "-"), (4, "--")):
+            mine = [t for t in trains if t.die == FIRST_DIE and t.temperature_c == celsius]
+            rates = [t.rate for t in mine]
+            label = f"level {level}, {celsius:g} °C"
+            ax.plot(rates, [t.chip[level][-1] for t in mine], line, color=COLOURS[k], label=label)
+            ax.plot(rates, [t.circuit[level][-1] for t in mine], "o", color=COLOURS[k], markersize=3.5)
+    guide = np.array([200.0, 1000.0])
+    ax.plot(guide, 0.2 * 200.0 / guide, ":", color=INK, label="1 / rate")
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel("rate (Hz)")
+    ax.set_ylabel("settled charge over the first one")
+    ax.set_title(f"die {FIRST_DIE}: lines chip, marks transistors", fontsize=9)
+    ax.legend(fontsize=7)
+
+
+def _draw_step(t: Train, ax: Axes) -> None:
+    for k, level in enumerate(LEVELS):
+        ax.plot(t.times, t.chip[level], "-", color=COLOURS[k], label=f"level {level}")
+        ax.plot(t.times, t.circuit[level], "o", color=COLOURS[k], markersize=3.0)
+    ax.axvline(AT, color=INK, linewidth=0.5)
+    ax.set_ylim(0.0, 1.05)
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("charge over the first one")
+    ax.set_title(f"die {t.die}: 10 Hz, then 100 Hz", fontsize=9)
+    ax.legend(fontsize=7)
+
+
+def _draw_population(responses: Sequence[Response], ax: Axes) -> None:
+    for k, name in enumerate(("depressed", "without depression")):
+        for r in responses:
+            values = (r.depressed, r.plain)[k]
+            middles = AT + BIN * (np.arange(values.size) + 0.5)
+            ax.plot(middles, values, color=COLOURS[k], label=name if r is responses[0] else None)
+    ax.set_ylim(0.0, None)
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("mean rate of 64 neurons (Hz)")
+    ax.set_title(f"{len(responses)} dies after the inputs' step", fontsize=9)
+    ax.legend(fontsize=7)
+
+
+def _draw_rows(responses: Sequence[Response], ax: Axes) -> None:
+    at, names = 0, []
+    for r in responses:
+        for k, (ours, theirs) in enumerate(zip(r.chip, r.circuit, strict=True)):
+            for j, times in enumerate((ours, theirs)):
+                where = np.full(times.size, at + 0.35 * j)
+                ax.plot(times, where, "|", color=COLOURS[j], markersize=7)
+            names.append(f"{r.die}, row {k}")
+            at += 1
+    ax.set_yticks(np.arange(at) + 0.17, names, fontsize=7)
+    ax.set_xlabel("spikes (s)")
+    ax.set_title("below: chip, above: transistors", fontsize=9)
+
+
+EXPERIMENT = Experiment(
+    "rolls-depression",
+    "ROLLS: short-term depression over rates, dies and temperature, beside transistors",
+    run,
+)

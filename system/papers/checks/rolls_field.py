@@ -1,0 +1,74 @@
+"""A neural field on ROLLS: of two inputs 20 % apart the stronger gets the only bump, on 19 of 20 dies.
+
+128 neurons, each exciting itself and six neighbours on either side and inhibiting the rest by one level,
+driven by Poisson events around neurons 32 and 96; the stronger side alternates from die to die. Each die is
+calibrated first: one bias code, and at most two of every eight neurons dropped
+(`chips.rolls.setups.populations`, numbers chosen on dies below 40). Rule: late in the run the mean rate
+around the weaker input, and elsewhere, is a tenth of that around the stronger one at most. Dies from 1000 on,
+both kinds of bias.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from matplotlib.figure import Figure
+
+from chips.rolls.calibration import calibrate
+from chips.rolls.setups.populations import Bump, field_bump, field_task
+from circuits.circuit import BiasKind
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+
+FIRST_DIE, DIES = 1000, 20
+KINDS: tuple[BiasKind, ...] = ("generator", "gate")
+SHARE = 0.95
+
+
+def reproduce(progress: Progress, dies: int = DIES) -> Report:
+    """Calibrate every die and let the field decide."""
+    found: dict[str, list[Bump]] = {kind: [] for kind in KINDS}
+    for j, kind in enumerate(KINDS):
+        for k in range(dies):
+            found[kind].append(decide(FIRST_DIE + k, kind))
+            progress((j + (k + 1) / dies) / len(KINDS))
+    return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
+
+
+def decide(die: int, kind: BiasKind) -> Bump:
+    """One die; the seed of its events is its number."""
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    return field_bump(calibrate(field_task(), silicon, kind), silicon, kind, die % 2, die)
+
+
+def rows(found: Mapping[str, Sequence[Bump]]) -> tuple[Row, ...]:
+    """Share of dies with one bump at the stronger input."""
+    made = []
+    for kind, bumps in found.items():
+        share = sum(b.right for b in bumps) / len(bumps)
+        name = f"{kind}: share of dies with one bump, at the stronger input"
+        made.append(Row(name, SHARE, share, "at least 19 of 20", SHARE, fitted=False, agrees=share >= SHARE))
+    return tuple(made)
+
+
+def _notes(found: Mapping[str, Sequence[Bump]]) -> tuple[str, ...]:
+    wrong = {
+        kind: [FIRST_DIE + k for k, b in enumerate(bumps) if not b.right] for kind, bumps in found.items()
+    }
+    return tuple(f"{kind}: wrong on dies {w or 'none'}" for kind, w in wrong.items())
+
+
+def _draw(found: Mapping[str, Sequence[Bump]], figure: Figure) -> None:
+    axes = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
+    for ax, (kind, bumps) in zip(axes, found.items(), strict=True):
+        for k, bump in enumerate(bumps):
+            ax.plot(bump.rates, color=COLOURS[(FIRST_DIE + k) % 2], alpha=0.4, linewidth=0.8)
+        ax.set_title(f"{kind} biases")
+        ax.set_xlabel("neuron; blue: 32 stronger, orange: 96")
+    axes[0].set_ylabel("rate late in the run, Hz")
+
+
+EXPERIMENT = Experiment("rolls-field", "ROLLS: a neural field chooses the stronger of two inputs", reproduce)

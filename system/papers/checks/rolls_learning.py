@@ -1,0 +1,257 @@
+"""A ROLLS chip learns two patterns of mean rates, at least nine of ten held-out presentations told right.
+
+Two populations of 16 neurons with 64 plastic inputs each (`chips.rolls.setups.learning`, numbers chosen on
+dies below 1000) are taught 40 jittered presentations and tested on 40 others without a teacher, weights held;
+every die has patterns, first weights and events of its own, by its number. Rules, stated before the dies from
+1000 on were run:
+
+* at least 90 % told right over 20 dies with generator biases;
+* at least 99 % of the weights within 50 mV of a rail a second after the teaching, and all weights as they
+  were after 100 s of silence;
+* a weight with its learning circuit at transistor level, driven by the same random spikes on ten dies from 0
+  to 50 degC, is moved by the same events as in the chip's steps, 95 % of them at least
+  (`chips.rolls.plastic.reference`).
+
+Without a rule: before the teaching, while learning goes on in the tests, fixed gates, and the share that one
+neuron of either population tells right with all mismatch, with that of one group of devices, and with none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.rolls.chip import STEP, RollsChip
+from chips.rolls.plastic.reference import Stimulus, moves, simulated, stepped
+from chips.rolls.setups.learning import CLASSES, Lesson, Task, chips_of, lesson
+from chips.rolls.setups.learning_groups import GROUPS, of_group
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS, INK
+
+F64 = NDArray[np.float64]
+
+FIRST_DIE, DIES = 1000, 20
+GATE_DIES = 10
+SILENCE = 100.0  # s
+RIGHT, AT_RAILS, ALIKE = 0.9, 0.99, 0.95
+NEAR = 0.05  # V
+TASK = Task()
+TEMPERATURES = (0.0, 27.0, 50.0)  # degC, of the transistor level
+PAIRS = 10  # dies of it
+LIMIT = 1.8  # V
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """Of one die: events at which both levels move the weight alike, of how many, and the error of w, V."""
+
+    alike: int
+    events: int
+    error: float  # root of the mean square
+    worst: float
+
+
+def run(progress: Progress) -> Report:
+    """All dies, groups of devices, and the transistor level."""
+    return run_on(progress, DIES, GATE_DIES, PAIRS, TASK)
+
+
+def run_on(progress: Progress, dies: int, gate_dies: int, pairs: int, task: Task) -> Report:
+    """As `run`, on so many dies, of fixed gates and of the transistor level."""
+    lessons: list[Lesson] = []
+    shares: dict[str, list[float]] = {name: [] for name in ("none", *GROUPS)}
+    for k in range(dies):
+        chips = chips_of(task, silicon_of(FIRST_DIE + k), "generator", FIRST_DIE + k)
+        lessons.append(lesson(chips, task, FIRST_DIE + k, SILENCE, going_on=True))
+        for name, share in group_shares(chips, task, FIRST_DIE + k).items():
+            shares[name].append(share)
+        progress(0.9 * (k + 1) / dies)
+    fixed = [
+        lesson(chips_of(task, silicon_of(FIRST_DIE + k), "gate", FIRST_DIE + k), task, FIRST_DIE + k)
+        for k in range(gate_dies)
+    ]
+    agreed = [agreement(FIRST_DIE + k, TEMPERATURES[k % len(TEMPERATURES)]) for k in range(pairs)]
+    progress(1.0)
+    rows = (
+        *_told(lessons, task),
+        *_weights(lessons),
+        *_beside(lessons, fixed, shares, task),
+        *_alike(agreed),
+    )
+    return Report(rows, lambda figure: _draw(lessons, shares, task, figure), _notes(lessons, task))
+
+
+def silicon_of(die: int, *, mismatch: bool = True, temperature_c: float = 27.0) -> Silicon:
+    """A die, with or without its local mismatch."""
+    return Silicon(ROLLS_180, temperature_c, Die(number=die, mismatch=mismatch))
+
+
+def group_shares(chips: tuple[RollsChip, RollsChip], task: Task, die: int) -> Mapping[str, float]:
+    """Share that pairs of neurons tell right on a die, by the group of devices whose mismatch is on."""
+    plain = chips_of(task, silicon_of(die, mismatch=False), "generator", die)
+    found = {"none": lesson(plain, task, die).after.pairs_right(task)}
+    for group in GROUPS:
+        mixed = [
+            a.with_tables(of_group(group, a.built(), b.built())) for a, b in zip(plain, chips, strict=True)
+        ]
+        found[group] = lesson((mixed[0], mixed[1]), task, die).after.pairs_right(task)
+    return found
+
+
+def agreement(die: int, temperature_c: float) -> Agreement:
+    """Transistor level against the chip's steps, driven by the same random spikes."""
+    draw, step = np.random.default_rng(die), STEP
+    # events and spikes in the middle of steps: the chip takes both at their beginnings
+    at = step * (0.5 + draw.choice(np.arange(10, 1000), 90, replace=False))
+    membrane = tuple((0.05 * k, (0.1, 0.45)[int(draw.integers(2))]) for k in range(8))
+    s = Stimulus(tuple(np.sort(at[:50])), tuple(np.sort(at[50:])), membrane, 1010 * step)
+    silicon = silicon_of(die, temperature_c=temperature_c)
+    ours, times = stepped(s, silicon, "generator")
+    theirs = simulated(s, silicon, "generator", times)
+    pairs = zip(
+        moves(ours.tolist(), times, s.events, step),
+        moves(theirs.tolist(), times, s.events, step),
+        strict=True,
+    )
+    off = ours - theirs
+    alike = sum(a == b for a, b in pairs)
+    return Agreement(alike, len(s.events), float(np.sqrt(np.mean(off**2))), float(np.abs(off).max()))
+
+
+def _told(lessons: Sequence[Lesson], task: Task) -> tuple[Row, ...]:
+    after = float(np.mean([x.after.right(task) for x in lessons]))
+    return (
+        _row("share of held-out presentations told right", after, "at least 0.9", RIGHT, after >= RIGHT),
+        _open("the same before the teaching", float(np.mean([x.before.right(task) for x in lessons]))),
+        _open("the worst die", float(min(x.after.right(task).mean() for x in lessons))),
+    )
+
+
+def _weights(lessons: Sequence[Lesson]) -> tuple[Row, ...]:
+    volts = np.concatenate([x.weights.ravel() for x in lessons])
+    near = float(np.mean((volts < NEAR) | (volts > LIMIT - NEAR)))
+    kept = float(np.mean([np.mean(x.bits == x.later) for x in lessons]))
+    moved = float(np.mean([np.mean(x.bits != x.start) for x in lessons]))
+    return (
+        _row("share of weights within 50 mV of a rail", near, "at least 0.99", AT_RAILS, near >= AT_RAILS),
+        _row("share of weights unchanged after 100 s of silence", kept, "all", 1.0, kept == 1.0),
+        _open("share of weights that the teaching changed", moved),
+    )
+
+
+def _beside(
+    lessons: Sequence[Lesson], fixed: Sequence[Lesson], shares: Mapping[str, Sequence[float]], task: Task
+) -> tuple[Row, ...]:
+    rows = []
+    going_on = [x.learning.right(task) for x in lessons if x.learning is not None]
+    if going_on:
+        rows.append(_open("told right while learning goes on in the tests", float(np.mean(going_on))))
+    if fixed:
+        rows.append(
+            _open("told right with fixed gates", float(np.mean([x.after.right(task) for x in fixed])))
+        )
+    rows.append(_open("told right by one neuron of either population", float(np.mean(_pairs(lessons, task)))))
+    rows += [_open(f"the same, mismatch of {name}", float(np.mean(each))) for name, each in shares.items()]
+    return tuple(rows)
+
+
+def _alike(agreed: Sequence[Agreement]) -> tuple[Row, ...]:
+    if not agreed:
+        return ()
+    share = sum(a.alike for a in agreed) / sum(a.events for a in agreed)
+    return (
+        _row(
+            "events that move a weight as the transistors do", share, "at least 0.95", ALIKE, share >= ALIKE
+        ),
+        _open(
+            "error of a weight's voltage_V, median rms of the dies",
+            float(np.median([a.error for a in agreed])),
+        ),
+    )
+
+
+def _pairs(lessons: Sequence[Lesson], task: Task) -> list[float]:
+    return [x.after.pairs_right(task) for x in lessons]
+
+
+def _row(name: str, ours: float, rule: str, tolerance: float, agrees: bool) -> Row:  # noqa: FBT001 - a row's own
+    return Row(name, None, ours, rule, tolerance, fitted=False, agrees=agrees)
+
+
+def _open(name: str, ours: float) -> Row:
+    return Row(name, None, ours, "no rule", None, fitted=False, agrees=True)
+
+
+def _notes(lessons: Sequence[Lesson], task: Task) -> tuple[str, ...]:
+    low = {FIRST_DIE + k: float(x.after.right(task).mean()) for k, x in enumerate(lessons)}
+    text = ", ".join(f"{die} {share:.3g}" for die, share in low.items() if share < RIGHT)
+    lost = sum(each.lost for x in lessons for each in (x.before, x.after))
+    return (f"Dies below 90 %: {text or 'none'}.", f"Events and spikes that a bus lost: {lost}.")
+
+
+def _draw(
+    lessons: Sequence[Lesson], shares: Mapping[str, Sequence[float]], task: Task, figure: Figure
+) -> None:
+    figure.set_size_inches(9.0, 7.0)
+    axes = figure.subplots(2, 2)
+    _draw_weights(lessons, axes[0, 0])
+    _draw_rates(lessons, task, axes[0, 1])
+    _draw_raster(lessons[0], task, axes[1, 0])
+    names = ["all", *shares]
+    values = [_pairs(lessons, task), *shares.values()]
+    ax = axes[1, 1]
+    ax.barh(range(len(names)), [100.0 * (1.0 - np.mean(v)) for v in values], 0.7, color=COLOURS[0])
+    ax.set_yticks(range(len(names)), names, fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xlabel("told wrong by one neuron of either population (%)")
+    ax.set_ylabel("mismatch of")
+
+
+def _draw_weights(lessons: Sequence[Lesson], ax: Axes) -> None:
+    volts = np.concatenate([x.weights.ravel() for x in lessons])
+    ax.hist(volts, bins=60, range=(0.0, LIMIT), color=COLOURS[0])
+    ax.set_yscale("log")
+    ax.set_ylim(0.5, None)
+    ax.set_xlabel("weight a second after the teaching (V)")
+    ax.set_ylabel("weights of all dies")
+
+
+def _draw_rates(lessons: Sequence[Lesson], task: Task, ax: Axes) -> None:
+    """Mean rate of the population of the class shown over that of the other one, a mark a die and class."""
+    for which in range(CLASSES):
+        own, other = [], []
+        for x in lessons:
+            rates = x.after.rates[x.after.shown == which]
+            own.append(rates[:, list(task.neurons(which))].mean())
+            other.append(rates[:, list(task.neurons(1 - which))].mean())
+        ax.plot(other, own, "os"[which], color=COLOURS[which], markersize=5, label=f"class {'AB'[which]}")
+    top = ax.get_ylim()[1]
+    ax.plot((0.0, top), (0.0, top), color=INK, linewidth=0.7, linestyle="--")
+    ax.set_xlabel("mean rate of the other population (Hz)")
+    ax.set_ylabel("of the class shown (Hz)")
+    ax.legend(fontsize=8)
+
+
+def _draw_raster(x: Lesson, task: Task, ax: Axes) -> None:
+    times, neurons = x.spikes
+    for which in range(CLASSES):
+        mine = np.isin(neurons, list(task.neurons(which)))
+        ax.plot(1e3 * times[mine], neurons[mine], "|", color=COLOURS[which], markersize=4)
+        begin = 1e3 * which * (task.presentation + task.pause)
+        ax.axvspan(begin, begin + 1e3 * task.presentation, color=COLOURS[which], alpha=0.08)
+    ax.set_ylim(-1.0, CLASSES * task.population)
+    ax.set_xlabel(f"time (ms); die {FIRST_DIE}, class A shown, then B")
+    ax.set_ylabel("neuron")
+
+
+EXPERIMENT = Experiment(
+    "rolls-learning", "ROLLS: two patterns of mean rates learned by plastic synapses", run
+)

@@ -1,0 +1,220 @@
+"""The sonar head of Cheely & Horiuchi 2003, Figure 7: how well it turns to a moving target, on 20 dies.
+
+The paper shows the head and names the interaural level circuit, and gives no figure of its tracking: every
+rule here is ours. A run is 20 s of 10 pings a second; the target moves 40 degrees to either side every 10 s
+(`sine`) or jumps by 40 degrees after 1 s (`step`), while its distance goes from 0.6 to 1.4 m and back; die n
+has the noise of seed n. Errors are rms over the pings of a run, and of its second half where they are called
+settled. Means are over dies 1000 to 1019; the head's numbers were chosen on dies below 1000, and the nominal
+die, whose rows count as fitted.
+
+`one-ear` turns by the left level alone, less what is usual straight ahead on the same die: nothing takes the
+range out of it. `excitation` has both neurons, but their inhibition is off and the spikes are subtracted
+outside: the same information, for many more spikes, and a dead time that costs a loud side more of them on
+dies whose neurons are fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from numpy.typing import NDArray
+
+from chips.lso.model import LEAST_AREA
+from circuits.silicon.die import Die
+from system.experiment import Experiment, Progress, Report, Row
+from system.head.loop import LOST
+from system.head.picture import draw_angles
+from system.head.run import SUMMARY, SYSTEM, Trace
+from system.plot import COLOURS, INK
+from system.study.statistics.interval import mean_interval
+
+F64 = NDArray[np.float64]
+Found = Mapping[str, F64]
+
+DIES = tuple(range(1000, 1020))  # those below 1000 chose the numbers
+MOST_SINE, MOST_STEP, MOST_WORST = 5.0, 4.0, 8.0  # deg
+MOST_LOST = 0.01  # of the pings
+MOST_MOVED = 1.0  # deg, by range or temperature
+LEAST_RATIO = 5.0  # of spikes without and with inhibition
+LEAST_WORSE = 1.2  # of the worst die without inhibition over the worst with it
+AREAS = (LEAST_AREA, 0.25, 1.0, 4.0)
+TEMPERATURES = (0.0, 27.0, 60.0)  # degC
+ERRORS = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # deg, of the picture's axis
+KINDS = ("gate", "generator")
+CASES: Mapping[str, Mapping[str, Any]] = {
+    "sine": {},
+    "step": {"motion": "step"},
+    "walk": {"motion": "walk"},
+    "one range": {"swing": 0.0},
+    "one-ear": {"wiring": "one-ear"},
+    "one-ear, one range": {"wiring": "one-ear", "swing": 0.0},
+    "excitation": {"wiring": "excitation"},
+    **{f"area {a:g}": {"area": a} for a in AREAS if a != 1.0},
+    **{f"{k} {t:g}": {"bias_kind": k, "temperature_c": t} for k in KINDS for t in TEMPERATURES},
+}
+
+
+def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
+    """Summaries of a run on each die, float64[dies] each."""
+    runs = [SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **options)) for n in dies]
+    found = [SYSTEM.summarise(trace) for trace in runs]
+    pings = np.array([float(len(trace.log.time)) for trace in runs])
+    named = {name: np.array([float(q[name] or 0.0) for q in found]) for name in SUMMARY}
+    return named | {"pings": pings}
+
+
+def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
+    """Follow in all cases on all dies, and on the nominal die."""
+    found: dict[str, Found] = {}
+    for done, (name, options) in enumerate(CASES.items()):
+        found[name] = follow_all(dies, **options)
+        progress((done + 1) / len(CASES))
+    nominal = {motion: SYSTEM.run(SYSTEM.scenario(motion=motion)) for motion in ("sine", "step")}
+    shown = [SYSTEM.run(SYSTEM.scenario(motion=m, die=Die(number=dies[0]), seed=dies[0])) for m in nominal]
+    rows = (*nominal_rows(nominal), *die_rows(found), *wiring_rows(found), *silicon_rows(found))
+    return Report(rows, lambda figure: _draw(found, shown, figure), tuple(notes(found)))
+
+
+def nominal_rows(nominal: Mapping[str, Trace]) -> tuple[Row, ...]:
+    """Errors on the nominal die."""
+    sine = float(SYSTEM.summarise(nominal["sine"])["error_rms_deg"] or 0.0)
+    step = float(SYSTEM.summarise(nominal["step"])["settled_rms_deg"] or 0.0)
+    return (
+        _row("nominal_sine_error_deg", sine, "at most", MOST_SINE, fitted=True),
+        _row("nominal_step_settled_deg", step, "at most", MOST_STEP, fitted=True),
+    )
+
+
+def die_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+    """Errors on the dies, and pings without an answer."""
+    sine, step = found["sine"]["error_rms_deg"], found["step"]["settled_rms_deg"]
+    lost = sum(float(found[m]["lost"].sum()) for m in ("sine", "step"))
+    pings = sum(float(found[m]["pings"].sum()) for m in ("sine", "step"))
+    return (
+        _row("dies_sine_error_deg", float(sine.mean()), "at most", MOST_SINE),
+        _row("dies_sine_worst_deg", float(sine.max()), "at most", MOST_WORST),
+        _row("dies_step_settled_deg", float(step.mean()), "at most", MOST_STEP),
+        _row("dies_lost_share", lost / pings, "at most", MOST_LOST),
+    )
+
+
+def wiring_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+    """What subtracting the far ear is good for."""
+    sine, excited = found["sine"], found["excitation"]
+    moved = abs(float(sine["error_rms_deg"].mean() - found["one range"]["error_rms_deg"].mean()))
+    one, still = (found[n]["error_rms_deg"] for n in ("one-ear", "one-ear, one range"))
+    ratio = float(excited["spikes_a_ping"].sum() / sine["spikes_a_ping"].sum())
+    worst = float(excited["error_rms_deg"].max() / sine["error_rms_deg"].max())
+    return (
+        _row("changing_range_adds_deg", moved, "at most", MOST_MOVED),
+        _row("one_ear_error_ratio", float(one.mean() / sine["error_rms_deg"].mean()), "at least", 2.0),
+        _row("one_ear_error_by_range_ratio", float(one.mean() / still.mean()), "at least", 2.0),
+        _row("excitation_spikes_ratio", ratio, "at least", LEAST_RATIO),
+        _row("excitation_worst_die_ratio", worst, "at least", LEAST_WORSE),
+    )
+
+
+def silicon_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+    """Dependence on temperature, by kind of bias, and on the devices' area."""
+    rows = []
+    for kind in KINDS:
+        means = [float(found[f"{kind} {t:g}"]["error_rms_deg"].mean()) for t in TEMPERATURES]
+        moved = max(abs(m - means[1]) for m in means)
+        rows.append(_row(f"{kind}_temperature_moves_deg", moved, "at most", MOST_MOVED))
+    error = {a: _of_area(found, a)["error_rms_deg"] for a in AREAS}
+    small = mean_interval(error[AREAS[0]] - error[1.0], np.random.default_rng(0))
+    rows += [
+        Row(
+            "area_1/16_adds_deg", None, float((error[AREAS[0]] - error[1.0]).mean()),
+            "interval of the mean over dies above 0", 0.0, fitted=False, agrees=small.low > 0.0,
+        ),
+        _row("area_4_saves_deg", float((error[1.0] - error[4.0]).mean()), "at most", MOST_MOVED),
+    ]  # fmt: skip
+    return tuple(rows)
+
+
+def notes(found: Mapping[str, Found]) -> list[str]:
+    """A line a case, and what excitation alone costs on the same dies."""
+    lines = []
+    for name, each in found.items():
+        error, settled = each["error_rms_deg"], each["settled_rms_deg"]
+        counts = {n: int(v.sum()) for n, v in each.items() if n in (*LOST, "late_spikes", "neck_ends")}
+        deaf = int(each["deaf_levels"].sum())
+        told = ", ".join(f"{v} {n}" for n, v in (counts | {"deaf level units": deaf}).items() if v)
+        lines.append(
+            f"{name}: error {error.mean():.2f} deg (dies {error.min():.2f} to {error.max():.2f}), settled"
+            f" {settled.mean():.2f}, {each['spikes_a_ping'].mean():.1f} spikes a ping"
+            f"{'; ' if told else ''}{told}"
+        )
+    apart = found["excitation"]["error_rms_deg"] - found["sine"]["error_rms_deg"]
+    interval = mean_interval(apart, np.random.default_rng(0))
+    lines.append(
+        f"excitation alone, subtracted outside, adds {apart.mean():.2f} deg [{interval.low:.2f},"
+        f" {interval.high:.2f}] on average, {apart.max():.1f} on the worst die; {int((apart > 0).sum())} of"
+        f" {apart.size} dies are worse"
+    )
+    return lines
+
+
+def _of_area(found: Mapping[str, Found], area: float) -> Found:
+    return found["sine"] if area == 1.0 else found[f"area {area:g}"]
+
+
+def _row(name: str, ours: float, rule: str, limit: float, *, fitted: bool = False) -> Row:
+    agrees = ours <= limit if rule == "at most" else ours >= limit
+    return Row(name, None, ours, f"{rule} {limit:g} (ours)", limit, fitted=fitted, agrees=agrees)
+
+
+def _draw(found: Mapping[str, Found], shown: list[Trace], figure: Figure) -> None:
+    figure.set_size_inches(11.0, 6.4)
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+    top, bottom = parts
+    for ax, trace in zip(top.subplots(1, 2, sharey=True), shown, strict=True):
+        draw_angles(trace.log, ax)
+        ax.set_xlabel(f"time (s); {trace.scenario.motion}, {trace.scenario.die}")
+    wirings, areas, heat = bottom.subplots(1, 3)
+    _draw_wirings(found, wirings)
+    _draw_means(areas, list(AREAS), [_of_area(found, a) for a in AREAS], COLOURS[0], "")
+    areas.set_xscale("log", base=4)
+    areas.set_xticks(AREAS, [str(Fraction(a)) for a in AREAS])
+    areas.set_xlabel("area of the devices, relative")
+    for k, kind in enumerate(KINDS):
+        cases = [found[f"{kind} {t:g}"] for t in TEMPERATURES]
+        _draw_means(heat, list(TEMPERATURES), cases, COLOURS[k], kind)
+    heat.set_xlabel("temperature (degC)")
+    heat.legend(fontsize=8)
+    for ax in (areas, heat):
+        ax.set_ylabel("error (deg rms)")
+        ax.set_ylim(bottom=0.0)
+
+
+def _draw_wirings(found: Mapping[str, Found], ax: Axes) -> None:
+    names = ("sine", "excitation", "one-ear, one range", "one-ear")
+    for k, name in enumerate(names):
+        error = found[name]["error_rms_deg"]
+        ax.plot(np.full(error.size, k), error, ".", color=COLOURS[k % 3], alpha=0.6)
+        ax.plot(k, error.mean(), "_", color=INK, markersize=18)
+    ax.set_yscale("log")
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    ax.set_yticks(ERRORS, [f"{e:g}" for e in ERRORS])
+    ax.set_xticks(
+        range(len(names)), ["LSO", "excitation\nalone", "one ear,\none range", "one ear"], fontsize=8
+    )
+    ax.set_ylabel("error of a die (deg rms)")
+
+
+def _draw_means(ax: Axes, x: list[float], cases: list[Found], colour: str, label: str) -> None:
+    means = [float(each["error_rms_deg"].mean()) for each in cases]
+    spread = [float(each["error_rms_deg"].std()) for each in cases]
+    ax.errorbar(x, means, spread, marker="o", capsize=3, color=colour, label=label)
+
+
+EXPERIMENT = Experiment(
+    "cheely2003-head", "the sonar head follows a moving target by two ears, on 20 dies", reproduce
+)

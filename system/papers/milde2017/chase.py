@@ -1,0 +1,110 @@
+"""Section 3.7 and Figure 15 of Milde et al. 2017: after a robot that drives around with a blinking LED.
+
+The paper: the field selects the LED "in most cases", losing it twice. Rule: for at least 80 % of the time in
+which the LED is in view, the field's median spike is within six columns of it (ours); a silent field counts
+as lost. Speed factor 0.25, a little more than the other robot's 0.15 m/s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.pushbot.campaign import Drive, Summary, drive_again, drive_all, mean_sd, trials
+from system.pushbot.loop import all_spikes
+from system.pushbot.run import Scenario, Trace
+from system.pushbot.run_picture import draw_run
+from system.study.campaign import ALONE, Campaign
+from system.worlds.arena.geometry import outline_at
+
+F64 = NDArray[np.float64]
+
+RUNS, DIES = 5, 5
+DURATION = 15.0  # s
+ON_TARGET = 0.8
+SPEED, WINDOW = 0.25, 0.1
+BIN = 0.1  # s
+COLUMNS = 6.0  # beside the LED that count as on it; ours
+COLUMN = math.tan(math.radians(30.0)) / 64.0  # tangent of a column
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    duration: float = DURATION,
+) -> Report:  # fmt: skip
+    """Chase on some dies; the picture is of the first."""
+    base = Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration)
+    drives = [Drive(s, outcome) for s in trials(base, count, dies)]
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    return Report(rows(found), lambda figure: _draw(drive_again(drives[0]), figure), notes(found))
+
+
+def outcome(trace: Trace) -> Summary:
+    """Share of the time on target, of that with the LED in view, and share of the time in view."""
+    columns = led_columns(trace)
+    times, neurons = all_spikes(trace.record)
+    field = np.array(trace.brain.network["target"].neurons)
+    mine = np.isin(neurons, field)
+    bins = (times[mine] / BIN).astype(np.int64)
+    place = neurons[mine] - field[0]
+    hit, seen = 0, 0
+    for k, column in enumerate(columns):
+        if not 0.0 <= column < field.size:
+            continue
+        seen += 1
+        here = place[bins == k]
+        hit += bool(here.size and abs(np.median(here) - column) <= COLUMNS)
+    return {
+        "on_target": hit / seen if seen else None,
+        "in_view": seen / max(len(columns), 1),
+        "touched": float(trace.drive.touched is not None),
+        "time": float(trace.drive.path[-1][0]),
+    }
+
+
+def led_columns(trace: Trace) -> F64:
+    """Column of the sensor in which the LED is in the middle of each bin; NaN behind the robot."""
+    path = np.array(trace.drive.path)
+    found = []
+    lamps = [k for k, b in enumerate(trace.scene.bodies) if b.led is not None]
+    for moment in np.arange(BIN / 2, path[-1, 0], BIN):
+        _, x, y, heading = path[int(np.searchsorted(path[:, 0], moment))]
+        where = outline_at(trace.drive.obstacles, lamps[0], float(moment)).centroid
+        dx, dy = where.x - x, where.y - y
+        ahead = dx * math.cos(heading) + dy * math.sin(heading) - trace.drive.sensor.dvs.ahead
+        left = dy * math.cos(heading) - dx * math.sin(heading)
+        found.append(63.5 - left / ahead / COLUMN if ahead > 0.0 else math.nan)
+    return np.array(found)
+
+
+def rows(found: Sequence[Summary]) -> tuple[Row, ...]:
+    """Time on target."""
+    mean, _, count = mean_sd(found, "on_target")
+    return (
+        Row("on_target", "most of the time", mean, f"at least {ON_TARGET:g}", ON_TARGET, fitted=False,
+            agrees=count > 0 and mean >= ON_TARGET),
+    )  # fmt: skip
+
+
+def notes(found: Sequence[Summary]) -> tuple[str, ...]:
+    """Each run."""
+    out = []
+    for k, s in enumerate(found):
+        share = "never in view" if s["on_target"] is None else f"on target {s['on_target']:.2f}"
+        end = "touched something" if s["touched"] else "free"
+        out.append(f"run {k}: {share}, in view {s['in_view']:.2f} of {s['time']:.3g} s, {end}")
+    return tuple(out)
+
+
+def _draw(trace: Trace, figure: Figure) -> None:
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
+
+
+EXPERIMENT = Experiment(
+    "milde2017-chase", "after a robot with a blinking LED", reproduce, {"count": RUNS, "dies": DIES}
+)

@@ -1,0 +1,64 @@
+"""Figure 6 of Milde et al. 2017: populations and commands as the robot avoids one obstacle.
+
+A blue block straight ahead at speed and turn factor 0.5, die and seed 4000. The paper's statements: one
+obstacle population wins and drives the other side's drive population; the other drive is silent; the robot
+slows down and turns away; it does not collide. Half of the free speed is ours.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from circuits.silicon.die import Die
+from system.experiment import Experiment, Progress, Report, Row
+from system.pushbot.campaign import FIRST
+from system.pushbot.loop import rates
+from system.pushbot.run import Scenario, Trace, run, summarise
+from system.pushbot.run_picture import draw_run
+
+WINS = 5.0  # times the other drive's spikes; ours
+SLOW = 0.5  # of the fastest command; ours
+
+
+def reproduce(progress: Progress) -> Report:
+    """One run."""
+    trace = run(Scenario(seed=FIRST, die=Die(number=FIRST)), progress)
+    return Report(
+        rows(trace),
+        lambda figure: _draw(trace, figure),
+        (f"Die and seed {FIRST}, window 500 ms, sliding.",),
+    )
+
+
+def rows(trace: Trace) -> tuple[Row, ...]:
+    """What the figure shows."""
+    time = float(trace.drive.path[-1][0])
+    _, found = rates(trace.brain.network, trace.record, time)
+    total = {name: float(r.sum()) for name, r in found.items()}
+    winner, other = ("DL", "DR") if total["DL"] > total["DR"] else ("DR", "DL")
+    ahead = "OR" if winner == "DL" else "OL"
+    ratio = total[winner] / max(total[other], 1e-9)
+    forward = np.array([v for _, v, _ in trace.record.commands])
+    turned = sum(w for _, _, w in trace.record.commands)
+    collided = summarise(trace)["collided"]
+    behind = "OL" if ahead == "OR" else "OR"
+    return (
+        Row("collided", 0.0, collided, "none", 0.0, fitted=False, agrees=collided == 0.0),
+        Row("winning_drive_over_other", "only one", ratio, f"at least {WINS:g}", WINS, fitted=False,
+            agrees=ratio >= WINS),
+        Row("stronger_obstacle_drives_it", ahead, max((ahead, behind), key=lambda n: total[n]),
+            "the other side's", None, fitted=False, agrees=total[ahead] > total[behind]),
+        Row("slowest_over_fastest_command", "slows down", float(forward.min() / forward.max()),
+            f"at most {SLOW:g}", SLOW, fitted=False,
+            agrees=bool(forward[len(forward) // 4 :].min() <= SLOW * forward.max())),
+        Row("turns_to", "left" if winner == "DL" else "right", "left" if turned > 0.0 else "right",
+            "the winner's side", None, fitted=False, agrees=(turned > 0.0) == (winner == "DL")),
+    )  # fmt: skip
+
+
+def _draw(trace: Trace, figure: Figure) -> None:
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
+
+
+EXPERIMENT = Experiment("milde2017-fig6", "populations and commands round one obstacle", reproduce)

@@ -1,0 +1,86 @@
+"""Figure 7 of Milde et al. 2017: success by light and colour.
+
+The figure shows runs that succeed and runs that fail in normal, dark and very dark light and with colours; it
+gives no shares. A run succeeds that passes the block's line and touches nothing: a robot that the sensor's
+noise holds back has avoided nothing. Rules (ours): in normal light blue is avoided in at least 90 % of the
+runs and yellow in at most half; no colour succeeds more often in very dark light than in normal light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from matplotlib.figure import Figure
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS as INKS
+from system.pushbot.campaign import Drive, drive_all, trials
+from system.pushbot.run import Scenario
+from system.study.campaign import ALONE, Campaign
+from system.study.statistics.share import Share, share_where
+
+LIGHTS = ("normal", "dark", "very-dark")
+BLOCKS = ("blue", "red", "yellow")
+RUNS, DIES = 10, 10
+SEEN, UNSEEN = 0.9, 0.5
+
+Free = Mapping[tuple[str, str], Share]
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
+) -> Report:  # fmt: skip
+    """Drive all runs."""
+    keys = [(light, colour) for light in lights for colour in blocks]
+    drives = [Drive(s) for light, c in keys for s in trials(Scenario(light=light, colour=c), count, dies)]
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    free: dict[tuple[str, str], Share] = {}
+    for k, key in enumerate(keys):
+        runs = found[k * count : (k + 1) * count]
+        free[key] = share_where(bool(s["crossed"]) and not s["collided"] for s in runs)
+    notes = tuple(f"{light}, {colour}: avoided {share}" for (light, colour), share in free.items())
+    return Report(rows(free), lambda figure: _draw(free, figure), notes)
+
+
+def rows(free: Free) -> tuple[Row, ...]:
+    """Colours in normal light, then what the dark does."""
+    blue, yellow = free["normal", "blue"], free["normal", "yellow"]
+    seen = Row("normal_blue_avoided", "yes", str(blue), f"at least {SEEN:g}", SEEN, fitted=False,
+               agrees=blue.value >= SEEN)  # fmt: skip
+    unseen = Row("normal_yellow_avoided", "no", str(yellow), f"at most {UNSEEN:g}", UNSEEN, fitted=True,
+                 agrees=yellow.value <= UNSEEN)  # fmt: skip
+    dark = [
+        Row(
+            f"{colour}_avoided_in_the_dark", "fewer or as many", str(free["very-dark", colour]),
+            f"at most {free['normal', colour].passed} as in normal light", None, fitted=False,
+            agrees=free["very-dark", colour].passed <= free["normal", colour].passed,
+        )
+        for _, colour in list(free)[: len(free) // len({light for light, _ in free})]
+    ]  # fmt: skip
+    return (seen, unseen, *dark)
+
+
+def _draw(free: Free, figure: Figure) -> None:
+    figure.set_size_inches(6.0, 3.4)
+    ax = figure.subplots()
+    lights = list(dict.fromkeys(light for light, _ in free))
+    shades = {"blue": INKS[0], "red": INKS[1], "yellow": INKS[4]}
+    colours = list(dict.fromkeys(colour for _, colour in free))
+    for k, colour in enumerate(colours):
+        x = [i + 0.25 * (k - 1) for i in range(len(lights))]
+        shares = [free[light, colour] for light in lights]
+        ends = [
+            [s.value - s.interval.low for s in shares],
+            [s.interval.high - s.value for s in shares],
+        ]
+        ax.bar(x, [s.value for s in shares], 0.22, color=shades[colour], label=colour)
+        ax.errorbar(x, [s.value for s in shares], ends, linestyle="", color="#333333", capsize=2)
+    ax.set_xticks(range(len(lights)), lights)
+    ax.set_ylabel("share avoided")
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+
+
+EXPERIMENT = Experiment(
+    "milde2017-fig7", "success by light and colour", reproduce, {"count": RUNS, "dies": DIES}
+)

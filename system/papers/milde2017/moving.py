@@ -1,0 +1,135 @@
+"""Section 3.3 and Figure 9 of Milde et al. 2017: a cup moved into the way, against one that stands there.
+
+The paper: six runs at speed factors 0.1 to 2 without a collision; "avoiding a moving obstacle is more robust
+than avoiding a static obstacle". When the mug came is not said. Here it moves at 0.2 m/s and stands in the
+way when a robot that drove straight on would have 0.3 m left to it, at each speed factor; where there is no
+time for all of its way, it begins on it. The other cup stands there from the beginning. Rule: at each factor
+the share of collisions is at most five points above that with the standing cup. Besides, by the same rule,
+the scene's own timing at factor 0.5: the cup closes the way when such a robot is at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import hypot
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+from system.pushbot.body import SPEED_OF_FACTOR
+from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
+from system.pushbot.picture import draw_scene
+from system.pushbot.run import Scenario, scene_of
+from system.study.campaign import ALONE, Campaign
+from system.study.statistics.share import Share, share_where
+from system.worlds.arena.scene import Body, Motion, Scene
+
+F64 = NDArray[np.float64]
+
+RUNS, DIES = 100, 10
+FACTORS = (0.1, 0.5, 1.0, 2.0)  # of speed; the paper's ends, and two between; ours
+OWN = 0.5  # factor at which the scene's own timing is driven too
+WAY = 0.8  # m of 1.1 that a robot has gone when the cup stands in its way; ours
+POINTS = 0.05  # of collisions that moving may cost
+SHOWN = 25  # paths in a picture
+
+Found = Mapping[str, tuple[Sequence[Summary], Sequence[Summary]]]
+
+
+def reproduce(progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES) -> Report:
+    """Drive a moving and a standing cup at every factor, and the scene's own timing at `OWN`."""
+    cases = [(world, factor) for factor in FACTORS for world in (pushed, standing)]
+    cases.append((scene_of, OWN))
+    drives = [
+        Drive(each, world=world, with_path=factor == OWN)
+        for world, factor in cases
+        for each in trials(Scenario(scene="moving", speed_factor=factor), count, dies)
+    ]
+    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    parts = {case: driven[k * count : (k + 1) * count] for k, case in enumerate(cases)}
+    summaries = {case: [d.summary for d in part] for case, part in parts.items()}
+    found = {f"{factor:g}": (summaries[pushed, factor], summaries[standing, factor]) for factor in FACTORS}
+    found[f"{OWN:g}_at_the_last_moment"] = summaries[scene_of, OWN], summaries[standing, OWN]
+    paths = [[d.path for d in parts[world, OWN]] for world in (pushed, standing)]
+    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
+
+
+def pushed(scenario: Scenario) -> Scene:
+    """The scene with the cup in the way in time for the scenario's speed factor."""
+    scene = scene_of(scenario)
+    return replace(scene, bodies=tuple(_timed(b, scenario.speed_factor) for b in scene.bodies))
+
+
+def _timed(body: Body, factor: float) -> Body:
+    if body.motion is None:
+        return body
+    there = WAY / (SPEED_OF_FACTOR * factor)
+    return replace(body, motion=replace(body.motion, start=there - length(body.motion) / body.motion.speed))
+
+
+def length(motion: Motion) -> float:
+    """Length of a body's way, m."""
+    return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(motion.path))
+
+
+def standing(scenario: Scenario) -> Scene:
+    """The scene with everything where its motion ends."""
+    scene = scene_of(scenario)
+    return replace(scene, bodies=tuple(_still(b) for b in scene.bodies))
+
+
+def _still(body: Body) -> Body:
+    return body if body.motion is None else replace(body, at=body.motion.path[-1], motion=None)
+
+
+def rows(found: Found) -> tuple[Row, ...]:
+    """What moving costs at each factor."""
+    return tuple(_row(name, *both) for name, both in found.items())
+
+
+def _row(name: str, moving: Sequence[Summary], static: Sequence[Summary]) -> Row:
+    first, second = share_of(moving, "collided"), share_of(static, "collided")
+    return Row(
+        f"collided_moving_less_static_at_{name}", "fewer", f"{first} less {second}",
+        f"at most {POINTS:g}", POINTS, fitted=False, agrees=first.value - second.value <= POINTS,
+    )  # fmt: skip
+
+
+def notes(found: Found) -> tuple[str, ...]:
+    """Events of both, and how many get past."""
+
+    def events(runs: Sequence[Summary]) -> float:
+        return float(np.mean([(s["events"] or 0.0) / (s["time_s"] or 1.0) for s in runs]))
+
+    return tuple(
+        f"factor {name.replace('_', ' ')}, moving and standing cup: events a second {events(moving):.0f} and"
+        f" {events(static):.0f}; past the line {_past(moving)} and {_past(static)}"
+        for name, (moving, static) in found.items()
+    )
+
+
+def _past(runs: Sequence[Summary]) -> Share:
+    return share_where(s["passed"] is not None for s in runs)
+
+
+def _draw(paths: Sequence[Sequence[F64]], figure: Figure) -> None:
+    figure.set_size_inches(9.0, 3.4)
+    worlds = (pushed(Scenario(scene="moving")), standing(Scenario(scene="moving")))
+    names = ("moving", "standing")
+    for ax, mine, scene, name in zip(figure.subplots(1, 2), paths, worlds, names, strict=True):
+        draw_scene(scene, ax, 3.0)
+        for path in mine[:SHOWN]:
+            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+        shown = f"{min(len(mine), SHOWN)} of {len(mine)} runs, factor {OWN:g}"
+        ax.set_title(f"{name} cup, {shown}", fontsize=9)
+
+
+EXPERIMENT = Experiment(
+    "milde2017-moving", "a cup moved into the way, against a standing one, by speed factor", reproduce,
+    {"count": RUNS, "dies": DIES},
+)  # fmt: skip

@@ -1,0 +1,101 @@
+"""Section 3.2 and Figure 8 of Milde et al. 2017: two and three blocks, at speed factor 0.5.
+
+The paper: each configuration "tested twenty times without crashes", and the robot "tends to go around a pair
+of objects, avoiding the space between them". It gives no distances. Ours: pair and triple with 20 cm between
+any two blocks, and a loose triple with 27 cm, in a row of 50 cm, whose gaps a robot of 10 cm fits through.
+Rules: at least 95 % of 100 runs each without touching anything; of the runs past a pair or a triple at most
+5 % between its outer blocks. Between those of the loose one it may pass. 25 dies, every run with noise of its
+own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
+from system.pushbot.picture import draw_scene
+from system.pushbot.run import Scenario
+from system.study.campaign import ALONE, Campaign
+from system.study.statistics.share import Share
+from system.worlds.arena.file import load_scene
+
+F64 = NDArray[np.float64]
+
+SCENES = ("pair", "triple", "triple-loose")
+AROUND = ("pair", "triple")
+RUNS, DIES = 100, 25
+ENOUGH = 0.95  # of runs without a collision; ours
+BETWEEN = 0.05  # of those past it; ours
+SHOWN = 25  # paths in the picture
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    scenes: Sequence[str] = SCENES,
+) -> Report:  # fmt: skip
+    """Drive all runs."""
+    drives = [Drive(s, with_path=True) for name in scenes for s in trials(Scenario(scene=name), count, dies)]
+    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    runs = {name: driven[k * count : (k + 1) * count] for k, name in enumerate(scenes)}
+    found = {name: [d.summary for d in mine] for name, mine in runs.items()}
+    paths = {name: [d.path for d in mine] for name, mine in runs.items()}
+    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
+
+
+def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Row, ...]:
+    """Collisions of each scene, and whether pairs and triples are passed around."""
+    free = [_free(name, summaries) for name, summaries in found.items()]
+    return (*free, *(_around(name, found[name]) for name in AROUND if name in found))
+
+
+def _around(name: str, found: Sequence[Summary]) -> Row:
+    past = [s for s in found if s["crossed"] and not s["collided"]]
+    between = share_of(past, "between")
+    return Row(
+        f"{name}_passed_between", "around" if name == "pair" else None, str(between),
+        f"at most {BETWEEN:g}", BETWEEN, fitted=False, agrees=bool(past) and between.value <= BETWEEN,
+    )  # fmt: skip
+
+
+def _free(name: str, found: Sequence[Summary]) -> Row:
+    collided = share_of(found, "collided")
+    free = Share(collided.of - collided.passed, collided.of)
+    return Row(
+        f"{name}_without_collision", "20 of 20", str(free), f"at least {ENOUGH:g}", ENOUGH, fitted=False,
+        agrees=free.value >= ENOUGH,
+    )  # fmt: skip
+
+
+def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
+    """Sides, and who did not get past."""
+    out = []
+    for name, summaries in found.items():
+        left = sum(s["passed"] == 1.0 for s in summaries)
+        right = sum(s["passed"] == -1.0 for s in summaries)
+        neither = len(summaries) - left - right
+        out.append(
+            f"{name}: past on the left {left}, on the right {right}, not past {neither}; between two blocks"
+            f" {share_of(summaries, 'between')}"
+        )
+    return tuple(out)
+
+
+def _draw(paths: Mapping[str, Sequence[F64]], figure: Figure) -> None:
+    figure.set_size_inches(4.6 * len(paths), 3.6)
+    axes = np.atleast_1d(figure.subplots(1, len(paths)))
+    for ax, (name, mine) in zip(axes, paths.items(), strict=True):
+        draw_scene(load_scene(name), ax)
+        for path in mine[:SHOWN]:
+            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+        ax.set_title(f"{name}, {min(len(mine), SHOWN)} of {len(mine)} runs", fontsize=9)
+
+
+EXPERIMENT = Experiment(
+    "milde2017-pairs", "two and three blocks at 0.35 m/s", reproduce, {"count": RUNS, "dies": DIES}
+)

@@ -1,0 +1,109 @@
+"""Section 3.7 and Figure 14 of Milde et al. 2017: towards a standing robot with a blinking LED.
+
+The paper: of ten runs at speed and turn factor 0.5 "the robot successfully turns and drives toward the target
+every time", to about 10 cm; in eight it is then taken for an obstacle and avoided. Rules: reached, that is,
+within 25 cm of the other robot (passing by straight on leaves 30 cm; ours), in at least 90 % of the runs; of
+those at least half without touching it; with a block on the way, the block is not touched in at least 90 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS
+from system.pushbot.campaign import Drive, Summary, drive_all, trials
+from system.pushbot.picture import draw_scene
+from system.pushbot.run import Scenario, Trace
+from system.study.campaign import ALONE, Campaign
+from system.study.statistics.share import share_where
+from system.worlds.arena.file import load_scene
+from system.worlds.arena.geometry import clearance
+
+F64 = NDArray[np.float64]
+
+SCENES = ("target", "obstacle-against-target")
+RUNS, DIES = 50, 10
+DURATION = 9.0  # s of a run
+NEAR = 0.25  # m
+REACHED, AVOIDED, WON = 0.9, 0.5, 0.9
+WINDOW = 0.1  # s; ours: with 500 ms the robot swings about the target
+EVERY = 10  # steps between two looks at the distance
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    duration: float = DURATION,
+) -> Report:  # fmt: skip
+    """Drive to the target, without and with a block on the way."""
+    drives = [
+        Drive(s, outcome, with_path=True)
+        for name in SCENES
+        for s in trials(Scenario(scene=name, window=WINDOW, duration=duration), count, dies)
+    ]
+    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    parts = driven[:count], driven[count:]
+    reached, block = ([d.summary for d in part] for part in parts)
+    paths = {name: [d.path for d in part] for name, part in zip(SCENES, parts, strict=True)}
+    return Report(rows(reached, block), lambda figure: _draw(paths, figure), notes(reached, block))
+
+
+def outcome(trace: Trace) -> Summary:
+    """Closest approach to the robot with the LED (m), and what was touched."""
+    drive = trace.drive
+    path = drive.path[::EVERY]
+    closest = min(clearance(drive.obstacles, (x, y, h), t, "robot") for t, x, y, h in path)
+    touched = drive.touched or ""
+    return {
+        "closest": closest,
+        "reached": float(closest <= NEAR),
+        "touched_robot": float(touched.startswith("robot")),
+        "touched_block": float(touched.startswith("block")),
+        "touched_wall": float(touched == "wall"),
+    }
+
+
+def rows(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[Row, ...]:
+    """Reached, avoided, and the block."""
+    there = [s for s in reached if s["reached"]]
+    arrived = share_where(bool(s["reached"]) for s in reached)
+    avoided = share_where(not s["touched_robot"] for s in there)
+    won = share_where(not s["touched_block"] for s in block)
+    return (
+        Row("reached", "10 of 10", str(arrived), f"at least {REACHED:g}", REACHED, fitted=False,
+            agrees=arrived.value >= REACHED),
+        Row("then_avoided", "8 of 10", str(avoided), f"at least {AVOIDED:g}", AVOIDED, fitted=False,
+            agrees=avoided.of > 0 and avoided.value >= AVOIDED),
+        Row("obstacle_against_target_won", "obstacle", str(won), f"at least {WON:g}", WON, fitted=False,
+            agrees=won.value >= WON),
+    )  # fmt: skip
+
+
+def notes(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[str, ...]:
+    """Closest approaches."""
+    close = [100.0 * (s["closest"] or 0.0) for s in reached]
+    low, middle, high = np.quantile(close, (0.1, 0.5, 0.9))
+    walls = sum(bool(s["touched_wall"]) for s in (*reached, *block))
+    return (
+        f"closest approach {middle:.0f} cm ({low:.0f} to {high:.0f}, 10 to 90 %); walls touched {walls}",
+        f"window {WINDOW:g} s, sliding",
+    )
+
+
+def _draw(paths: dict[str, list[F64]], figure: Figure) -> None:
+    figure.set_size_inches(9.0, 3.4)
+    for ax, (name, mine) in zip(figure.subplots(1, len(paths)), paths.items(), strict=True):
+        draw_scene(load_scene(name), ax)
+        for path in mine:
+            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+        ax.set_title(f"{name}, {len(mine)} runs", fontsize=9)
+
+
+EXPERIMENT = Experiment(
+    "milde2017-target", "towards a standing robot with a blinking LED", reproduce,
+    {"count": RUNS, "dies": DIES},
+)  # fmt: skip

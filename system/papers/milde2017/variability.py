@@ -1,0 +1,115 @@
+"""Section 3.5 and Figure 12 of Milde et al. 2017: same start, other ways round a pair of blocks.
+
+The paper shows three trials of one chip with the same parameters that part: "the robot might avoid the two
+obstacles on the right, or on the left side"; it names mismatch, the sensor's noise and its dependence on the
+movement. Here: one die with other noise, of the sensor alone, of the chip's devices alone, and of both, for
+some dies; and other dies with the same noise of the sensor. Rules (ours): over all dies each side is taken in
+at least 5 % of the runs past the pair, and on some die with other noise both sides are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from circuits.silicon.die import Die
+from system.experiment import Experiment, Progress, Report, Row
+from system.plot import COLOURS, PALE
+from system.pushbot.campaign import FIRST, Drive, Summary, drive_all
+from system.pushbot.run import Scenario
+from system.study.campaign import ALONE, Campaign
+from system.study.statistics.share import Share, share_where
+
+REPEATS = 10  # runs of a die and a noise, each with a seed of its own
+REPEATED = 4  # dies that are repeated
+OTHERS = 30  # dies with the same noise
+LEAST = 0.05  # of either side
+
+Groups = Mapping[str, Sequence[Summary]]
+
+# noise that differs from run to run: fields of the scenario by a seed
+NOISES: Mapping[str, Callable[[int], dict[str, Any]]] = {
+    "sensor": lambda seed: {"seed": seed},
+    "silicon": lambda seed: {"seed": FIRST, "silicon_noise": "all", "noise_seed": seed},
+    "both": lambda seed: {"seed": seed, "silicon_noise": "all"},
+}
+
+
+def reproduce(
+    progress: Progress, campaign: Campaign = ALONE, repeats: int = REPEATS, repeated: int = REPEATED,
+    others: int = OTHERS,
+) -> Report:  # fmt: skip
+    """Drive all runs."""
+    base = Scenario(scene="pair")
+    plan: dict[str, list[Scenario]] = {}
+    for d in range(repeated):
+        on_die = replace(base, die=Die(number=FIRST + d))
+        for name, fields in NOISES.items():
+            plan[f"die {FIRST + d}, {name}"] = [replace(on_die, **fields(FIRST + k)) for k in range(repeats)]
+    plan["other dies"] = [replace(base, die=Die(number=FIRST + d), seed=FIRST) for d in range(others)]
+    drives = [Drive(s) for group in plan.values() for s in group]
+    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    groups: dict[str, list[Summary]] = {}
+    begin = 0
+    for name, scenarios in plan.items():
+        groups[name] = found[begin : begin + len(scenarios)]
+        begin += len(scenarios)
+    return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups))
+
+
+def left_of(found: Sequence[Summary]) -> Share:
+    """Runs past the pair on the left, of all past it."""
+    past = [s for s in found if s["passed"] is not None]
+    return share_where(s["passed"] == 1.0 for s in past)
+
+
+def rows(groups: Groups) -> tuple[Row, ...]:
+    """Both sides over dies, and on a die."""
+    others = left_of(groups["other dies"])
+    apart = [name for name, found in groups.items() if name != "other dies" and _both(left_of(found))]
+    mixed = {name.partition(",")[0] for name in apart}
+    return (
+        Row(
+            "other_dies_passed_left", "left or right", str(others), f"{LEAST:g} to {1.0 - LEAST:g}", LEAST,
+            fitted=False, agrees=others.of > 0 and LEAST <= others.value <= 1.0 - LEAST,
+        ),
+        Row(
+            "dies_that_take_both_sides", "its die does", float(len(mixed)), "at least 1", 1.0, fitted=False,
+            agrees=bool(mixed),
+        ),
+    )  # fmt: skip
+
+
+def _both(share: Share) -> bool:
+    return 0 < share.passed < share.of
+
+
+def notes(groups: Groups) -> tuple[str, ...]:
+    """Share left of each group."""
+    return tuple(
+        f"{name}: past on the left {left_of(found)}, not past {len(found) - left_of(found).of}"
+        for name, found in groups.items()
+    )
+
+
+def _draw(groups: Groups, figure: Figure) -> None:
+    figure.set_size_inches(6.4, 1.2 + 0.3 * len(groups))
+    ax = figure.subplots()
+    for row, found in enumerate(groups.values()):
+        left = left_of(found)
+        counts = (left.passed, left.of - left.passed, len(found) - left.of)
+        begin = 0
+        for count, shade in zip(counts, (COLOURS[1], COLOURS[0], PALE), strict=True):
+            ax.barh(row, count, left=begin, color=shade)
+            begin += count
+    ax.set_yticks(range(len(groups)), list(groups))
+    ax.set_xlabel("runs: left (orange), right (blue), not past (grey)")
+
+
+EXPERIMENT = Experiment(
+    "milde2017-variability", "sides taken by one die and by other dies", reproduce,
+    {"repeats": REPEATS, "repeated": REPEATED, "others": OTHERS},
+)  # fmt: skip

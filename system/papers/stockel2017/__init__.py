@@ -1,0 +1,1 @@
+"""Stöckel 2017: Bug robots of spiking neurons."""

@@ -1,0 +1,114 @@
+"""Figures 6 and 8 of Stöckel 2017 with the networks on the NEF chip, a fresh die and network a run.
+
+The paper has no chip. Figure 6 (`bug-spiral`): Bug 0 must repeat its way, and Bug 2 reach the goal on 90 of
+100 dies. Figure 8 (`bug-field`): Bug 0 must reach the goal on 95 of 100 dies, the improved Bug 2 on 90; the
+published Bug 2 stands beside the paper's three of eight, whose 95 % interval (Clopper and Pearson) its own
+must overlap. Die k carries the network of seed k; both are from 4000 on, and none was used before: dies 3000
+to 3134 were looked at while the improved Bug 2 was enlarged.
+Decoders are solved at 27 degC from what is counted on the die.
+"""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from circuits.silicon.die import Die
+from system.bug.body import RADIUS
+from system.bug.path import median_distance
+from system.bug.picture import draw_paths, draw_shortest, draw_world
+from system.bug.run import Scenario, Trace, run
+from system.experiment import Experiment, Progress, Report, Row
+from system.papers.stockel2017.fig6 import repeats
+from system.papers.stockel2017.fig8 import PAPER
+from system.study.statistics.share import Share, share_where
+
+FIRST, DIES, DURATION = 4000, 100, 150.0  # first die, how many, s
+SPIRAL, FIELD = "bug-spiral", "bug-field"
+AGENTS = (
+    (SPIRAL, "bug0", "published"),
+    (SPIRAL, "bug2", "published"),
+    (SPIRAL, "bug2", "improved"),
+    (FIELD, "bug0", "published"),
+    (FIELD, "bug2", "published"),
+    (FIELD, "bug2", "improved"),
+)
+LEAST = {"bug0": 0.95, "bug2": 0.9}
+SHOWN = 7  # as many as there are colours
+
+Found = dict[tuple[str, str, str], list[Trace]]
+
+
+def traces(progress: Progress, dies: int = DIES, first: int = FIRST, duration: float = DURATION) -> Found:
+    """Runs by map, agent and design."""
+    found: Found = {}
+    for k in range(dies):
+        for j, (world, agent, design) in enumerate(AGENTS):
+            die = Die(number=first + k)
+            scenario = Scenario(agent, "chip", design, map=world, seed=first + k, duration=duration, die=die)
+            found.setdefault((world, agent, design), []).append(run(scenario))
+            progress((k + (j + 1) / len(AGENTS)) / dies)
+    return found
+
+
+def rows(found: Found, programs: dict[str, Trace]) -> tuple[Row, ...]:
+    """Statements; programs: Bug 0's run by map."""
+    again = [repeats(t) for t in found[SPIRAL, "bug0", "published"]]
+    published = share_where(t.reached for t in found[FIELD, "bug2", "published"])
+    ours, theirs = published.interval, Share(*PAPER).interval
+    apart = max(
+        median_distance(t.path, programs[world].path)
+        for world in (SPIRAL, FIELD)
+        for t in found[world, "bug0", "published"]
+    )
+    return (
+        _share("fig6_bug0_repeats_its_way_share", again, LEAST["bug0"]),
+        _reaches("fig6_bug2_published_reaches_share", found[SPIRAL, "bug2", "published"], None),
+        _reaches("fig6_bug2_improved_reaches_share", found[SPIRAL, "bug2", "improved"], LEAST["bug2"]),
+        _reaches("fig8_bug0_reaches_share", found[FIELD, "bug0", "published"], LEAST["bug0"]),
+        Row(
+            "fig8_bug2_published_reaches_share", PAPER[0] / PAPER[1], published.value,
+            f"95 % intervals overlap: {theirs.low:.2f}-{theirs.high:.2f}, {ours.low:.2f}-{ours.high:.2f}",
+            None, fitted=False, agrees=ours.low <= theirs.high and theirs.low <= ours.high,
+        ),
+        _reaches("fig8_bug2_improved_reaches_share", found[FIELD, "bug2", "improved"], LEAST["bug2"]),
+        Row(
+            "bug0_median_distance_of_paths", "highly similar", apart, f"below {2 * RADIUS:g} map units",
+            2.0 * RADIUS, fitted=False, agrees=apart < 2.0 * RADIUS,
+        ),
+    )  # fmt: skip
+
+
+def reproduce(progress: Progress) -> Report:
+    """All agents on all dies."""
+    found = traces(progress)
+    programs = {world: run(Scenario("bug0", map=world, duration=DURATION)) for world in (SPIRAL, FIELD)}
+    notes = tuple(
+        f"{world}, {agent} {design}: {share_where(t.reached for t in runs)} reach the goal; spikes dropped:"
+        f" {sum((t.chip or {}).get('dropped', 0) for t in runs)}."
+        for (world, agent, design), runs in found.items()
+    )
+    return Report(rows(found, programs), lambda figure: _draw(found, figure), notes)
+
+
+def _reaches(name: str, runs: list[Trace], least: float | None) -> Row:
+    return _share(name, [t.reached for t in runs], least)
+
+
+def _share(name: str, said: list[bool], least: float | None) -> Row:
+    share = share_where(said).value
+    rule = "given, no rule" if least is None else f"at least {least:g}"
+    return Row(name, None, share, rule, least, fitted=False, agrees=least is None or share >= least)
+
+
+def _draw(found: Found, figure: Figure) -> None:
+    figure.set_size_inches(12.0, 7.0)
+    for ax, ((world, agent, design), runs) in zip(figure.subplots(2, 3).ravel(), found.items(), strict=True):
+        draw_world(runs[0].world, ax)
+        draw_shortest(runs[0].shortest, ax)
+        draw_paths({f"die {t.scenario.die.number}": t.path for t in runs[:SHOWN]}, ax)
+        share = f"{sum(t.reached for t in runs)} of {len(runs)}"
+        ax.set_title(f"{world}, {agent} {design}: {share}", fontsize=9)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
+
+
+EXPERIMENT = Experiment("stockel2017-chip", "Bug 0 and Bug 2 on the NEF chip, on a hundred dies", reproduce)

@@ -1,0 +1,97 @@
+"""Figure 6 of Stöckel 2017: Bug 0 and Bug 2, as programs and as neurons, where Bug 0 cannot succeed.
+
+The paper: both Bug 0 repeat their way over and over, both Bug 2 reach the goal, and trajectories of program
+and neurons are highly similar. The map is ours (`bug-spiral`), as the paper's is a picture. Ours: the measure
+of similarity, the median over the neurons' path of the distance to the program's; for Bug 0 it must be below
+two radii of the robot. Five networks; all must do as the paper says.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.bug.body import RADIUS
+from system.bug.path import median_distance
+from system.bug.picture import draw_paths, draw_shortest, draw_world
+from system.bug.run import Scenario, Trace, run
+from system.experiment import Experiment, Progress, Report, Row
+
+F64 = NDArray[np.float64]
+
+MAP = "bug-spiral"
+SEEDS = (1000, 1001, 1002, 1003, 1004)
+DURATION = 200.0  # s
+NEAR = 2.0 * RADIUS
+LATE = 60.0  # s before the end, over which a way is compared with what was before
+
+
+def traces(
+    progress: Progress, seeds: tuple[int, ...] = SEEDS, duration: float = DURATION
+) -> dict[str, list[Trace]]:
+    """Runs by `agent brain`."""
+    asked = [
+        (a, b, s) for a in ("bug0", "bug2") for b, s in (("reference", 0), *(("ideal", s) for s in seeds))
+    ]
+    found: dict[str, list[Trace]] = {}
+    for k, (agent, brain, seed) in enumerate(asked, 1):
+        trace = run(Scenario(agent, brain, map=MAP, seed=seed, duration=duration))
+        found.setdefault(f"{agent} {brain}", []).append(trace)
+        progress(k / len(asked))
+    return found
+
+
+def repeats(trace: Trace) -> bool:
+    """Whether it did not reach the goal, and in its last minute was only where it had been before."""
+    late, early = trace.path[-round(100 * LATE) :: 20], trace.path[: -round(100 * LATE)]
+    return not trace.reached and median_distance(late, early) < NEAR
+
+
+def rows(found: dict[str, list[Trace]]) -> tuple[Row, ...]:
+    """Statements of the figure."""
+    made = []
+    for brain in ("reference", "ideal"):
+        again = [repeats(t) for t in found[f"bug0 {brain}"]]
+        reached = [t.reached for t in found[f"bug2 {brain}"]]
+        made += [
+            _share(f"bug0_{brain}_repeats_its_way_share", again),
+            _share(f"bug2_{brain}_reaches_share", reached),
+        ]
+    for agent in ("bug0", "bug2"):
+        program = found[f"{agent} reference"][0].path
+        apart = max(median_distance(t.path, program) for t in found[f"{agent} ideal"])
+        made.append(
+            Row(
+                f"{agent}_median_distance_of_paths", "highly similar", apart, f"below {NEAR:g} map units",
+                NEAR, fitted=False, agrees=apart < NEAR,
+            )
+        )  # fmt: skip
+    return tuple(made)
+
+
+def reproduce(progress: Progress) -> Report:
+    """Both agents, both brains."""
+    found = traces(progress)
+    return Report(rows(found), lambda figure: _draw(found, figure))
+
+
+def _share(name: str, said: list[bool]) -> Row:
+    return Row(name, 1.0, sum(said) / len(said), "the same", None, fitted=False, agrees=all(said))
+
+
+def _draw(found: dict[str, list[Trace]], figure: Figure) -> None:
+    figure.set_size_inches(9.6, 4.2)
+    for ax, agent in zip(figure.subplots(1, 2), ("bug0", "bug2"), strict=True):
+        program, neurons = found[f"{agent} reference"][0], found[f"{agent} ideal"]
+        draw_world(program.world, ax)
+        draw_shortest(program.shortest, ax)
+        paths = {"program": program.path} | {f"neurons, seed {t.scenario.seed}": t.path for t in neurons}
+        draw_paths(paths, ax)
+        ax.set_title(f"{agent}: {program.ended}; neurons: {neurons[0].ended}", fontsize=9)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "stockel2017-fig6", "Bug 0 repeats its way where Bug 2 reaches the goal, programs and neurons", reproduce
+)

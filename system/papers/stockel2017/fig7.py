@@ -1,0 +1,86 @@
+"""Figure 7 of Stöckel 2017: states over time of the two Bug 2 of Figure 6.
+
+The paper: the neurons take significant time to memorise directions and distances, which the program does at
+once, so that they arrive later. The program has no phase of its own for it: 0 s.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from system.bug.body import STEP
+from system.bug.brain import FOLLOW, GO, MEMORISE, STATES, STORE
+from system.bug.neural2 import AFTER
+from system.bug.run import Scenario, Trace, run
+from system.experiment import Experiment, Progress, Report, Row
+from system.papers.stockel2017.fig6 import DURATION, MAP
+from system.plot import COLOURS
+
+SEED = 1000
+
+
+def reproduce(progress: Progress) -> Report:
+    """Program and neurons on one map."""
+    program = run(Scenario("bug2", "reference", map=MAP, duration=DURATION))
+    neurons = run(Scenario("bug2", "ideal", map=MAP, seed=SEED, duration=DURATION), progress)
+    progress(1.0)
+    return Report(rows(program, neurons), lambda figure: _draw(program, neurons, figure))
+
+
+def order(trace: Trace) -> list[str]:
+    """States as they follow each other."""
+    return [STATES[k] for k in trace.state[np.diff(trace.state, prepend=-1) != 0]]
+
+
+def spent(trace: Trace, *states: str) -> float:
+    """Time in these states, s."""
+    return STEP * float(np.isin(trace.state, [STATES.index(s) for s in states]).sum())
+
+
+def in_order(states: list[str]) -> bool:
+    """Whether it begins by memorising, and each state is the one that comes after the last."""
+    return states[:1] == [MEMORISE] and all(AFTER[a] == b for a, b in pairwise(states))
+
+
+def rows(program: Trace, neurons: Trace) -> tuple[Row, ...]:
+    """Statements of the figure."""
+    found, cycle = order(neurons), [MEMORISE, GO, STORE, FOLLOW, GO]
+    learning = [spent(t, MEMORISE, STORE) for t in (program, neurons)]
+    return (
+        Row(
+            "states_of_neurons", " ".join(cycle), " ".join(found), "each after the one before it", None,
+            fitted=False, agrees=in_order(found) and len(found) >= len(cycle),
+        ),
+        Row(
+            "states_of_program", f"{GO} {FOLLOW} {GO}", " ".join(order(program)), "the same", None,
+            fitted=False, agrees=order(program) == [GO, FOLLOW, GO],
+        ),
+        Row(
+            "neurons_memorise_s", "longer than the program", learning[1], f"above {learning[0]:g} s",
+            learning[0], fitted=False, agrees=learning[1] > learning[0],
+        ),
+        Row(
+            "neurons_arrive_later_s", "later", neurons.time - program.time, "above 0", 0.0,
+            fitted=False, agrees=neurons.reached and program.reached and neurons.time > program.time,
+        ),
+    )  # fmt: skip
+
+
+def _draw(program: Trace, neurons: Trace, figure: Figure) -> None:
+    figure.set_size_inches(7.0, 3.6)
+    axes = figure.subplots(2, 1, sharex=True)
+    for ax, trace, name in zip(axes, (program, neurons), ("program", "neurons"), strict=True):
+        time = STEP * np.arange(len(trace.state))
+        ax.step(time, trace.state, color=COLOURS[0], where="post")
+        ax.set_yticks(range(len(STATES)), STATES)
+        ax.set_ylim(-0.4, len(STATES) - 0.6)
+        ax.set_title(f"{name}: {trace.ended} after {trace.time:.1f} s", fontsize=9)
+    axes[-1].set_xlabel("time (s)")
+
+
+EXPERIMENT = Experiment(
+    "stockel2017-fig7", "states of Bug 2 over time: neurons take time to memorise", reproduce
+)

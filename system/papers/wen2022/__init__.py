@@ -1,0 +1,1 @@
+"""Wen & Horiuchi 2022: Curved Openspace and its spiking network."""

@@ -1,0 +1,115 @@
+"""Equations (9) and (10) of Wen & Horiuchi 2022 by transistors, by the chip's model, and in closed form.
+
+Nominal die, 27 degC. Inputs are drawn (seed 1000) where the equations hold: for (9) every input comes before
+the spike, and the spike less than 20 ms after the first; for (10) charge, inhibitions of a few memories and
+the net current leave a spike. The rule: each within 2 % of the closed form. The circuits are the chip's own
+in their places: an integrating neuron of 8 synapses, a first-layer cell of 2 excitations and 7 inhibitions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.latency.chip import LatencyChip
+from chips.latency.errors import cell_latencies, input_latencies
+from chips.latency.law import evaluation_latency, race_latency
+from system.experiment import Experiment, Progress, Report, Row
+from system.openspace.law import ARCS, Bat, arcs_of
+from system.plot import COLOURS, INK
+from system.spiking_bat.chip_brain import design_of
+from system.spiking_bat.numbers import Numbers
+
+CASES = 24  # of each equation; ours
+TOLERANCE = 0.02
+SEED = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Latencies of one set of inputs, s: closed form, chip's model, transistors."""
+
+    law: float
+    model: float
+    circuit: float
+
+
+def reproduce(progress: Progress, cases: int = CASES) -> Report:
+    """Both equations."""
+    chip = LatencyChip(design_of(arcs_of(Bat(ping_rate=10.0)), Numbers()))
+    random = np.random.default_rng(SEED)
+    found: dict[str, list[Case]] = {"9": [], "10": []}
+    makers: tuple[tuple[str, Callable[[LatencyChip, np.random.Generator], Case]], ...] = (
+        ("9", evaluation_case), ("10", race_case),
+    )  # fmt: skip
+    for k, (name, make) in enumerate(makers):
+        for i in range(cases):
+            found[name].append(make(chip, random))
+            progress((k + (i + 1) / cases) / len(makers))
+    return Report(rows(found), lambda figure: _draw(found, figure))
+
+
+def evaluation_case(chip: LatencyChip, random: np.random.Generator) -> Case:
+    """One to four inputs of a neuron, all before its spike, which is less than 20 ms after the first."""
+    d = chip.design
+    while True:
+        times = np.sort(random.uniform(1e-3, 15e-3, random.integers(1, 5)))
+        law = evaluation_latency(list(times), 1.0 / d.integration)
+        if times[-1] < law - 0.2e-3 and law - times[0] < d.step:
+            break
+    return Case(law, *input_latencies(chip, int(random.integers(ARCS)), times))
+
+
+def race_case(chip: LatencyChip, random: np.random.Generator) -> Case:
+    """A cell with the charge of the goal near it, or none, and inhibitions of up to three memories."""
+    d = chip.design
+    while True:
+        p, away = int(random.integers(ARCS)), int(random.integers(-1, 4))
+        goal = None if away < 0 or p + away >= ARCS else p + away
+        memories = {
+            int(q): float(random.uniform(8e-3, 40e-3))
+            for q in random.choice(
+                np.arange(max(p - 3, 0), min(p + 4, ARCS)), random.integers(0, 4), replace=False
+            )
+        }
+        weight = {q: d.suppression / d.race * np.exp(-0.5 * (q - p) ** 2) for q in memories}
+        charge = 0.0 if goal is None else d.goal * np.exp(-((goal - p) ** 2) / d.goal_sigma**2)
+        passive = d.share[p] / d.race
+        law = race_latency(passive, float(charge), [(t, float(weight[q])) for q, t in memories.items()])
+        if max([0.0, *memories.values()]) < law < d.inhibition:
+            break
+    return Case(law, *cell_latencies(chip, p, goal, memories))
+
+
+def rows(found: dict[str, list[Case]]) -> tuple[Row, ...]:
+    """Largest deviation from the closed form of model and transistors."""
+    made = []
+    for name, cases in found.items():
+        for what in ("model", "circuit"):
+            worst = max(abs(getattr(c, what) / c.law - 1.0) for c in cases)
+            made.append(
+                Row(f"equation_{name}_{what}_error", TOLERANCE, worst, "at most 2 % of the closed form",
+                    TOLERANCE, fitted=False, agrees=worst <= TOLERANCE)
+            )  # fmt: skip
+    return tuple(made)
+
+
+def _draw(found: dict[str, list[Case]], figure: Figure) -> None:
+    figure.set_size_inches(9.0, 4.2)
+    for (name, cases), ax in zip(found.items(), figure.subplots(1, 2), strict=True):
+        law = 1e3 * np.array([c.law for c in cases])
+        for what, colour, mark in (("circuit", COLOURS[1], "o"), ("model", COLOURS[0], "+")):
+            off = [100.0 * (getattr(c, what) / c.law - 1.0) for c in cases]
+            ax.plot(law, off, marker=mark, color=colour, linestyle="", label=what)
+        ax.axhline(0.0, color=INK, linewidth=0.6)
+        ax.set_xlabel(f"latency of equation ({name}) (ms)")
+        ax.set_ylabel("deviation (%)")
+        ax.legend(fontsize=8)
+
+
+EXPERIMENT = Experiment(
+    "latency-equations", "(9) and (10): transistors, chip's model, closed form", reproduce
+)

@@ -1,0 +1,59 @@
+"""Figure 11A of Wen & Horiuchi 2022: avoided obstacles against the number of obstacles, 500 to 1,700.
+
+The paper: performance rises as density falls, approaching infinity. Rules: of each two neighbouring numbers
+the larger has significantly fewer avoided obstacles a collision (p < 0.05); and "steeply" (ours): at 1,700 at
+most a tenth of those at 500, the intervals apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+from matplotlib.figure import Figure
+
+from system.experiment import Experiment, Progress, Report, Row
+from system.forest.campaign import Case, Limits, Tally, fly_case
+from system.forest.sweep import LIMITS, differs_row, draw_means, line
+
+NUMBERS = (500, 700, 900, 1100, 1300, 1500, 1700)
+STEEP = 10.0  # times; ours
+
+
+def reproduce(progress: Progress, numbers: Sequence[int] = NUMBERS, limits: Limits = LIMITS) -> Report:
+    """Fly through forests of all densities."""
+    found: dict[int, Tally] = {}
+    for done, obstacles in enumerate(numbers):
+        found[obstacles] = fly_case(Case(obstacles=obstacles), limits)
+        progress((done + 1) / len(numbers))
+    notes = tuple(f"{n} obstacles: {line(tally)}" for n, tally in found.items())
+    return Report(rows(found), lambda figure: _draw(found, figure), notes)
+
+
+def rows(found: Mapping[int, Tally]) -> tuple[Row, ...]:
+    """Neighbouring densities, and both ends."""
+    numbers = list(found)
+    falling = [
+        differs_row(f"{more}_obstacles", found[more], found[fewer], -1, f"{fewer} obstacles")
+        for fewer, more in pairwise(numbers)
+    ]
+    return (*falling, _steep(found[numbers[0]], found[numbers[-1]]))
+
+
+def _steep(few: Tally, many: Tally) -> Row:
+    least, most = few.mean.interval.low, many.mean.interval.high
+    # where no collision was met among few obstacles, the lower end of what they avoid has to do
+    ratio = (few.mean.value if few.collisions else least) / many.mean.value
+    agrees = ratio >= STEEP and least > most
+    rule = f"at least {STEEP:g} times, intervals apart"
+    return Row("fewest_over_most_obstacles", None, ratio, rule, STEEP, fitted=False, agrees=agrees)
+
+
+def _draw(found: Mapping[int, Tally], figure: Figure) -> None:
+    ax = figure.subplots()
+    draw_means([float(n) for n in found], list(found.values()), "ours", 0, ax)
+    ax.set_xlabel("obstacles in 50 x 50 m")
+    ax.set_ylabel("avoided obstacles a collision")
+
+
+EXPERIMENT = Experiment("wen2022-fig11a", "avoided obstacles against density", reproduce)

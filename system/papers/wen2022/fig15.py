@@ -1,0 +1,141 @@
+"""Figure 15 of Wen & Horiuchi 2022: the robot in a corridor and two forests of pipes.
+
+The paper shows one collision-free run in each: pings mostly down the middle of the corridor, more to the
+side where it is cluttered. Here a forest and a start are drawn a run, from seeds that chose no number. Rules
+(ours): at least 90 % of 100 runs without a collision in each forest; a smaller share of side pings in the
+corridor than in either forest, the intervals of the means apart, and below a half, "mostly". The numbers were
+chosen, on other seeds, for few collisions and few side pings in the corridor: those rows count as fitted.
+
+Intervals: the exact one of a share; of a mean the bootstrap's. A run that was cut off by its number of
+pings is no collision; how many there were is a note. Some of the same seeds without soft pings, with exact
+ranges and with the ranging chip are notes too: they are no part of the figure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from system.car.picture import draw_robot
+from system.car.run import ENDS, Scenario, Trace, account, run, side_share
+from system.car.world import FORESTS
+from system.experiment import Experiment, Progress, Report, Row
+from system.study.statistics.interval import Estimate, mean_interval
+from system.study.statistics.share import Share
+
+RUNS, OTHER_RUNS = 100, 30  # in each forest: of the figure, and of each of the other ways
+FIRST_SEED = 1000  # those below chose the numbers
+LEAST, MOSTLY = 0.9, 0.5
+NAMES = {"corridor": "15A", "open": "15B", "dense": "15C"}
+CASES: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("without soft pings", {"soft_pings": False}),
+    ("exact ranges", {"ranges": "exact"}),
+    ("ranging chip, nominal die", {"ranges": "chip"}),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Runs of one kind in one forest: how many ended how, share of side pings of each, and the first run."""
+
+    ends: Mapping[str, int]
+    side: NDArray[np.float64]
+    first: Trace
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.side)
+
+    @property
+    def free(self) -> Share:
+        """Share without a collision."""
+        return Share(self.runs - self.ends["collided"], self.runs)
+
+    @property
+    def side_share(self) -> Estimate:
+        """Mean share of the pings that did not go straight ahead."""
+        return Estimate(float(self.side.mean()), mean_interval(self.side, np.random.default_rng(0)))
+
+
+def drive_all(forest: str, runs: int, first: int = FIRST_SEED, **options: Any) -> Found:
+    """Drive through a forest with as many seeds; `options` are fields of the scenario."""
+    traces = [run(Scenario(forest=forest, seed=first + k, **options)) for k in range(runs)]
+    ends = {name: sum(t.drive.ended == name for t in traces) for name in ENDS}
+    return Found(ends, np.array([side_share(t.drive) for t in traces]), traces[0])
+
+
+def reproduce(progress: Progress, runs: int = RUNS) -> Report:
+    """Drive through all forests, then again in other ways."""
+    steps = len(FORESTS) * (1 + len(CASES))
+    found: dict[str, Found] = {}
+    for done, forest in enumerate(FORESTS):
+        found[forest] = drive_all(forest, runs)
+        progress((done + 1) / steps)
+    notes = [note(forest, "flight", each) for forest, each in found.items()]
+    for name, options in CASES:
+        for forest in FORESTS:
+            notes.append(note(forest, name, drive_all(forest, min(runs, OTHER_RUNS), **options)))
+            progress(len(notes) / steps)
+    return Report(rows(found), lambda figure: _draw(found, figure), tuple(notes))
+
+
+def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+    """Collision-free shares, and where it pings to the side."""
+    free = [
+        Row(
+            f"{forest}_collision_free", None, each.free.value, f"at least {100.0 * LEAST:g} %", LEAST,
+            fitted=True, agrees=each.free.value >= LEAST,
+        )
+        for forest, each in found.items()
+    ]  # fmt: skip
+    corridor = found["corridor"].side_share
+    mostly = Row(
+        "corridor_side_pings", "few", corridor.value, f"below {MOSTLY:g}", MOSTLY, fitted=True,
+        agrees=corridor.value < MOSTLY,
+    )  # fmt: skip
+    more = [
+        Row(
+            f"{forest}_side_pings", "more", found[forest].side_share.value,
+            "above the corridor's, intervals apart", None, fitted=False,
+            agrees=found[forest].side_share.interval.low > corridor.interval.high,
+        )
+        for forest in FORESTS[1:]
+    ]  # fmt: skip
+    return (*free, mostly, *more)
+
+
+def note(forest: str, name: str, found: Found) -> str:
+    """A line of what was found."""
+    free, side = found.free, found.side_share
+    ends = ", ".join(f"{n} {end}" for end, n in found.ends.items() if n)
+    return (
+        f"{forest}, {name}: {free} free of collisions ({ends}); side pings {side.value:.2f}"
+        f" [{_shown(side.interval.low)}, {_shown(side.interval.high)}]"
+    )
+
+
+def _shown(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "-"
+
+
+def _draw(found: Mapping[str, Found], figure: Figure) -> None:
+    figure.set_size_inches(12.0, 4.6)
+    for ax, (forest, each) in zip(figure.subplots(1, len(found)), found.items(), strict=True):
+        t = each.first
+        said = account(t)
+        zone = t.scenario.robot.zone
+        draw_robot(t.forest, t.arcs, t.path, t.drive.log, zone, ax, succeeded=said.succeeded)
+        title = f"{NAMES[forest]}, {forest}: {100.0 * each.side[0]:.0f} % side pings"
+        ax.set_title(f"{title}\n{said.headline}", fontsize=9)
+    handles = {h.get_label(): h for ax in figure.axes for h in ax.get_legend_handles_labels()[0]}
+    figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=7, fontsize=8)
+
+
+EXPERIMENT = Experiment("wen2022-fig15", "the sonar robot in three forests of pipes", reproduce)

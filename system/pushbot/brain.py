@@ -1,0 +1,188 @@
+"""Which network is on the Pushbot's chip, on which die, with which biases."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.ranging.noise import SiliconNoise
+from chips.rolls.chip import Inputs, RollsChip
+from chips.rolls.program.bias_file import BiasTable
+from chips.rolls.program.network import Network, network_program
+from chips.rolls.program.population import Population, all_to_all, neural_field
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.pushbot.body import Pushbot
+from system.pushbot.drive import Glance
+from system.pushbot.frame import Frame, Relay, ring_chip
+from system.pushbot.loop import Brain
+from system.pushbot.network.biases import LEVELS, STEP, modified_biases, pushbot_biases
+from system.pushbot.network.calibration import calibrate_pushbot, dropped, without
+from system.pushbot.network.modified import field_network, modified_network
+from system.pushbot.network.modified_calibration import calibrate_modified
+from system.pushbot.network.plain import PushbotLayout
+from system.pushbot.wiring import fan_out, merged
+
+F64 = NDArray[np.float64]
+
+GYRO_ANGLE = 2e-3  # rad an event: 500 events a second at 1 rad/s; ours
+RELAYS = (254, 255)  # neurons whose synapses take a second chip's spikes; they are in no population
+SECOND = "-second"  # behind the lot's name, of the second chip's silicon
+STRONG = 4  # level
+CALIBRATIONS = 128  # dies whose codes are kept
+FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the field gets events
+
+
+@dataclass(frozen=True, slots=True)
+class Architecture:
+    """Plain or modified; whether the target field gets events; neurons of exc, 8 or 16 by the sources.
+
+    frame: whether the field drives through a second chip that keeps its orientation; raised: whether lateral
+    weights are raised while the target is lost from view. Both are of the plain network only.
+    """
+
+    modified: bool = False
+    target: bool = False
+    exc: int = 16
+    frame: bool = False
+    raised: bool = False
+
+    def __post_init__(self) -> None:
+        for name, given in (("--frame", self.frame), ("--raise-lateral", self.raised)):
+            if given and self.modified:
+                raise ParameterError(f"{name}: with --modified, must be without; its chip is full")
+            if given and not self.target:
+                raise ParameterError(f"{name}: without a target, must have one; give --target")
+
+
+def brain_of(
+    architecture: Architecture, die: Die = NOMINAL, temperature_c: float = 27.0, kind: BiasKind = "generator",
+    *, calibrated: bool = True, noise: SiliconNoise | None = None,
+) -> Brain:  # fmt: skip
+    """A chip with an architecture, with the codes and neurons of its die's calibration at 27 degC.
+
+    calibrated: otherwise with one table for all dies; the nominal die has that table in either case.
+    noise: of the devices of every chip. Raises `ParameterError` for a network that the chip has no room for.
+    """
+    layout, table = PushbotLayout(exc=architecture.exc), pushbot_biases()
+    whole, codes_of = field_network(layout, LEVELS), calibration_of
+    if architecture.modified:
+        table = modified_biases(table)
+        whole, codes_of = modified_network(LEVELS, table, layout), modified_calibration_of
+    biases, gone = codes_of(layout, die, kind) if calibrated and die != NOMINAL else (table, frozenset())
+    network = without(whole, gone)
+    if architecture.frame:
+        network = with_relays(network)
+    silicon = Silicon(ROLLS_180, temperature_c, die)
+    chip = RollsChip(network_program(network, biases), silicon, kind, step=STEP, noise=noise)
+    if not architecture.modified:
+        strong, frame = None, None
+        if architecture.raised:
+            raised = network_program(strengthened(network), biases)
+            strong = RollsChip(raised, silicon, kind, step=STEP, noise=noise)
+        if architecture.frame:
+            second = ring_chip(replace(silicon, die=replace(die, lot=f"{die.lot}{SECOND}")), kind, noise)
+
+            def frame() -> Frame:
+                return Frame(second, relay_of(network), second.at_rest())
+
+        return Brain(
+            network,
+            chip,
+            target=architecture.target,
+            synapses=LEVELS.dvs_synapses,
+            strong=strong,
+            frame=frame,
+        )
+    synapses = LEVELS.dvs_synapses
+
+    def turning() -> GyroInputs:
+        return GyroInputs(network, synapses)
+
+    return Brain(network, chip, "graded", architecture.target, synapses, turning)
+
+
+def with_relays(network: Network) -> Network:
+    """The network whose field drives nothing; synapses of two idle neurons take a second chip's spikes."""
+    kept = tuple(p for p in network.projections if not p.source.name.startswith("target["))
+    left, right = Population("relay_left", (RELAYS[0],)), Population("relay_right", (RELAYS[1],))
+    level = LEVELS.target_to_drive
+    relays = all_to_all(left, network["DL"], level), all_to_all(right, network["DR"], level)
+    return replace(network, populations=(*network.populations, left, right), projections=(*kept, *relays))
+
+
+def relay_of(network: Network) -> Relay:
+    """Where the second chip's spikes go in a network with relays."""
+    drives = network["DL"].neurons, network["DR"].neurons
+    return Relay(*drives, *RELAYS, network["target"].neurons)
+
+
+def strengthened(network: Network) -> Network:
+    """The network with the strongest exciting level between neighbours of the field."""
+    field = network["target"]
+    near = (STRONG,) * len(LEVELS.field_near)
+    others = tuple(p for p in network.projections if (p.source.name, p.target.name) != (field.name,) * 2)
+    return replace(network, projections=(*others, neural_field(field, near, LEVELS.field_far)))
+
+
+@lru_cache(maxsize=CALIBRATIONS)
+def calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[BiasTable, frozenset[int]]:
+    """Codes of a die for the plain network, and neurons to leave out; the same at every temperature."""
+    found = calibrate_pushbot(
+        field_network(layout, LEVELS), pushbot_biases(), Silicon(ROLLS_180, die=die), kind
+    )
+    return found.biases, dropped(found)
+
+
+@lru_cache(maxsize=CALIBRATIONS)
+def modified_calibration_of(
+    layout: PushbotLayout, die: Die, kind: BiasKind
+) -> tuple[BiasTable, frozenset[int]]:
+    """Codes of a die for the modified network, searched from the plain one's, and neurons to leave out."""
+    plain, _ = calibration_of(layout, die, kind)
+    network = modified_network(LEVELS, modified_biases(pushbot_biases()), layout)
+    found = calibrate_modified(network, plain, Silicon(ROLLS_180, die=die), kind)
+    return found.biases, dropped(found)
+
+
+@dataclass(slots=True, eq=False)
+class GyroInputs:
+    """Events of the gyro: one a GYRO_ANGLE that the robot has turned, to all neurons of its side.
+
+    angle: turned since the last event, rad, left is positive; rate: the last sample, rad/s.
+    """
+
+    network: Network
+    synapses: int
+    angle: float = 0.0
+    rate: float = 0.0
+
+    def __call__(self, glance: Glance, begin: float, end: float) -> Inputs:
+        """Inputs from `begin` to `end` s; the rate is held between samples."""
+        times = [begin, *glance.gyro[:, 0].tolist(), end]
+        rates = [self.rate, *glance.gyro[:, 1].tolist()]
+        found: dict[str, list[float]] = {"GL": [], "GR": []}
+        for start, stop, rate in zip(times[:-1], times[1:], rates, strict=True):
+            self.rate = rate
+            if stop > start:
+                self._turn(start, stop, rate, found)
+        return merged([self._to(name, np.array(sent)) for name, sent in found.items()])
+
+    def _turn(self, start: float, stop: float, rate: float, found: dict[str, list[float]]) -> None:
+        self.angle += rate * (stop - start)
+        count = int(abs(self.angle) / GYRO_ANGLE)
+        side = "GL" if self.angle > 0.0 else "GR"
+        self.angle -= math.copysign(count * GYRO_ANGLE, self.angle)
+        found[side] += [start + (stop - start) * (k + 0.5) / count for k in range(count)]
+
+    def _to(self, name: str, times: F64) -> Inputs:
+        neurons = np.array(self.network[name].neurons)
+        times = times + Pushbot().latency
+        return fan_out(np.repeat(times, neurons.size), np.tile(neurons, times.size), self.synapses)

@@ -1,0 +1,198 @@
+"""The Pushbot's closed loop: sensor -> chip -> commands -> robot -> sensor (Milde et al. 2017, section 2).
+
+    loop = open_loop(brain, drive, readout)
+    while loop.drive.touched is None and loop.drive.time < 8.0:
+        step(loop)                          one look: events in, spikes out, a command where one is due
+
+Sensor and chip go on in turn for a look. Events reach the chip at the times at which they arrive over the
+link, so chip and robot only wait for one another where a command leaves. The chip's time begins KICK_TIME
+before the robot's: it is started by a pulse to exc, while the robot stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.rolls.chip import NO_INPUTS, ChipState, Inputs, RollsChip, Spikes
+from chips.rolls.program.network import Network
+from system.pushbot.drive import Glance, Run, go_on, pull, steer
+from system.pushbot.frame import Frame
+from system.pushbot.readout import LOOK, OUTPUTS, Counter, Readout, read
+from system.pushbot.wiring import COLUMNS, HALF_ROWS, Wiring, kick, merged, obstacle_inputs, target_inputs
+from system.worlds.camera.event import Events, joined
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Temperature = Callable[[float], float] | float | None
+
+Turning = Callable[[Glance, float, float], Inputs]
+
+KICK_TIME = 0.1  # s, that the chip runs before the robot; ours
+BESIDE, LEAST = 4.0, 15  # columns beside a bump, and events of a look in these that show a target; ours
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Brain:
+    """A chip with the network on it, and how the sensor is wired to it.
+
+    target: whether the upper half of the sensor reaches the target field; synapses: virtual ones an event;
+    turning: makes what turns a glance from one time to another (s) into further inputs, of the modified
+    architecture's gyro; None for none. strong: the chip with raised lateral weights in its field, which runs
+    while the target is lost from view; frame: makes a second chip, which hears the field and drives.
+    """
+
+    network: Network
+    chip: RollsChip
+    wiring: Wiring = "plain"
+    target: bool = False
+    synapses: int = 4
+    turning: Callable[[], Turning] | None = None
+    strong: RollsChip | None = None
+    frame: Callable[[], Frame] | None = None
+
+
+@dataclass(slots=True, eq=False)
+class Record:
+    """What a loop keeps: spikes (s of the robot's time, neurons), events, commands, counts of loss.
+
+    held: filters times steps in which a filter of the chip stayed at the end of its table; raised: s with
+    raised lateral weights; frame_spikes: of a second chip.
+    """
+
+    times: list[F64] = field(default_factory=list)
+    neurons: list[I64] = field(default_factory=list)
+    events: list[Events] = field(default_factory=list)
+    commands: list[tuple[float, float, float]] = field(default_factory=list)
+    inputs: int = 0
+    lost_in: int = 0
+    lost_out: int = 0
+    held: int = 0
+    raised: float = 0.0
+    frame_spikes: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class Loop:
+    """State of a closed loop; `temperature` of the chip (degC), or a function of the robot's time."""
+
+    brain: Brain
+    drive: Run
+    readout: Readout
+    state: ChipState
+    groups: I64
+    sizes: F64
+    temperature: Temperature = None
+    turning: Turning | None = None
+    frame: Frame | None = None
+    heard: Inputs = NO_INPUTS
+    lost: bool = False
+    counter: Counter = field(default_factory=Counter)
+    record: Record = field(default_factory=Record)
+
+
+def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperature = None) -> Loop:
+    """A robot at its start, exc running."""
+    groups = np.full(256, -1, dtype=np.int64)
+    for k, name in enumerate(OUTPUTS):
+        groups[list(brain.network[name].neurons)] = k
+    sizes = np.array([len(brain.network[name]) for name in OUTPUTS], dtype=np.float64)
+    turning = None if brain.turning is None else brain.turning()
+    loop = Loop(brain, drive, readout, brain.chip.at_rest(), groups, sizes, temperature, turning)
+    _, loop.state = brain.chip.run(loop.state, KICK_TIME, kick(brain.network, brain.synapses), _at(loop, 0.0))
+    if brain.frame is not None:
+        loop.frame = brain.frame()
+        _, loop.frame.state = loop.frame.chip.run(loop.frame.state, KICK_TIME)
+    return loop
+
+
+def step(loop: Loop) -> None:
+    """One look, or less where the robot touches something."""
+    before, look = loop.drive.time, loop.readout.look
+    glance = go_on(loop.drive, look)
+    inputs = _inputs(loop, glance, before)
+    strong = loop.brain.strong if loop.lost else None
+    chip = loop.brain.chip if strong is None else strong
+    loop.record.raised += 0.0 if strong is None else look
+    spikes, loop.state = chip.run(loop.state, look, inputs, _at(loop, before))
+    _keep(loop, glance, inputs, spikes)
+    loop.lost = loop.brain.strong is not None and is_lost(loop.brain.network, glance.events, spikes)
+    if loop.frame is not None:
+        loop.frame.follow(glance, before, loop.drive.time)
+        found = loop.frame.look(spikes, look)
+        loop.record.frame_spikes = loop.frame.spikes
+        loop.heard = replace(found, times=found.times + look)
+    chosen = loop.groups[spikes.neurons]
+    counts = np.bincount(chosen[chosen >= 0], minlength=len(OUTPUTS)) / loop.sizes
+    command = read(loop.readout, loop.counter, counts)
+    if command is not None and loop.drive.touched is None:
+        (pull if loop.readout.kind == "spikes" else steer)(loop.drive, *command)
+        loop.record.commands.append((loop.drive.time, *command))
+
+
+def _inputs(loop: Loop, glance: Glance, before: float) -> Inputs:
+    """Inputs of the chip from a glance, in the chip's time."""
+    brain = loop.brain
+    parts = [obstacle_inputs(brain.network, glance.events, brain.wiring, brain.synapses)]
+    if brain.target:
+        parts.append(target_inputs(brain.network, glance.events, brain.synapses))
+    if loop.turning is not None:
+        parts.append(loop.turning(glance, before, loop.drive.time))
+    # in the chip's time, which is KICK_TIME later
+    parts.append(replace(loop.heard, times=loop.heard.times - KICK_TIME))
+    found = merged(parts)
+    # an event of the very end of the last look may be a rounding before the chip's time
+    return replace(found, times=np.maximum(found.times + KICK_TIME, loop.state.time))
+
+
+def is_lost(network: Network, events: Events, spikes: Spikes) -> bool:
+    """Whether few events come from where the target field has its bump, or it has none."""
+    neurons = np.array(network["target"].neurons)
+    mine = spikes.neurons[np.isin(spikes.neurons, neurons)]
+    if mine.size == 0:
+        return True
+    column = (np.median(mine) - neurons[0] + 0.5) * COLUMNS / neurons.size
+    upper = events.where(events.y >= HALF_ROWS)
+    return int((np.abs(upper.x + 0.5 - column) <= BESIDE).sum()) < LEAST
+
+
+def _at(loop: Loop, time: float) -> float | None:
+    """Temperature of the chip from `time` of the robot on, degC."""
+    return loop.temperature(time) if callable(loop.temperature) else loop.temperature
+
+
+def _keep(loop: Loop, glance: Glance, inputs: Inputs, spikes: Spikes) -> None:
+    record = loop.record
+    record.times.append(spikes.times - KICK_TIME)
+    record.neurons.append(spikes.neurons)
+    record.events.append(glance.events)
+    record.inputs += inputs.times.size
+    record.lost_in += spikes.lost_in
+    record.lost_out += spikes.lost_out
+    record.held += spikes.held
+
+
+def all_spikes(record: Record) -> tuple[F64, I64]:
+    """Times (s) and neurons of all spikes."""
+    if not record.times:
+        return np.empty(0), np.empty(0, dtype=np.int64)
+    return np.concatenate(record.times), np.concatenate(record.neurons)
+
+
+def all_events(record: Record) -> Events:
+    """All events that reached the chip's side of the link."""
+    return joined(record.events)
+
+
+def rates(network: Network, record: Record, stop: float, bins: float = LOOK) -> tuple[F64, dict[str, F64]]:
+    """Mean rate (Hz a neuron) of every population in bins of `bins` s up to `stop`; ends of the bins, s."""
+    edges = bins * np.arange(round(stop / bins) + 1)
+    times, neurons = all_spikes(record)
+    found = {}
+    for population in network.populations:
+        mine = times[np.isin(neurons, population.neurons)]
+        found[population.name] = np.histogram(mine, edges)[0] / (bins * len(population))
+    return np.asarray(edges[1:], dtype=np.float64), found

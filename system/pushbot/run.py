@@ -1,0 +1,353 @@
+"""Pushbot: a robot with a dynamic vision sensor, steered by a network on the ROLLS chip (Milde et al. 2017).
+
+scene -> sensor -> link, which drops most events -> obstacle populations and target field of a chip ->
+drives and speed -> commands by equations (1) and (2) -> robot. Sensor and chip are of the same die's number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.ranging.noise import SiliconNoise
+from chips.rolls import circuit as rolls_circuit
+from circuits.circuit import BiasKind, Circuit
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from system.options.block import describe_run
+from system.options.noise import Noisy, check_noise, silicon_noise
+from system.options.reader import (
+    Readers,
+    metres,
+    number,
+    read_route,
+    read_texts,
+    seconds,
+    switch,
+    whole,
+    words,
+)
+from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
+from system.pushbot.brain import FIELD_SCENES, Architecture, brain_of
+from system.pushbot.course import Course, course_of, passage
+from system.pushbot.drive import Run, begin_run
+from system.pushbot.loop import Brain, Record, all_spikes, open_loop, rates, step
+from system.pushbot.network.power import activity_power
+from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
+from system.pushbot.readout import Kind as ReadoutKind
+from system.pushbot.run_picture import draw_run
+from system.scenario import scenario_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.worlds.arena.file import load_scene
+from system.worlds.arena.geometry import clearance
+from system.worlds.arena.scene import Scene, recoloured
+from system.worlds.standing import share_standing
+
+F64 = NDArray[np.float64]
+
+DEFAULT_SCENE = "single-block"
+TURN_FACTOR = 0.5  # the only one that the paper names with 0.35 m/s: Table 1, sections 3.5 and 3.7
+MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are short; ours
+FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
+MARGIN = 12.0  # s, that a run may take beyond twice the straight way to the line; ours
+BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
+LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
+NEAR, EVERY = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
+RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
+SUCCESS = (
+    "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot it"
+    f" comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of its time"
+    " at most"
+)
+SUMMARY = (
+    "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m",
+    "mean_speed_m_per_s", "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW",
+    "events", "lost_events", "lost_inputs", "lost_spikes", "held",
+    "raised_s", "frame_spikes",
+)  # fmt: skip
+
+QUANTITIES: Readers = {
+    "speed_factor": number, "turn_factor": number, "window": seconds, "dropped": number, "duration": seconds,
+    "way": metres,
+}  # fmt: skip
+STUDIED: Readers = {
+    **QUANTITIES, "scene": words, "readout": words, "modified": switch, "colour": words, "light": words,
+    "target": switch, "exc": whole, "calibrated": switch, "frame": switch, "raise_lateral": switch,
+    "silicon_noise": words,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a Pushbot is asked to do.
+
+    scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
+    window, readout: of equations (1) and (2), s; turn factor and window None for those of the architecture;
+    target: whether the field gets events, None where the scene has a target; temperature_c: of the run
+    (degC); calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
+    raise_lateral: see `Architecture`; duration: s, None for the scene's; way: m after which the run ends too,
+    None for no such end; silicon_noise: of its devices, and its seed, None for `seed`, which is also that of
+    the scene and the sensor.
+    """
+
+    scene: str = DEFAULT_SCENE
+    speed_factor: float = 0.5
+    turn_factor: float | None = None
+    window: float | None = None
+    readout: ReadoutKind = "sliding"
+    modified: bool = False
+    dropped: float = 0.8
+    colour: str | None = None
+    light: str | None = None
+    target: bool | None = None
+    duration: float | None = None
+    way: float | None = None
+    exc: int = 16
+    seed: int = 0
+    die: Die = NOMINAL
+    temperature_c: float = 27.0
+    bias_kind: BiasKind = "generator"
+    calibrated: bool = True
+    frame: bool = False
+    raise_lateral: bool = False
+    silicon_noise: Noisy = "off"
+    noise_seed: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.duration is not None and not self.duration > 0.0:
+            raise ParameterError(f"--duration: {self.duration:g} s, must be > 0")
+        if self.way is not None and not self.way > 0.0:
+            raise ParameterError(f"--way: {self.way:g} m, must be > 0")
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        check_noise(self.silicon_noise, self.noise_seed)
+
+    def device_noise(self) -> SiliconNoise | None:
+        """Noise of the chips' devices."""
+        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
+
+    def read(self) -> Readout:
+        """How spikes become commands."""
+        usual = DIRECT if self.readout == "spikes" else (LOOK if self.modified else REFERENCE)
+        window = self.window if self.window is not None else usual
+        turn = MODIFIED_TURN_FACTOR if self.modified else TURN_FACTOR
+        turn = self.turn_factor if self.turn_factor is not None else turn
+        return Readout(Factors(self.speed_factor, turn), window, self.readout)
+
+    def architecture(self) -> Architecture:
+        """What is on the chip."""
+        target = self.target if self.target is not None else self.scene in FIELD_SCENES
+        return Architecture(self.modified, target, self.exc, self.frame, self.raise_lateral)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A run: world and robot at its end, what the chip did, the line of its obstacles, and why it ended."""
+
+    scenario: Scenario
+    scene: Scene
+    brain: Brain
+    drive: Run
+    record: Record
+    course: Course | None
+    reason: str
+
+
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+    """Drive until the robot touches something, has passed the obstacles, or time or way are over.
+
+    Raises `ParameterError` for a speed or turn factor that is not above 0, a network that the chip has no
+    room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
+    """
+    readout, scene = scenario.read(), scene_of(scenario)
+    return run_with(make_brain(scenario), scenario, scene, readout, progress)
+
+
+def make_brain(scenario: Scenario) -> Brain:
+    """The chip that a scenario asks for."""
+    return brain_of(
+        scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind,
+        calibrated=scenario.calibrated, noise=scenario.device_noise(),
+    )  # fmt: skip
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """The scene in its light and colour; the scenario's seed is of what is scattered."""
+    scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
+    return scene if scenario.colour is None else recoloured(scene, scenario.colour)
+
+
+def run_with(
+    brain: Brain, scenario: Scenario, scene: Scene, readout: Readout,
+    progress: Callable[[float], None] | None = None,
+) -> Trace:  # fmt: skip
+    """Drive with a chip that is there."""
+    robot = Pushbot(dropped=scenario.dropped)
+    drive = begin_run(scene, seed=scenario.seed, die=scenario.die, robot=robot)
+    course = course_of(scene)
+    duration = scenario.duration if scenario.duration is not None else scene.duration
+    if duration is None:
+        duration = _time_for(course, readout.factors, robot)
+    loop = open_loop(brain, drive, readout)
+    way = math.inf if scenario.way is None else scenario.way
+    while drive.touched is None and drive.time < duration - 1e-9 and drive.way < way:
+        step(loop)
+        if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
+            break
+        if progress is not None:
+            progress(min(max(drive.time / duration, drive.way / way), 1.0))
+    reason = _reason(drive, course, way, duration)
+    return Trace(scenario, scene, brain, drive, loop.record, course, reason)
+
+
+def _reason(drive: Run, course: Course | None, way: float, duration: float) -> str:
+    """Why a run ended."""
+    if drive.touched is not None:
+        return f"touched {drive.touched}"
+    if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
+        return "passed the line of its obstacles"
+    if drive.way >= way:
+        return f"way of {way:g} m driven"
+    return f"time of {duration:g} s over"
+
+
+def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
+    if course is None:
+        return FREE_RUN
+    speed = min(SPEED_OF_FACTOR * factors.speed, robot.top_speed)
+    return math.ceil(2.0 * course.distance / speed + MARGIN)
+
+
+def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario, whose quantities may be texts. Raises `ParameterError`."""
+    return read_texts(options, QUANTITIES)
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a run: `distance_cm` at the obstacle line, 0 after a collision, None where not crossed."""
+    path = np.array(trace.drive.path)
+    time = float(path[-1, 0])
+    collided = trace.drive.touched is not None
+    found = None if trace.course is None else passage(trace.course, trace.drive.obstacles, path)
+    distance = None if found is None else found.distance
+    _, mean = rates(trace.brain.network, trace.record, max(time, 0.05))
+    _, neurons = all_spikes(trace.record)
+    return {
+        "collided": float(collided),
+        "crossed": float(found is not None and found.crossed),
+        "between": float(found is not None and found.between),
+        "distance_cm": 0.0 if collided and found is not None else _cm(distance),
+        "closest_cm": None if found is None else _cm(found.closest),
+        "passed": None if found is None or found.side is None else float(found.side),
+        "time_s": time,
+        "path_m": trace.drive.way,
+        "mean_speed_m_per_s": trace.drive.way / max(time, 1e-9),
+        **{f"rate_{name}_Hz": float(mean[name].mean()) for name in ("OL", "OR", "DL", "DR", "sp")},
+        "power_mW": 1e3 * activity_power(trace.brain.chip, neurons, trace.record.inputs, max(time, 0.05)),
+        "events": float(sum(len(e) for e in trace.record.events)),
+        "lost_events": float(trace.drive.lost),
+        "lost_inputs": float(trace.record.lost_in),
+        "lost_spikes": float(trace.record.lost_out),
+        "held": float(trace.record.held),
+        "raised_s": trace.record.raised,
+        "frame_spikes": float(trace.record.frame_spikes),
+    }
+
+
+def account(trace: Trace) -> Account:
+    """What a run says of itself."""
+    s, drive = trace.scenario, trace.drive
+    standing = stood(np.array(drive.path))
+    return Account(
+        succeeded=drive.touched is None and _gets_there(trace, standing),
+        reason=trace.reason,
+        ran_on={
+            "modified": s.modified,
+            "readout": s.readout,
+            "calibrated": s.calibrated,
+            "frame": s.frame,
+            "raise_lateral": s.raise_lateral,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        },
+        distance_m=drive.way,
+        standing_share=standing,
+        cautions=trace.brain.chip.cautions(),
+    )
+
+
+def _gets_there(trace: Trace, standing: float) -> bool:
+    """Whether a robot that touched nothing did what its scene asks for."""
+    drive, course = trace.drive, trace.course
+    if course is not None:
+        return any(course.ahead((x, y, h)) >= course.distance for _, x, y, h in drive.path)
+    if any(body.name.startswith("robot") for body in trace.scene.bodies):
+        looks = drive.path[::EVERY]
+        return any(clearance(drive.obstacles, (x, y, h), t, "robot") <= NEAR for t, x, y, h in looks)
+    return standing <= RESTS
+
+
+def stood(path: F64) -> float:
+    """Share of the time in which a path, float64[n, 4] of s, m, m, rad, is slower than STANDS."""
+    return share_standing(path, STANDS, LOOK_STEPS)
+
+
+def _cm(metres: float | None) -> float | None:
+    return None if metres is None or not math.isfinite(metres) else 100.0 * metres
+
+
+@dataclass(frozen=True, slots=True)
+class PushbotSystem:
+    """The system as the command line sees it."""
+
+    name: str = "pushbot"
+    summary: str = "robot with an event camera that a network on the ROLLS chip steers round obstacles"
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, "collided", "crossed", "between")
+    study_metrics: tuple[str, ...] = ("collided", "distance_cm")  # unless others are asked for
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options)
+
+    def study_options(
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario: the default scene unless asked; the chip's model is behavioural."""
+        if level != "behavioural":
+            raise ParameterError("--level: the robot's chip is a behavioural model; leave it out")
+        fields = {"bias_kind": bias_kind or "generator", **read_route(self.name, route, STUDIED)}
+        scenario = Scenario(**fields)
+        scenario.read()
+        scene_of(scenario)  # what is wrong with it is said before the study
+        return fields
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of: a row of the chip."""
+        return (rolls_circuit.row(),)
+
+    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run a scenario."""
+        return run(scenario, progress)
+
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
+
+    def draw(self, trace: Trace, figure: Figure) -> None:
+        """Fill a figure with a run."""
+        draw_run(trace.scene, trace.drive, trace.brain, trace.record, account(trace).headline, figure)
+
+
+SYSTEM = PushbotSystem()

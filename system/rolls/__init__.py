@@ -1,0 +1,1 @@
+"""ROLLS as a system: the rates of a die, all neurons driven alike."""

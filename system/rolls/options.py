@@ -1,0 +1,48 @@
+"""What the command line asks for on ROLLS: its bias file, and options that only blocks have."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from chips.rolls.program.bias_file import SHIPPED, BiasTable, read_biases, shipped_biases
+from circuits.errors import ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from circuits.units import parse_quantity
+from system.options.block import read_die
+from system.options.silicon import SiliconChoice
+
+NAME = "rolls"
+
+
+def bias_table(text: str | None) -> BiasTable:
+    """A shipped table by its name, else a file; the control software's unless given. Raises `DataError`."""
+    if text is None or text in SHIPPED:
+        return shipped_biases(text or SHIPPED[0])
+    return read_biases(Path(text))
+
+
+def silicon_of(choice: SiliconChoice) -> Silicon:
+    """Silicon of a whole chip; raises `ParameterError` for a place on another one, or a bad temperature."""
+    if choice.at is not None:
+        raise ParameterError(f"--at: {choice.at}, the chip stands by itself; leave it out")
+    celsius = parse_quantity(choice.temperature, "degC", "--temperature")
+    return Silicon(ROLLS_180, celsius, read_die(choice))
+
+
+def refuse_block_options(params: Collection[str], biases: Collection[str], bias_set: str | None) -> None:
+    """Raise `ParameterError` for options of blocks: the chip's biases are codes."""
+    for option, given in (
+        ("--param", bool(params)),
+        ("--bias", bool(biases)),
+        ("--bias-set", bool(bias_set)),
+    ):
+        if given:
+            raise ParameterError(f"{option}: rolls has its biases by code; give --bias-file FILE")
+
+
+def refuse_bias_file(block: str, bias_file: str | None) -> None:
+    """Raise `ParameterError` for a bias file of anything but the chip."""
+    if bias_file is not None:
+        raise ParameterError(f"--bias-file: {bias_file}, of rolls only; set biases of {block} by --bias")

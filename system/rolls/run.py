@@ -1,0 +1,233 @@
+"""ROLLS as a study sees it: the rates of its 256 neurons on a die, all driven alike.
+
+Every neuron gets regular events of one rate through one excitatory virtual synapse, each with a phase of its
+own that the seed draws, so that what differs between neurons is silicon. No neuron is connected to another,
+and I_dc is off, whatever the bias file says. Rates are counted from `SETTLING` to the end. A neuron is silent
+that does not fire at all, hot where it fires more than `HOT` times the median of those that fire, restless
+where it would fire without events.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.rolls.chip import NO_INPUTS, Inputs, RollsChip, Spikes
+from chips.rolls.circuit import chip
+from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
+from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
+from chips.rolls.program.program import Program, VirtualInput
+from circuits.circuit import BiasKind, Circuit
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.options.block import describe_run
+from system.options.noise import Noisy, silicon_noise
+from system.options.reader import In, Readers, read_route, read_texts, seconds, words
+from system.plot import COLOURS, INK
+from system.rolls.options import bias_table
+from system.scenario import scenario_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+
+F64 = NDArray[np.float64]
+
+INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
+SETTLING = 0.1  # s, before rates are counted; ours
+HOT = 2.0  # ours
+SHOWN = 0.5  # s, of the picture
+SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
+SUCCESS = (
+    "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
+    " without events no neuron fires"
+)
+STUDY_DURATION = 4.0  # s, unless asked
+STUDIED: Readers = {
+    "duration": seconds,
+    "bias_file": words,
+    "silicon_noise": words,
+    "input_rate": In("Hz"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of events and noise."""
+
+    bias_file: str | None = None
+    input_rate: float = INPUT_RATE
+    duration: float = 1.0
+    bias_kind: BiasKind = "gate"
+    die: Die = NOMINAL
+    temperature_c: float = 27.0
+    seed: int = 0
+    silicon_noise: Noisy = "off"
+
+    def __post_init__(self) -> None:
+        if not self.duration > SETTLING:
+            raise ParameterError(
+                f"--duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
+            )
+        if not self.input_rate >= 0.0:
+            raise ParameterError(f"--input-rate: {self.input_rate:g} Hz, must be >= 0; 0 is no input")
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        silicon_noise(self.silicon_noise, self.seed)
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A run: its spikes, the rate of each neuron, Hz, which fire without input, the chip's cautions."""
+
+    scenario: Scenario
+    spikes: Spikes
+    rates: F64
+    restless: NDArray[np.bool_]
+    cautions: tuple[str, ...] = ()
+
+
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+    """Put the die in its drive; raises `DataError` for a bias file that is none."""
+    s = scenario
+    neurons = tuple(range(NEURONS))
+    table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
+    program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
+    noise = silicon_noise(s.silicon_noise, s.seed)
+    on_die = RollsChip(program, Silicon(ROLLS_180, s.temperature_c, s.die), s.bias_kind, noise=noise)
+    spikes, _ = on_die.run(on_die.at_rest(), s.duration, events(s))
+    if progress is not None:
+        progress(1.0)
+    counted = spikes.neurons[spikes.times >= SETTLING]
+    rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
+    return Trace(s, spikes, rates, on_die.restless(), on_die.cautions())
+
+
+def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario, whose quantities may be texts. Raises `ParameterError`."""
+    return read_texts(options, STUDIED)
+
+
+def events(s: Scenario) -> Inputs:
+    """Regular events of every neuron, each with its own phase."""
+    draws = np.random.default_rng(s.seed)
+    phase = draws.uniform(0.0, 1.0, NEURONS)
+    count = int(s.input_rate * s.duration)
+    if count == 0:
+        return NO_INPUTS
+    times = (np.arange(count)[:, None] + phase[None, :]) / s.input_rate
+    neurons = np.tile(np.arange(NEURONS), (count, 1))
+    order = np.argsort(times, axis=None)
+    return Inputs(
+        times.ravel()[order], neurons.ravel()[order], np.full(times.size, VIRTUAL_EXCITATORY, np.int64)
+    )
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a run: rates in Hz, counts of neurons and events."""
+    rates = trace.rates
+    mean = float(rates.mean())
+    firing = rates[rates > 0.0]
+    hot = int((rates > HOT * np.median(firing)).sum()) if firing.size else 0
+    return {
+        "population_rate": mean,
+        "rate_cv": float(rates.std()) / mean if mean else None,
+        "silent": float((rates == 0.0).sum()),
+        "hot": float(hot),
+        "restless": float(trace.restless.sum()),
+        "events_lost": float(trace.spikes.lost_in),
+        "spikes_lost": float(trace.spikes.lost_out),
+    }
+
+
+def account(trace: Trace) -> Account:
+    """What a run says of itself."""
+    s, found = trace.scenario, summarise(trace)
+    driven = ("silent", "hot", "restless", "events_lost", "spikes_lost")
+    wrong = driven if s.input_rate else ("population_rate", "restless")
+    return Account(
+        succeeded=not any(found[name] for name in wrong),
+        reason=f"time of {s.duration:g} s over",
+        ran_on={
+            "bias_file": s.bias_file,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        },
+        cautions=trace.cautions,
+    )
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` with the spikes of the first half second, and the rate of each neuron."""
+    raster, beside = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
+    first = trace.spikes.times <= SHOWN
+    raster.plot(
+        trace.spikes.times[first], trace.spikes.neurons[first], color=INK, marker=".", markersize=1.0,
+        linestyle="",
+    )  # fmt: skip
+    raster.set_xlabel("time (s)")
+    raster.set_ylabel("neuron")
+    beside.barh(np.arange(NEURONS), trace.rates, 1.0, color=COLOURS[0])
+    beside.set_xlabel("rate (Hz)")
+    s = trace.scenario
+    figure.suptitle(
+        f"ROLLS, {s.die}, {s.temperature_c:g} °C, {s.input_rate:g} events/s a neuron"
+        f"\n{account(trace).headline}",
+        fontsize=10,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class RollsSystem:
+    """The system as the command line sees it."""
+
+    name: str = "rolls"
+    summary: str = "ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)"
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED,)
+    study_metrics: tuple[str, ...] = ("population_rate", "rate_cv", "silent", "hot")
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options)
+
+    def study_options(
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario; raises `ParameterError` for options of another system."""
+        if level != "behavioural":
+            raise ParameterError(f"--level: {level}, a whole chip must be behavioural; export a row of it")
+        given = read_route(self.name, route, STUDIED)
+        fields = {"duration": STUDY_DURATION, "bias_kind": bias_kind or "gate", **given}
+        if "bias_file" in given:
+            bias_table(given["bias_file"])  # what is wrong with it is said before the study
+        Scenario(**fields)
+        return fields
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of."""
+        return (chip(),)
+
+    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run a scenario."""
+        return run(scenario, progress)
+
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
+
+    def draw(self, trace: Trace, figure: Figure) -> None:
+        """Fill a figure with a run."""
+        draw(trace, figure)
+
+
+SYSTEM = RollsSystem()

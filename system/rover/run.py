@@ -1,0 +1,328 @@
+"""Rover: a robot that plans its way on a cost map by a wave of spikes, and drives it (Hwu et al. 2018).
+
+cost map -> axon delays of the cells -> wave from start to goal -> path -> GPS waypoints -> steering by
+bearing minus heading. The wave runs on ideal cells, whose delay is the cost, or on a chip, a die with its
+mismatch and temperature; conventional planners can take its place.
+
+With a learning rate the map is not known beforehand: every cell's delay begins at `prior`, each trip is
+planned on the delays as they stand, and after it the delay of each cell in which a fix lay moves towards
+the mean of the costs that were sensed there, by equation (5). A plan is judged on the true map.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from chips.wavefront.chip import ChipCells
+from circuits.blocks.wavefront import axon_delay
+from circuits.blocks.wavefront import cell as wavefront_cell
+from circuits.blocks.wavefront.axon_delay import UNIT
+from circuits.circuit import BiasKind, Circuit
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.silicon import Silicon
+from system.options.block import describe_run
+from system.options.noise import Noisy, silicon_noise
+from system.options.reader import Readers, number, read_route, read_texts, seconds, words
+from system.plot import INK
+from system.rover.body import Rover
+from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map, read_cell
+from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
+from system.rover.frechet import discrete_frechet
+from system.rover.online_map import OnlineMap, unknown_map
+from system.rover.picture import draw_map, draw_scale_bar, draw_ways
+from system.rover.planner import Plan, Planner, plan_path, planner_named
+from system.rover.wave_planner import ChipPlanner
+from system.scenario import scenario_of
+from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.worlds.standing import SLOW, evenly, share_standing
+
+I64 = NDArray[np.int64]
+
+DEFAULT_MAP = "map1-road-obstacles"
+ROOM_TEMPERATURE = 27.0  # degC
+CELLS = ("ideal", "chip")
+START, GOAL = (2, 10), (19, 10)  # the paper's first route
+QUANTITIES: Readers = {
+    "start": read_cell, "goal": read_cell, "unit": seconds, "learn": number, "prior": number,
+}  # fmt: skip
+STUDIED: Readers = {"map": words, "start": read_cell, "goal": read_cell, "unit": seconds}
+SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
+PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
+SUMMARY = (
+    "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
+    "distance_m", "interventions", "gps_outages", "arrived", "map_error",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a rover is asked to do.
+
+    map: name or file; start, goal: (row, column); planner: one of `PLANNERS`; cells: one of `CELLS`; need:
+    what the map's costs stand for; learn: rate of equation (5), None where the map is known; trips: how
+    often the way is planned and driven; posts: unmapped obstacles; sonar: whether the rover sees them.
+    """
+
+    map: str = DEFAULT_MAP
+    start: Cell = START
+    goal: Cell = GOAL
+    planner: str = "wave"
+    cells: str = "ideal"
+    need: str = "energy"
+    learn: float | None = None
+    prior: float = PRIOR
+    trips: int = 1
+    posts: bool = False
+    sonar: bool = False
+    seed: int = 0
+    die: Die = NOMINAL
+    temperature_c: float = ROOM_TEMPERATURE
+    bias_kind: BiasKind = "gate"
+    unit: float = UNIT
+    silicon_noise: Noisy = "off"
+    rover: Rover = field(default_factory=Rover)
+
+    def __post_init__(self) -> None:
+        if self.trips < 1:
+            raise ParameterError(f"--trips: {self.trips}, must be at least 1")
+        if self.seed < 0:
+            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        if self.cells == "ideal":
+            _refuse_silicon(self)
+        if not self.unit > 0.0:
+            raise ParameterError(f"--unit: {self.unit:g} s, must be > 0; the design has 100us")
+
+
+def _refuse_silicon(scenario: Scenario) -> None:
+    """Refuse what only a chip has."""
+    for option, value, usual in (
+        ("--die", scenario.die, NOMINAL),
+        ("--temperature", scenario.temperature_c, ROOM_TEMPERATURE),
+        ("--unit", scenario.unit, UNIT),
+        ("--bias-kind", scenario.bias_kind, "gate"),
+        ("--silicon-noise", scenario.silicon_noise, "off"),
+    ):
+        if value != usual:
+            raise no_silicon(option)
+
+
+def no_silicon(option: str) -> ParameterError:
+    """The error for an option of silicon where cells are ideal."""
+    return ParameterError(f"{option}: ideal cells have no silicon; add --cells chip, or leave it out")
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """One plan and its drive; `map_error`: mean error of the learnt delays after it, NaN where none are."""
+
+    plan: Plan
+    drive: Drive
+    map_error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A run: the map as the need sees it, and its trips."""
+
+    scenario: Scenario
+    cost_map: CostMap
+    trips: tuple[Trip, ...]
+
+
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+    """Plan and drive every trip."""
+    cost_map = for_need(load_map(scenario.map), scenario.need)
+    planner = planner_of(scenario, cost_map)
+    learnt = None
+    if scenario.learn is not None:
+        learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
+    trips = []
+    for k in range(scenario.trips):
+        if isinstance(planner, ChipPlanner):
+            planner = replace(planner, number=k)
+        trips.append(_trip(scenario, cost_map, planner, learnt, k))
+        if progress is not None:
+            progress((k + 1) / scenario.trips)
+    return Trace(scenario, cost_map, tuple(trips))
+
+
+def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario; cells (`ROW,COLUMN`) and quantities may be texts. Raises `ParameterError`."""
+    return read_texts(options, QUANTITIES)
+
+
+def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
+    """The planner that a scenario asks for.
+
+    Raises `UnknownNameError` for a planner, and `ParameterError` for cells, for a chip without a wave, and
+    for a map that has no codes on it.
+    """
+    planner = planner_named(scenario.planner)
+    if scenario.cells not in CELLS:
+        raise ParameterError(f"--cells: {scenario.cells}, must be {' or '.join(CELLS)}")
+    if scenario.cells == "ideal":
+        return planner
+    if scenario.planner != "wave":
+        raise ParameterError(
+            f"--cells: chip, must be ideal with --planner {scenario.planner}; a chip runs a wave"
+        )
+    check_codes(cost_map)
+    silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+    noise = silicon_noise(scenario.silicon_noise, scenario.seed)
+    return ChipPlanner(ChipCells(silicon, scenario.bias_kind, noise=noise), scenario.unit)
+
+
+def _trip(
+    scenario: Scenario, cost_map: CostMap, planner: Planner, learnt: OnlineMap | None, number: int
+) -> Trip:
+    """One trip, with noise of its own; what it sensed is learnt at its end."""
+    sensed: dict[Cell, list[int]] = {}
+
+    def on_what_is_known(costs: I64, start: Cell, goal: Cell) -> I64 | None:
+        return planner(costs if learnt is None else learnt.codes(), start, goal)
+
+    def sense(under: Cell, reckoned: Cell) -> None:
+        sensed.setdefault(reckoned, []).append(int(cost_map.costs[under]))
+
+    plan = plan_path(cost_map, scenario.start, scenario.goal, on_what_is_known)
+    posts = scatter_obstacles(cost_map, (scenario.seed,)) if scenario.posts else ()
+    avoid = turn_away(scenario.rover, posts) if scenario.sonar else None
+    key = scenario.seed, number
+    driven = drive(scenario.rover, cost_map, plan.path, key, posts, visit=sense, avoid=avoid)
+    if learnt is None:
+        return Trip(plan, driven, math.nan)
+    for cell, costs in sensed.items():
+        learnt.learn(cell, sum(costs) / len(costs))
+    return Trip(plan, driven, learnt.error(cost_map.costs))
+
+
+def summarise(trace: Trace) -> dict[str, float | None]:
+    """Scalars of a run, of its last trip; interventions and outages of all."""
+    trip = trace.trips[-1]
+    plan, driven = trip.plan, trip.drive
+    planned = polyline(trace.cost_map, plan.path)
+    error = trip.map_error
+    return {
+        "length": float(plan.length),
+        "cost": float(plan.cost),
+        "optimal_cost": float(plan.optimal_cost),
+        "regret": float(plan.regret),
+        "regret_share": plan.regret / plan.optimal_cost,
+        "frechet_m": discrete_frechet(planned, driven.place),
+        "frechet_gps_m": discrete_frechet(planned, driven.fix),
+        "time_s": float(driven.time[-1]),
+        "distance_m": driven.distance,
+        "interventions": float(sum(t.drive.interventions for t in trace.trips)),
+        "gps_outages": float(sum(t.drive.outages for t in trace.trips)),
+        "arrived": float(all(t.drive.arrived for t in trace.trips)),
+        "map_error": None if math.isnan(error) else error,
+    }
+
+
+def account(trace: Trace) -> Account:
+    """What a run says of itself: way and standing of the last trip, success of all."""
+    s, driven = trace.scenario, trace.trips[-1].drive
+    on: dict[str, Any] = {"planner": s.planner, "cells": s.cells}
+    if s.cells == "chip":
+        on |= {
+            "unit_s": s.unit,
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
+        }
+    path = evenly(driven.time, driven.place, s.rover.gps_period)
+    return Account(
+        succeeded=all(t.drive.arrived for t in trace.trips),
+        reason=_reason(trace),
+        ran_on=on,
+        distance_m=driven.distance,
+        standing_share=share_standing(path, SLOW * s.rover.speed),
+    )
+
+
+def _reason(trace: Trace) -> str:
+    """Why the last trip ended; of several trips how many arrived too."""
+    s, last = trace.scenario, trace.trips[-1].drive
+    why = f"time of {last.time[-1]:.0f} s over"
+    if last.arrived:
+        why = f"goal reached: a fix within {s.rover.reach:g} m of it"
+    if len(trace.trips) == 1:
+        return why
+    arrived = sum(t.drive.arrived for t in trace.trips)
+    return f"{why}; arrived on {arrived} of {len(trace.trips)} trips"
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` with the map and the last trip's planned and driven way."""
+    (rows, columns), cells = trace.cost_map.shape, trace.cost_map
+    shape = rows * cells.cell_height / (columns * cells.cell_width)
+    figure.set_size_inches(6.4, min(max(5.0 * shape + 1.4, 3.4), 9.4))
+    ax = figure.subplots()
+    trip = trace.trips[-1]
+    draw_map(trace.cost_map, figure, ax)
+    draw_ways(polyline(trace.cost_map, trip.plan.path), [trip.drive.place], ax, trace.scenario.rover.reach)
+    ax.plot(
+        *trip.drive.fix[-1], marker="+", color=INK, markersize=7, linestyle="", zorder=4, label="last fix"
+    )
+    draw_scale_bar(trace.cost_map, ax)
+    ax.set_xlabel("east (m)")
+    ax.set_ylabel("north (m)")
+    s = trace.scenario
+    title = f"{trace.cost_map.name}, {s.planner}: {trip.plan.length} cells, cost {trip.plan.cost}"
+    ax.set_title(f"{title}\n{account(trace).headline}", fontsize=9)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+
+
+@dataclass(frozen=True, slots=True)
+class RoverSystem:
+    """The system as the command line sees it."""
+
+    name: str = "rover"
+    summary: str = "robot that plans on a cost map by a wave of spikes, and drives by GPS and compass"
+    success: str = SUCCESS
+    metrics: tuple[str, ...] = metrics_with(SUMMARY)
+    yes_no: tuple[str, ...] = (SUCCEEDED, "arrived")
+    study_metrics: tuple[str, ...] = ("regret_share", "frechet_m")  # unless others are asked for
+
+    def scenario(self, **options: Any) -> Scenario:
+        """A scenario of these fields, or of options as the command line has them."""
+        return scenario_of(self.name, Scenario, options, read_options)
+
+    def study_options(
+        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Fields of a study's scenario: a route on chips, whose model is behavioural."""
+        if level != "behavioural":
+            raise ParameterError("--level: the rover's cells are behavioural models; leave it out")
+        given = read_route(self.name, route, STUDIED)
+        return {"cells": "chip", "bias_kind": bias_kind or "gate", **read_options(given)}
+
+    def circuits(self) -> tuple[Circuit, ...]:
+        """What it is made of."""
+        return (axon_delay.build(), wavefront_cell.build())
+
+    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
+        """Run a scenario."""
+        return run(scenario, progress)
+
+    def account(self, trace: Trace) -> Account:
+        """What a run says of itself."""
+        return account(trace)
+
+    def summarise(self, trace: Trace) -> Summary:
+        """Account and scalars of a run."""
+        return summary_of(account(trace), summarise(trace))
+
+    def draw(self, trace: Trace, figure: Figure) -> None:
+        """Fill a figure with a run."""
+        draw(trace, figure)
+
+
+SYSTEM = RoverSystem()

@@ -1,0 +1,70 @@
+"""Planning by a wave of spikes, on ideal cells or on a chip.
+
+Ideal cells delay a spike by the cost of their place exactly. A chip's delays are those of its die's
+transistors at a temperature: codes are written, the wave runs, and the first-arrival pointers are read from
+the goal back to the start, on either. Costs above 31 have no code and are refused on a chip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chips.wavefront.chip import ChipCells, WavefrontChip
+from chips.wavefront.kernel import integer_wave
+from chips.wavefront.paper_walk import plan_in_two_passes
+from chips.wavefront.readout import UnreachableError, pointer_path
+from circuits.blocks.wavefront.axon_delay import UNIT
+from circuits.errors import ParameterError
+
+I64 = NDArray[np.int64]
+Cell = tuple[int, int]
+
+MOST_NEURONS = 10_000  # of the discrete model, a matter of time; ours
+
+
+def plan_ideal(costs: I64, start: Cell, goal: Cell) -> I64 | None:
+    """Path of ideal cells, int64[n, 2], start first; None where the goal does not fire."""
+    try:
+        return pointer_path(integer_wave(costs, start, goal).pointers, start, goal)
+    except UnreachableError:
+        return None
+
+
+def plan_discrete(costs: I64, start: Cell, goal: Cell) -> I64 | None:
+    """Path of the paper's discrete model and walk after the second pass, int64[n, 2]; None where it has none.
+
+    It may be None where there is a path: a neuron of long delay that is made to fire again and again never
+    delivers its spike. A neuron may occur twice. Raises `ParameterError` for a map of more than 10,000 cells:
+    every step works on all neurons, and a wave that never arrives ends only when all delays have passed.
+    """
+    if costs.size > MOST_NEURONS:
+        raise ParameterError(
+            f"--planner: paper on {costs.size} cells, must be at most {MOST_NEURONS}; use --planner wave"
+        )
+    try:
+        return plan_in_two_passes(costs, start, goal).second_path
+    except UnreachableError:
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class ChipPlanner:
+    """A wavefront chip of `cells`, as large as the map, with its unit delay, s; number: of the plan."""
+
+    cells: ChipCells
+    unit: float = UNIT
+    number: int = 0
+
+    def __call__(self, costs: I64, start: Cell, goal: Cell) -> I64 | None:
+        """Path of the chip, int64[n, 2], start first; None where the goal does not fire.
+
+        Raises `ParameterError` for a cost without a code, and for silicon outside the chip's record.
+        """
+        chip = WavefrontChip(*costs.shape, cells=self.cells, unit=self.unit)
+        try:
+            return chip.plan(chip.program(costs), start, goal, number=self.number).path()
+        except UnreachableError:
+            return None

@@ -1,0 +1,1 @@
+"""Spiking bat: flights through a forest, steered by spike latencies."""

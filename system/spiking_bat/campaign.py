@@ -1,0 +1,230 @@
+"""Campaigns of flights by spikes: crossings of the forest before a collision, and what they say.
+
+A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border, at `PINGS` pings
+(600 s at ten a second), or after a minute in a loop (`system.spiking_bat.loop`), and counts as censored then.
+The share of flights that have crossed c times without a collision is the product-limit estimate over
+crossings (Kaplan & Meier 1958, scipy.stats.ecdf), with its log-log interval. Two models fly the same forests
+from the same starts: a pair whose flights differ names a better one, and the pairs are a sign test; ties,
+both stopped among them, say nothing.
+
+Flights in a loop would have no end: they are counted apart, because their censoring is not independent of how
+well they do, and the product limit takes them for better than they are.
+
+The analog model flies with its own loop, its numbers for ten pings a second, on the same first run's forest.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from chips.latency.calibration import PARTS, calibrated
+from chips.latency.chip import LatencyChip
+from chips.latency.design import Biases, Design
+from chips.latency.model import BLOCKS, lumped, only, usual_biases
+from chips.record_file import record_file
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.silicon import Silicon
+from system.openspace.flight import margin_of
+from system.openspace.kernel import COLLIDED, GOING
+from system.openspace.kernel import fly as fly_analog
+from system.openspace.law import DIRECTIONS, Arcs, Bat, arcs_of
+from system.openspace.map import cells_of
+from system.openspace.senses import EXACT
+from system.openspace.state import LAP, TIME, X, Y, new_flight
+from system.openspace.state import PINGS as PINGED
+from system.spiking_bat.brain import Brain, network_brain
+from system.spiking_bat.chip_brain import brain_with, design_of
+from system.spiking_bat.flight import Flown, fly
+from system.spiking_bat.loop import WINDOW, stays
+from system.spiking_bat.numbers import Numbers
+from system.spiking_bat.run import LatencyScenario, place
+from system.study.campaign import Campaign, One
+from system.study.campaign_file import Key
+
+F64 = NDArray[np.float64]
+
+CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s
+LEVEL = 0.95
+_AT_ONCE = 10  # pings of the analog model between looks at the crossings; a crossing takes 250
+
+
+@dataclass(frozen=True, slots=True)
+class Crossed:
+    """A flight: crossings before it ended, whether by a collision, and whether in a loop, which none ends."""
+
+    seed: int
+    laps: int
+    collided: bool
+    pings: int
+    caught: bool = False
+
+    @property
+    def worth(self) -> tuple[int, int]:
+        """By which flights of a pair are compared: crossings, then pings, stopped flights being equal."""
+        return (self.laps, self.pings if self.collided else PINGS + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """How a chip is made: kind of biases, parts that are calibrated at 27 degC, area, temperature, blocks.
+
+    own: a die a flight, of the forest's seed, else the nominal one; process: whether what a die shares
+    varies; block: the only one whose deviations count, all unless given.
+    """
+
+    kind: BiasKind = "gate"
+    calibration: tuple[str, ...] = ()
+    area: float = 1.0
+    temperature_c: float = 27.0
+    own: bool = True
+    process: bool = True
+    block: str | None = None
+
+    def chip(self, design: Design, seed: int) -> LatencyChip:
+        """The chip that flies the forest of a seed."""
+        die = Die(number=seed, process=self.process) if self.own else NOMINAL
+        silicon = Silicon(temperature_c=self.temperature_c, die=die)
+        biases = self._biases(design, Silicon(die=die))
+        numbers = None
+        if self.block is not None:
+            ideal = lumped(design, biases, Silicon(temperature_c=self.temperature_c))
+            numbers = only(lumped(design, biases, silicon, self.area), ideal, self.block)
+        return LatencyChip(design, biases, silicon, area=self.area, numbers=numbers)
+
+    def _biases(self, design: Design, reference: Silicon) -> Biases:
+        if not self.calibration:
+            return usual_biases(design, self.kind)
+        return calibrated(design, reference, self.kind, self.calibration, area=self.area)
+
+
+Maker = Callable[[int], Brain]
+
+
+def chip_maker(build: Build) -> Maker:
+    """Brains of chips of a build, by the seed of their forest."""
+    numbers, arcs = Numbers(), _arcs()
+    design = design_of(arcs, numbers)
+    return lambda seed: brain_with(build.chip(design, seed), arcs, numbers)
+
+
+def network_maker() -> Maker:
+    """Brains of the published network."""
+    return lambda _: network_brain(_arcs(), Numbers())
+
+
+def crossed(make: Maker, seed: int) -> Crossed:
+    """Fly the forest of a seed."""
+    arcs = _arcs()
+    forest, start = place(LatencyScenario(seed=seed), arcs)
+    return judged(seed, fly(make(seed), arcs, forest, start, PINGS, CROSSINGS, patience=WINDOW))
+
+
+def judged(seed: int, flown: Flown) -> Crossed:
+    """What a flight through the forest of a seed came to."""
+    return Crossed(seed, flown.laps, bool(flown.collided), flown.pings, bool(flown.caught))
+
+
+def crossed_by_analog(seed: int) -> Crossed:
+    """Fly the forest of a seed with the analog model at ten pings a second."""
+    arcs = _arcs()
+    forest, start = place(LatencyScenario(seed=seed), arcs)
+    flight = new_flight(*start, -np.pi, DIRECTIONS, len(forest.place), 0)
+    cells, ended = cells_of(forest, margin_of(arcs)), GOING
+    been = []
+    while ended == GOING and flight.counts[PINGED] < PINGS and flight.counts[LAP] < CROSSINGS:
+        ended = fly_analog(arcs, EXACT, cells, flight, _AT_ONCE)
+        been.append(flight.pose[[TIME, X, Y]])
+    laps = min(int(flight.counts[LAP]), CROSSINGS)
+    rows, collided = np.array(been), bool(ended == COLLIDED)
+    loop = not collided and bool(stays(rows[:, 0], rows[:, 1:]))
+    return Crossed(seed, laps, collided, int(flight.counts[PINGED]), loop)
+
+
+def fly_all(
+    campaign: Campaign, name: str, one: One, keys: Sequence[Key], progress: Callable[[float], None]
+) -> dict[str, list[Crossed]]:
+    """Flights of keys, their condition and seed, by condition; they do not depend on who makes them."""
+    flights: dict[str, list[Crossed]] = {condition: [] for condition, _ in keys}
+    with closing(campaign.runs(name, decided_by(), one, keys)) as runs:
+        for k, ((condition, _), found) in enumerate(zip(keys, runs, strict=True), 1):
+            flights[condition].append(Crossed(**found))
+            progress(k / len(keys))
+    return flights
+
+
+def decided_by() -> tuple[object, ...]:
+    """What a flight depends on besides its condition and seed: numbers, and the chip's record."""
+    record = record_file("latency_chip").read_bytes()
+    arcs, numbers = _arcs(), Numbers()
+    return (
+        version("noctule"), numbers, design_of(arcs, numbers), PINGS, CROSSINGS, WINDOW,
+        hashlib.sha256(record).hexdigest(),
+    )  # fmt: skip
+
+
+def survival(flights: Sequence[Crossed]) -> tuple[F64, F64, F64, F64]:
+    """Product-limit estimate of crossing c times: c, the share, and its lower and upper limit, float64[k].
+
+    A flight that collided after c crossings did not cross c + 1 times. Without a collision, and where the
+    estimate is 0, the interval is nan. Raises `ParameterError` without flights.
+    """
+    if not flights:
+        raise ParameterError("latency_campaign: no flight, must be one at least")
+    collided = [f.laps + 1.0 for f in flights if f.collided]
+    stopped = [float(f.laps) for f in flights if not f.collided]
+    steps = np.arange(CROSSINGS + 1, dtype=np.float64)
+    if not collided:
+        return steps, np.ones(steps.size), np.full(steps.size, np.nan), np.full(steps.size, np.nan)
+    right = [max(x, 0.5) for x in stopped]  # a flight without a crossing is at risk for none
+    found = stats.ecdf(stats.CensoredData(uncensored=collided, right=right)).sf
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # that the interval is nan in places, as said above
+        interval = found.confidence_interval(LEVEL, method="log-log")
+    share, low, high = (np.asarray(s.evaluate(steps)) for s in (found, interval.low, interval.high))
+    return steps, share, low, high
+
+
+def mean_crossings(flights: Sequence[Crossed]) -> float:
+    """Area under the product-limit curve: crossings of a flight on average, `CROSSINGS` at most."""
+    return float(survival(flights)[1][1:].sum())
+
+
+def sign_test(a: Sequence[Crossed], b: Sequence[Crossed]) -> tuple[int, int, float]:
+    """Pairs in which a was better, b was, and the two-sided probability of that if neither is.
+
+    Raises `ParameterError` unless both flew the same forests.
+    """
+    if [f.seed for f in a] != [f.seed for f in b]:
+        raise ParameterError("latency_campaign: other forests, must be the same ones in the same order")
+    better = sum(x.worth > y.worth for x, y in zip(a, b, strict=True))
+    worse = sum(x.worth < y.worth for x, y in zip(a, b, strict=True))
+    p = float(stats.binomtest(better, better + worse).pvalue) if better + worse else 1.0
+    return better, worse, p
+
+
+def block_builds(build: Build) -> dict[str, Build]:
+    """The same build with the deviations of each block alone."""
+    made = {}
+    for block in BLOCKS:
+        made[block] = Build(
+            build.kind, build.calibration, build.area, build.temperature_c, build.own, build.process, block
+        )
+    return made
+
+
+def _arcs() -> Arcs:
+    return arcs_of(Bat(ping_rate=1.0 / Numbers().ping_period))
+
+
+USUAL, CALIBRATED = Build(), Build(calibration=PARTS)

@@ -1,0 +1,233 @@
+"""Flight through a forest, steered by spikes: of the spike-latency network, or of its chip.
+
+The brain runs on without a break, a ping every period. Between pings the bat flies its arc; where body
+motors spiked it turns at the first one's spike onto the mean of their arcs; at the emergency neuron's it
+turns round. Ranges and bearings are exact and nothing is occluded, as for the analog model.
+
+Ours: after an emergency the head looks along the path, as for the analog model.
+
+Source: Wen & Horiuchi 2022, section 4.2, Figure 13.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system.openspace.flight import margin_of
+from system.openspace.kernel import advance
+from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs
+from system.openspace.map import SIDE, Cells, Forest, cells_of
+from system.openspace.state import (
+    ARC,
+    AVOIDED,
+    DISTANCE,
+    EMERGENCIES,
+    HEAD,
+    HEADING,
+    HIT,
+    LAP,
+    LOGGED,
+    PINGED,
+    PINGS,
+    SCANNING,
+    SCANS,
+    SEEN,
+    TIME,
+    WINNER,
+    Flight,
+    X,
+    Y,
+    new_flight,
+)
+from system.spiking_bat.bat import goal_neuron, look
+from system.spiking_bat.brain import Brain, Reply
+from system.spiking_bat.loop import stays
+
+F64 = NDArray[np.float64]
+
+_LOOK = 100  # pings between looks for a loop
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a bat stands at a ping: place (m), heading (rad), its course (1/m, m/s), the head's direction."""
+
+    place: tuple[float, float]
+    heading: float
+    curvature: float
+    speed: float
+    head: int
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """A flight: its log (float64[rows, 8], see `system.openspace.kernel`), end (m), what was counted.
+
+    collided: whether it ended by a collision; a flight may have no more than some pings; turned: how the bat
+    stood at the first ping after its last emergency, whose reset erased what the brain remembered.
+    """
+
+    log: F64 = field(repr=False)
+    end: tuple[float, float]
+    collided: bool
+    pings: int
+    laps: int
+    avoided: int
+    emergencies: int
+    scans: int
+    time_s: float
+    distance_m: float
+    turned: Standing | None = None
+
+    @property
+    def path(self) -> F64:
+        """Places where a stretch began, and the end, float64[rows + 1, 2], m."""
+        return np.concatenate([self.log[:, 1:3], [self.end]])
+
+    @property
+    def caught(self) -> bool:
+        """Whether it was stopped in a loop, `system.spiking_bat.loop`."""
+        return not self.collided and stays(np.append(self.log[:, 0], self.time_s), self.path)
+
+
+@dataclass(slots=True)
+class _Course:
+    """What the bat flies: curvature (1/m) and speed (m/s), means of its arcs."""
+
+    curvature: float
+    speed: float
+
+
+def fly(
+    brain: Brain,
+    arcs: Arcs,
+    forest: Forest,
+    start: tuple[float, float],
+    pings: int,
+    laps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    *,
+    patience: float = math.inf,
+) -> Flown:
+    """Fly left from a start (m) until a collision, so many pings, or so many crossings of the left border.
+
+    patience: s in a loop (`system.spiking_bat.loop`) after which a flight is stopped too.
+    """
+    straight = float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE])
+    begin = Standing(start, -math.pi, *straight, DIRECTIONS // 2)
+    return fly_from(brain, arcs, forest, begin, pings, laps, progress, patience=patience)
+
+
+def fly_from(
+    brain: Brain,
+    arcs: Arcs,
+    forest: Forest,
+    standing: Standing,
+    pings: int,
+    laps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    *,
+    patience: float = math.inf,
+) -> Flown:
+    """As `fly`, from how the bat stands, with nothing remembered; stopped after `patience` s in a loop."""
+    flight = new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 2 * pings)
+    flight.counts[HEAD] = standing.head
+    cells = cells_of(forest, margin_of(arcs))
+    course = _Course(standing.curvature, standing.speed)
+    collided, turned = False, None
+    while not collided and flight.counts[PINGS] < pings and (laps is None or flight.counts[LAP] < laps):
+        heading = float(flight.pose[HEADING])
+        seen = _look(arcs, forest, flight)
+        head = int(flight.counts[HEAD])
+        answer = brain.ping(head, goal_neuron(arcs, heading), seen)
+        collided = _follow(arcs, cells, flight, brain.period, course, answer)
+        if answer.emergency is not None:
+            turned = _standing(flight, course)
+        if progress is not None:
+            progress(float(flight.counts[PINGS]) / pings)
+        if flight.counts[PINGS] % _LOOK == 0 and _loops(flight, patience):
+            break
+    counts = flight.counts
+    return Flown(
+        log=flight.log[: counts[LOGGED]].copy(),
+        end=(float(flight.pose[X]), float(flight.pose[Y])),
+        collided=collided,
+        pings=int(counts[PINGS]),
+        laps=int(counts[LAP]),
+        avoided=int(counts[AVOIDED]),
+        emergencies=int(counts[EMERGENCIES]),
+        scans=int(counts[SCANS]),
+        time_s=float(flight.pose[TIME]),
+        distance_m=float(flight.pose[DISTANCE]),
+        turned=turned,
+    )
+
+
+def _loops(flight: Flight, patience: float) -> bool:
+    log = flight.log[: flight.counts[LOGGED]]
+    return math.isfinite(patience) and stays(log[:, 0], log[:, 1:3], patience)
+
+
+def _standing(flight: Flight, course: _Course) -> Standing:
+    place = float(flight.pose[X]), float(flight.pose[Y])
+    heading, head = float(flight.pose[HEADING]), int(flight.counts[HEAD])
+    return Standing(place, heading, course.curvature, course.speed, head)
+
+
+def _look(arcs: Arcs, forest: Forest, flight: Flight) -> F64:
+    """What a ping shows, float64[n, 2]; counts obstacles that it shows for the first time in this lap."""
+    offset = forest.place - flight.pose[[X, Y]]
+    offset -= SIDE * np.round(offset / SIDE)
+    head, heading = int(flight.counts[HEAD]), float(flight.pose[HEADING])
+    found, which = np.empty((len(offset), 2)), np.empty(len(offset), dtype=np.int64)
+    count = look(arcs, offset, heading, head, found, which)
+    shown = which[:count]
+    fresh = shown[flight.met[shown] <= flight.counts[LAP]]
+    flight.met[fresh] = flight.counts[LAP] + 1
+    flight.counts[AVOIDED] += fresh.size
+    flight.counts[PINGS] += 1
+    flight.counts[SEEN], flight.counts[PINGED] = count, head
+    return found[:count]
+
+
+def _follow(arcs: Arcs, cells: Cells, flight: Flight, period: float, course: _Course, answer: Reply) -> bool:
+    """Fly until the next ping as the motors say; whether that ended by a collision."""
+    if answer.head is not None:
+        flight.counts[HEAD] = answer.head
+    turned = answer.turned
+    flight.counts[SCANNING] = int(turned is None)
+    flight.counts[SCANS] += int(turned is None and answer.head is not None)
+    if answer.emergency is not None:
+        if _fly_on(arcs, cells, flight, course, answer.emergency):
+            return True
+        _turn_round(arcs, flight, course)
+        return _fly_on(arcs, cells, flight, course, period - answer.emergency)
+    if turned is None:
+        return _fly_on(arcs, cells, flight, course, period)
+    if _fly_on(arcs, cells, flight, course, turned):
+        return True
+    course.curvature = float(arcs.curvature[answer.arcs].mean())
+    course.speed = float(arcs.speed[answer.arcs].mean())
+    flight.counts[WINNER] = answer.arcs[0]
+    return _fly_on(arcs, cells, flight, course, period - turned)
+
+
+def _fly_on(arcs: Arcs, cells: Cells, flight: Flight, course: _Course, duration: float) -> bool:
+    """Fly the course for `duration` s; whether it ended by a collision."""
+    flight.counts[ARC] = 0  # the only one of these arcs
+    one = arcs._replace(curvature=np.array([course.curvature]), speed=np.array([course.speed]), step=duration)
+    return bool(advance(one, cells, flight) or flight.counts[HIT] >= 0)
+
+
+def _turn_round(arcs: Arcs, flight: Flight, course: _Course) -> None:
+    """Fly back on the same circle, and look along it."""
+    flight.pose[HEADING] -= math.pi if flight.pose[HEADING] > 0.0 else -math.pi
+    course.curvature = -course.curvature
+    nearest = int(np.abs(arcs.curvature - course.curvature).argmin())
+    flight.counts[HEAD] = arcs.group[min(nearest, ARCS - 1)]
+    flight.counts[EMERGENCIES] += 1

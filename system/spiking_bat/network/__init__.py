@@ -1,0 +1,1 @@
+"""A spiking network of Hodgkin-Huxley and integrate-and-fire neurons, compiled."""

@@ -1,0 +1,1 @@
+"""What a finished study has to tell."""

@@ -1,0 +1,111 @@
+"""The samples of a study that one looks at first, and the command that measures each again.
+
+Failed ones come first, then those with a metric that is not defined, then those of a class that the
+specifications exclude or without success, then those farthest out: beyond the limits of a metric, or where it
+has none from its median, in standard deviations of the samples at the same condition.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system.study.manifest import Study
+from system.study.metric import is_own
+from system.study.report.result import judge_table
+from system.study.specification import Limits, Specification
+from system.study.table import FAILED, Table
+
+F64 = NDArray[np.float64]
+
+_FAR = 3  # rank of samples that have nothing but their distance
+
+
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """Row of a sample in the table, and why it is here: failed, not defined, its cause, or how far out."""
+
+    row: int
+    why: str
+
+
+def worst(
+    table: Table, specifications: Sequence[Specification], most: int, words: Collection[str] = ()
+) -> tuple[Worst, ...]:
+    """The worst samples of one condition, the worst first, at most `most` of each of the four kinds.
+
+    words: metrics that say yes or no, which are nowhere far out.
+    """
+    causes = judge_table(table, specifications).causes
+    rank = _rank(table, specifications)
+    distance, metric = _distance(table, specifications, words)
+    order = sorted(range(len(table)), key=lambda k: (rank[k], -distance[k], k))
+    chosen = [k for kind in range(_FAR + 1) for k in [k for k in order if rank[k] == kind][:most]]
+    return tuple(Worst(k, _why(table, k, rank[k], causes[k], distance[k], metric[k])) for k in chosen)
+
+
+def replay_command(folder: Path, study: Study, table: Table, row: int) -> str:
+    """The command that measures a sample again; corner, temperature and trial where the study has several.
+
+    Functions of the user's that the study was measured with are named, since no file loads them.
+    """
+    where = study.conditions
+    parts = ["noctule", "replay", str(folder), "--die", str(int(table.die[row]))]
+    if len({c.corner for c in where}) > 1:
+        parts += ["--corner", table.corner[row]]
+    if len({c.temperature_c for c in where}) > 1:
+        parts += ["--temperature", repr(float(table.temperature_c[row]))]
+    if len({c.trial for c in where}) > 1:
+        parts += ["--trial", str(int(table.trial[row]))]
+    for name in filter(is_own, study.subject.metrics):
+        parts += ["--metric", name]
+    return shlex.join(parts)
+
+
+def _rank(table: Table, specifications: Sequence[Specification]) -> list[int]:
+    excluded = ~judge_table(table, [e for e in specifications if not isinstance(e, Limits)]).passed
+    undefined = np.isnan(table.values).sum(axis=1)
+    ranks = []
+    for k, outcome in enumerate(table.outcome):
+        found = (outcome == FAILED, undefined[k] > 0, excluded[k], True)
+        ranks.append(found.index(True))
+    return ranks
+
+
+def _distance(
+    table: Table, specifications: Sequence[Specification], words: Collection[str]
+) -> tuple[F64, list[str]]:
+    """How far out each sample is, in sigma, and by which metric; minus infinity where none tells."""
+    distances = np.full((len(table.metrics), len(table)), -math.inf)
+    limited = {each.metric for each in specifications if isinstance(each, Limits)}
+    for j, metric in enumerate(table.metrics):
+        x = table.column(metric)
+        finite = x[np.isfinite(x)]
+        sigma = float(finite.std()) if finite.size else 0.0
+        if sigma == 0.0 or metric in words or (limited and metric not in limited):
+            continue
+        limits = [e for e in specifications if isinstance(e, Limits) and e.metric == metric]
+        sides = [np.maximum(e.low - x, x - e.high) for e in limits] or [np.abs(x - np.median(finite))]
+        distances[j] = np.nan_to_num(np.max(sides, axis=0) / sigma, nan=-math.inf, posinf=math.inf)
+    names = [table.metrics[j] for j in distances.argmax(axis=0)] if len(table.metrics) else [""] * len(table)
+    return distances.max(axis=0, initial=-math.inf), names
+
+
+def _why(table: Table, row: int, rank: int, cause: str, distance: float, metric: str) -> str:
+    if table.reason[row]:
+        return f"failed: {table.reason[row]}"
+    if cause:
+        return cause
+    if rank < _FAR:
+        missing = [m for m, x in zip(table.metrics, table.values[row], strict=True) if math.isnan(x)]
+        return f"{', '.join(missing)} not defined"
+    if not math.isfinite(distance):
+        return ""
+    side = "inside the limits" if distance < 0.0 else "from the median"
+    return f"{metric} {abs(distance):.2f} sigma {side}"

@@ -1,0 +1,119 @@
+"""What a search may move: biases, and sizes where they are asked for, as options of the command line.
+
+At u in [-1, 1] a current or a size is its start times reach^u, a voltage its start plus span u; to four
+digits, or to 1 mV, so that what was measured can be written down. An array moves as one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+from circuits.units import format_quantity
+from system.options.block import Choice, Value, bias_unit, parameters
+from system.registry import unknown
+from system.study.target import Subject
+
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Knob:
+    """A number that is moved: `option` is `--bias` or `--param`, `value` the start, in `unit`."""
+
+    option: str
+    name: str
+    unit: str
+    value: Value
+
+    def at(self, u: float, reach: float, span: float) -> Value:
+        """Value at a coordinate; reach: factor each way; span: V each way."""
+        if isinstance(self.value, tuple):
+            return tuple(_moved(v, u, self.unit, reach, span) for v in self.value)
+        return _moved(self.value, u, self.unit, reach, span)
+
+    def text(self, value: Value) -> str:
+        """As the option takes it: `i_lim=6.3uA`."""
+        values = value if isinstance(value, tuple) else (value,)
+        return f"{self.name}={','.join(format_quantity(v, self.unit) for v in values)}"
+
+    def change(self, value: Value) -> float:
+        """Ratio of currents and sizes, difference of voltages (V); of an array its first element's."""
+        old, new = float(np.ravel(self.value)[0]), float(np.ravel(value)[0])
+        return new - old if self.unit == "V" else new / old
+
+    def change_text(self, value: Value) -> str:
+        """`x 1.250` or `+25 mV`."""
+        change = self.change(value)
+        return f"{1e3 * change:+.0f} mV" if self.unit == "V" else f"x {change:.3f}"
+
+
+def knobs_of(choice: Choice, moves: Sequence[str], move_params: Sequence[str]) -> tuple[Knob, ...]:
+    """Knobs for the biases in `moves`, every current where there are none, and the sizes in `move_params`.
+
+    Raises `UnknownNameError` for a name that the block does not have, `ParameterError` for a size that is
+    not a number above 0.
+    """
+    known = {b.name: b for b in choice.circuit.biases}
+    wanted = [n.replace("-", "_") for n in moves] or [n for n, b in known.items() if b.kind != "voltage"]
+    for name in wanted:
+        if name not in known:
+            raise unknown("bias", name, known)
+    biases = [Knob("--bias", n, bias_unit(known[n]), _plain(known[n].value)) for n in dict.fromkeys(wanted)]
+    return (*biases, *_sizes(choice, move_params))
+
+
+def _sizes(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
+    sizes = {p.name: p for p in parameters(choice.params)}
+    names = list(dict.fromkeys(n.replace("-", "_") for n in move_params))
+    for name in names:
+        if name not in sizes:
+            raise unknown("parameter", name, sizes)
+        value = sizes[name].value
+        if not (isinstance(value, float) and value > 0.0):
+            raise ParameterError(f"--move-param: {name} is {value}, must be a number above 0; leave it out")
+    return [Knob("--param", n, sizes[n].unit, sizes[n].value) for n in names]
+
+
+def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Value]) -> Subject:
+    """The subject with what differs from the start; its options of the same names give way."""
+    new = [(k, v) for k, v in zip(knobs, values, strict=True) if v != k.value]
+    return replace(
+        subject,
+        biases=_with(subject.biases, [(k, v) for k, v in new if k.option == "--bias"]),
+        params=_with(subject.params, [(k, v) for k, v in new if k.option == "--param"]),
+    )
+
+
+def options_of(subject: Subject) -> list[str]:
+    """Biases and sizes of a subject as options to paste."""
+    named = [] if subject.bias_set is None else ["--bias-set", subject.bias_set]
+    sizes = [x for text in subject.params for x in ("--param", text)]
+    return [*named, *sizes, *(x for text in subject.biases for x in ("--bias", text))]
+
+
+def _with(texts: Sequence[str], new: Sequence[tuple[Knob, Value]]) -> tuple[str, ...]:
+    names = [knob.name for knob, _ in new]
+    others = (t for t in texts if _name(t) not in names)
+    return (*others, *(knob.text(value) for knob, value in new))
+
+
+def _name(text: str) -> str:
+    """Name in `NAME=VALUE` or `NAME[k]=VALUE`."""
+    return text.partition("=")[0].partition("[")[0].strip().replace("-", "_")
+
+
+def _plain(value: Any) -> Value:
+    array = np.asarray(value, dtype=np.float64)
+    return tuple(array.ravel().tolist()) if array.ndim else float(array)
+
+
+def _moved(value: float, u: float, unit: str, reach: float, span: float) -> float:
+    if u == 0.0:
+        return value
+    return round(value + span * u, 3) if unit == "V" else float(f"{value * reach**u:.4g}")

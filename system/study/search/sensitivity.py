@@ -1,0 +1,107 @@
+"""Gradient of every metric of a block by the standard normals behind its die, about the nominal die.
+
+    g_i = (m(+h e_i) - m(-h e_i)) / 2 h,    h = 0.5 sigma (ours)
+
+in the metric's unit a sigma; the log-sensitivity is the same of ln m. Half a sigma averages over the part of
+the response that most dies use and stays above the solver's tolerance. The 2 n + 1 dies are rows of a table
+of draws, so they are measured like any die of a study. A gradient is NaN where either die has no value.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.silicon.die import Die
+from circuits.silicon.sampling import Sampling
+from system.study.statistics.contribution import kind
+from system.study.table import Condition
+from system.study.target import Measurement, Target, measure_safely
+
+F64 = NDArray[np.float64]
+
+STEP = 0.5  # sigma, ours
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivity:
+    """Metrics float64[metrics] of the nominal die, and float64[labels, metrics] a step below and above it.
+
+    failures: reason of each measurement that failed, by the draw that was moved.
+    """
+
+    labels: tuple[str, ...]
+    metrics: tuple[str, ...]
+    nominal: F64
+    below: F64
+    above: F64
+    failures: tuple[str, ...]
+
+    @property
+    def gradient(self) -> F64:
+        """Change of each metric a sigma, float64[labels, metrics], NaN where it is not defined."""
+        return np.asarray((self.above - self.below) / (2.0 * STEP))
+
+    @property
+    def log_gradient(self) -> F64:
+        """Change of the logarithm of each metric a sigma; NaN also where the metric is not positive."""
+        below, above = (np.where(x > 0.0, x, np.nan) for x in (self.below, self.above))
+        return np.asarray((np.log(above) - np.log(below)) / (2.0 * STEP))
+
+
+def sensitivity(target: Target, die: Die, condition: Condition, threads: int | None = None) -> Sensitivity:
+    """Measure the nominal die and two dies a label.
+
+    Parameters
+    ----------
+    target
+        A block or chip; raises `ParameterError` for a system, whose draws are not listed.
+    die
+        Gives the lot, and which variation is on.
+    condition
+        Corner and temperature. A corner that is set leaves the shared process no draws.
+    threads
+        All cores unless given.
+    """
+    labels = varying_labels(target, condition.corner)
+    steps = STEP * np.eye(len(labels))
+    rows = np.vstack([np.zeros((1, len(labels))), -steps, steps])
+    found = measure_rows(target, die, condition, labels, rows, threads)
+    values = np.array([m.values for m in found]).reshape(len(rows), len(target.quantities))
+    moved = ("nominal", *(f"{label} {sign}{STEP:g} sigma" for sign in "-+" for label in labels))
+    failures = tuple(f"{name}: {m.reason}" for name, m in zip(moved, found, strict=True) if m.reason)
+    below, above = np.split(values[1:], 2)
+    metrics = tuple(q.name for q in target.quantities)
+    return Sensitivity(labels, metrics, values[0], below, above, failures)
+
+
+def varying_labels(target: Target, corner: str) -> tuple[str, ...]:
+    """Labels of the draws that reach a die at a corner: a set one leaves the shared process none."""
+    return tuple(label for label in target.labels() if corner == "random" or kind(label) != "process")
+
+
+def measure_rows(
+    target: Target,
+    die: Die,
+    condition: Condition,
+    labels: Sequence[str],
+    rows: F64,
+    threads: int | None = None,
+    progress: Callable[[], None] | None = None,
+) -> list[Measurement]:
+    """Measure dies whose draws are float64[n, labels]; a draw that has no label stays the die's own."""
+    table = Sampling("rows", 0, {label: k for k, label in enumerate(labels)}, rows)
+
+    def measure(number: int) -> Measurement:
+        found = measure_safely(target, replace(die, number=number, sampling=table), condition)
+        if progress is not None:
+            progress()
+        return found
+
+    with ThreadPoolExecutor(os.cpu_count() if threads is None else threads) as executor:
+        return list(executor.map(measure, range(len(rows))))

@@ -1,0 +1,1 @@
+"""Statistics of Monte Carlo studies: plain functions of arrays, with randomness as an argument."""

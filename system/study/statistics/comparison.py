@@ -1,0 +1,164 @@
+"""Two designs on the same dies: what a die has in common cancels, and only the difference is left.
+
+A metric: interval of the mean of the differences, die by die. A yield: McNemar's exact test on the dies where
+the designs disagree, binomial(n_10 + n_01, 1/2), and the interval of the difference d = (n_10 - n_01) / n
+that inverts the score test,
+
+    |n_10 - n_01 - n d| = z sqrt(n (2 q + d (1 - d)))
+
+with q the maximum-likelihood chance of n_01 under d: the larger root of A q^2 + B q + C = 0, A = 2 n,
+B = -n_10 - n_01 + (2 n - n_10 + n_01) d, C = -n_01 d (1 - d).
+Sources: McNemar, Psychometrika 12, 153 (1947); Tango, "Equivalence test and confidence interval for the
+difference in proportions for the paired-sample design", Statistics in Medicine 17, 891 (1998), section 3.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import ndtri
+from scipy.stats import binomtest
+
+from circuits.errors import ParameterError
+from system.study.statistics.interval import LEVEL, Estimate, Interval, mean_interval
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+_BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by itself
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """Dies of two designs: how many both have, and how many only one."""
+
+    both: int
+    only_first: int
+    only_second: int
+
+
+@dataclass(frozen=True, slots=True)
+class MeanDifference:
+    """Second minus first of a metric, in its unit, over the `defined` of the common dies.
+
+    first_undefined, second_undefined: common dies on which that design's value is not finite; those on which
+    neither is count in both. correlation: of the two designs over dies, NaN where it has no meaning.
+    """
+
+    pairing: Pairing
+    defined: int
+    first_undefined: int
+    second_undefined: int
+    mean: Estimate
+    correlation: float
+
+
+@dataclass(frozen=True, slots=True)
+class YieldDifference:
+    """Second minus first of the yield over the common dies; p_value is McNemar's, of equal yields."""
+
+    pairing: Pairing
+    both_pass: int
+    only_first_passes: int
+    only_second_passes: int
+    neither_passes: int
+    difference: Estimate
+    p_value: float
+
+
+def compare_means(
+    first_dies: I64,
+    first: F64,
+    second_dies: I64,
+    second: F64,
+    rng: np.random.Generator,
+    level: float = LEVEL,
+) -> MeanDifference:
+    """Difference of a metric between two designs.
+
+    Dies are int64[n], each once, their values float64[n]. Raises `ParameterError` for a die that is
+    there twice.
+    """
+    pairing, here, there = _pair(first_dies, second_dies)
+    x, y = first[here], second[there]
+    defined = np.isfinite(x) & np.isfinite(y)
+    difference = (y - x)[defined] if defined.any() else np.empty(0)
+    mean = float(difference.mean()) if difference.size else math.nan
+    return MeanDifference(
+        pairing,
+        int(defined.sum()),
+        int((~np.isfinite(x)).sum()),
+        int((~np.isfinite(y)).sum()),
+        Estimate(mean, mean_interval(difference, rng, level)),
+        _correlation(x[defined], y[defined]),
+    )
+
+
+def compare_yields(
+    first_dies: I64, first_passed: Bools, second_dies: I64, second_passed: Bools, level: float = LEVEL
+) -> YieldDifference:
+    """Difference of the yield between two designs.
+
+    Dies are int64[n], each once, and whether they passed bool[n]. Raises `ParameterError` for a die that is
+    there twice.
+    """
+    pairing, here, there = _pair(first_dies, second_dies)
+    x, y = first_passed[here], second_passed[there]
+    gained, lost = int((y & ~x).sum()), int((x & ~y).sum())
+    p_value = float(binomtest(gained, gained + lost).pvalue) if gained + lost else 1.0
+    value = (gained - lost) / pairing.both if pairing.both else math.nan
+    return YieldDifference(
+        pairing,
+        int((x & y).sum()),
+        lost,
+        gained,
+        int((~x & ~y).sum()),
+        Estimate(value, paired_interval(gained, lost, pairing.both, level)),
+        p_value,
+    )
+
+
+def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) -> Interval:
+    """Score interval of (gained - lost) / pairs; -1 to 1 without pairs."""
+    z = float(-ndtri(0.5 * (1.0 - level)))
+
+    def score(d: float) -> float:
+        """Signed square of the test's statistic over n, less what is left of z^2: zero at an end."""
+        q = _nuisance(gained, lost, pairs, d)
+        distance = gained - lost - pairs * d
+        return float(distance * distance - z * z * pairs * (2.0 * q + d * (1.0 - d)))
+
+    if pairs == 0:
+        return Interval(-1.0, 1.0)
+    centre = (gained - lost) / pairs
+    below, above = centre - _BESIDE, centre + _BESIDE
+    low = float(brentq(score, -1.0, below)) if score(-1.0) > 0.0 > score(below) else -1.0
+    high = float(brentq(score, above, 1.0)) if score(1.0) > 0.0 > score(above) else 1.0
+    return Interval(low, high)
+
+
+def _nuisance(gained: int, lost: int, pairs: int, d: float) -> float:
+    a = 2.0 * pairs
+    b = -gained - lost + (2.0 * pairs - gained + lost) * d
+    c = -lost * d * (1.0 - d)
+    return max(0.0, (math.sqrt(max(0.0, b * b - 4.0 * a * c)) - b) / (2.0 * a))
+
+
+def _pair(first: I64, second: I64) -> tuple[Pairing, I64, I64]:
+    """Positions of the common dies in each, in the order of the dies."""
+    for dies in (first, second):
+        if len(np.unique(dies)) != len(dies):
+            raise ParameterError("dies: one is there twice, must be once; compare one condition at a time")
+    common, here, there = np.intersect1d(first, second, assume_unique=True, return_indices=True)
+    return Pairing(len(common), len(first) - len(common), len(second) - len(common)), here, there
+
+
+def _correlation(x: F64, y: F64) -> float:
+    if len(x) < 3 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
+        return math.nan
+    return float(np.corrcoef(x, y)[0, 1])

@@ -1,0 +1,44 @@
+"""Probability of a failure too rare for plain sampling: what its two methods share.
+
+A die is a row z of independent standard normals; `fails(z)` says which of float64[n, d] rows fail, bool[n].
+Scaled sigma (`scaled_sigma`) assumes nothing of where failures lie, but extrapolates; mean shift
+(`mean_shift`) is unbiased, but must have found every region of failure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import ParameterError
+from system.study.statistics.interval import Interval
+
+F64 = NDArray[np.float64]
+Fails = Callable[[F64], NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True)
+class RareFailure:
+    """Probability of a failure with its interval, from `samples` calls of the metric.
+
+    effective_samples: (sum w)^2 / sum w^2 over the failing samples; NaN for an extrapolation.
+    detail: one line on how the method went.
+    """
+
+    method: str
+    probability: float
+    interval: Interval
+    samples: int
+    effective_samples: float
+    detail: str
+
+
+def check_budget(dimensions: int, samples: int, fewest: int) -> None:
+    """Raise `ParameterError` for no dimension, or fewer samples than a method can begin with."""
+    if dimensions < 1:
+        raise ParameterError("rare failures: nothing varies, so there is no probability; leave mismatch on")
+    if samples < fewest:
+        raise ParameterError(f"samples: {samples}, must be >= {fewest} for a rare failure; take more")

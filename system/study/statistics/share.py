@@ -1,0 +1,47 @@
+"""A share of runs or samples with its exact interval, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from system.study.statistics.interval import Interval, clopper_pearson
+
+_DIGITS = 6  # after the point, at most
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """How many of so many, and the 95 % interval of their share."""
+
+    passed: int
+    of: int
+
+    @property
+    def value(self) -> float:
+        """Share, 0 of none."""
+        return self.passed / max(self.of, 1)
+
+    @property
+    def interval(self) -> Interval:
+        """Clopper and Pearson's."""
+        return clopper_pearson(self.passed, self.of)
+
+    def __str__(self) -> str:
+        """As `19 of 20 (75 to 100 %)`."""
+        return f"{self.passed} of {self.of} ({percent(self.interval)})"
+
+
+def percent(ends: Interval) -> str:
+    """An interval of a share, as `75 to 100 %`, with so many digits that its ends differ: `0.0 to 0.4 %`."""
+    for digits in range(_DIGITS):
+        low, high = (f"{100.0 * end:.{digits}f}" for end in (ends.low, ends.high))
+        if low != high:
+            return f"{low} to {high} %"
+    return f"{100.0 * ends.low:g} to {100.0 * ends.high:g} %"
+
+
+def share_where(said: Iterable[bool]) -> Share:
+    """How many are true."""
+    every = [bool(x) for x in said]
+    return Share(sum(every), len(every))

@@ -1,0 +1,143 @@
+"""What the samples of a study come to: moments and quantiles of a metric, and the yield, with intervals.
+
+Samples whose metric is NaN are counted as undefined, those where it is infinite as infinite; moments and
+quantiles are of the finite ones. Nothing is dropped unseen: samples = defined + undefined + infinite.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system.study.specification import Verdict
+from system.study.statistics.interval import (
+    EVERYTHING,
+    LEVEL,
+    Estimate,
+    Interval,
+    clopper_pearson,
+    mean_interval,
+    quantile_interval,
+    sigma_interval,
+    skew_interval,
+    skewness,
+)
+from system.study.statistics.share import percent
+
+F64 = NDArray[np.float64]
+
+_UNKNOWN = EVERYTHING, Interval(0.0, math.inf)  # of mean and sigma
+PROBABILITIES = (0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantile:
+    """The quantile of probability `p`."""
+
+    p: float
+    estimate: Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Proportion:
+    """How many of the samples where a yes-or-no metric is defined say yes."""
+
+    passed: int
+    samples: int
+    estimate: Estimate
+
+    def __str__(self) -> str:
+        """As `0 of 20 (0 to 17 %)`."""
+        return f"{self.passed} of {self.samples} ({percent(self.estimate.interval)})"
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """A metric over samples, in its unit; NaN with an unlimited interval where there are too few.
+
+    Where all values are equal nothing is known of their spread, and the mean has no interval. share: of a
+    yes-or-no metric, whose mean it is and which has no other statistics; None of a number.
+    """
+
+    samples: int
+    defined: int
+    undefined: int
+    infinite: int
+    mean: Estimate
+    sigma: Estimate
+    skew: Estimate
+    quantiles: tuple[Quantile, ...]
+    share: Proportion | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Yield:
+    """How many of the samples passed, as a proportion, and the others by cause."""
+
+    samples: int
+    passed: int
+    estimate: Estimate
+    causes: Mapping[str, int]
+
+
+def summarise(
+    values: F64,
+    rng: np.random.Generator,
+    probabilities: Sequence[float] = PROBABILITIES,
+    level: float = LEVEL,
+) -> Summary:
+    """Summary of float64[n] values, NaN where not defined.
+
+    rng: only the bootstrap's; a keyed generator makes the intervals the same whenever the values are. -0.0 is
+    taken for 0.0.
+    """
+    x, undefined = values[np.isfinite(values)] + 0.0, int(np.isnan(values).sum())
+    spread = len(x) > 1 and np.ptp(x) > 0.0
+    mean, sigma = (mean_interval(x, rng, level), sigma_interval(x, rng, level)) if spread else _UNKNOWN
+    return Summary(
+        samples=len(values),
+        defined=len(x),
+        undefined=undefined,
+        infinite=len(values) - len(x) - undefined,
+        mean=Estimate(float(x.mean()) if len(x) else math.nan, mean),
+        sigma=Estimate(float(x.std(ddof=1)) if len(x) > 1 else math.nan, sigma),
+        skew=Estimate(_skew(x), skew_interval(x, rng, level)),
+        quantiles=tuple(Quantile(p, _quantile(x, p, level)) for p in probabilities),
+    )
+
+
+def summarise_share(values: F64, interval: Callable[[int, int], Interval] = clopper_pearson) -> Summary:
+    """Summary of float64[n] values that are 1 for yes and 0 for no, NaN where not defined.
+
+    interval: of a proportion, from how many say yes and of how many.
+    """
+    defined = int(np.isfinite(values).sum())
+    passed = int((values == 1.0).sum())
+    share = Estimate(passed / defined if defined else math.nan, interval(passed, defined))
+    none = Estimate(math.nan, EVERYTHING)
+    found = Proportion(passed, defined, share)
+    return Summary(len(values), defined, len(values) - defined, 0, share, none, none, (), found)
+
+
+def summarise_yield(verdict: Verdict, level: float = LEVEL) -> Yield:
+    """Yield of judged samples with its Clopper-Pearson interval, for a number of samples fixed beforehand.
+
+    Of a study that stopped itself use `confidence_sequence.sequence_interval`.
+    """
+    samples, passed = len(verdict.causes), int(verdict.passed.sum())
+    value = passed / samples if samples else math.nan
+    return Yield(samples, passed, Estimate(value, clopper_pearson(passed, samples, level)), verdict.counts)
+
+
+def _quantile(x: F64, p: float, level: float) -> Estimate:
+    if not len(x):
+        return Estimate(math.nan, EVERYTHING)
+    return Estimate(float(np.quantile(x, p)), quantile_interval(x, p, level))
+
+
+def _skew(x: F64) -> float:
+    return float(skewness(x)) if len(x) > 2 and np.ptp(x) > 0.0 else math.nan

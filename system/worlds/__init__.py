@@ -1,0 +1,1 @@
+"""Worlds: sound, light, and what stands about."""

@@ -1,0 +1,119 @@
+"""Files of events: AEDAT4 for jAER and the dv tools, plain text, and numpy's npz.
+
+Times are int64 microseconds; x counts from the left and y from the top, as these tools do. AEDAT4 is written
+by `faery` (LGPL), an optional extra that is imported here alone.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+import zipfile
+import zlib
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.errors import DataError, ParameterError, SimulatorError
+from system.files.writing import check_folder, replace_atomic, write_bytes_atomic, write_text_atomic
+from system.worlds.camera.event import Events
+
+SUFFIXES = (".aedat4", ".npz", ".txt")
+HEADER = "# t_us x y on"
+_MICRO = 1e6
+# What numpy, zipfile and zlib raise for a file that is damaged, which may say that arrays are endless.
+_UNREADABLE = (
+    OSError, ValueError, KeyError, TypeError, EOFError, OverflowError, MemoryError, RuntimeError,
+    AttributeError, SyntaxError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+
+
+def check_events(path: str) -> None:
+    """Raise before anything is computed if events cannot be written to `path`.
+
+    Raises
+    ------
+    ParameterError
+        The suffix names no known format.
+    SimulatorError
+        AEDAT4 is asked for and `faery` is not installed.
+    DataError
+        There is no such folder.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
+    if suffix == ".aedat4":
+        _faery()
+    check_folder(path)
+
+
+def write_events(path: str, events: Events, columns: int = 128, rows: int = 128) -> None:
+    """Write events in the format of the suffix: .aedat4, .npz (arrays t, x, y, on) or .txt (four columns).
+
+    Raises what `check_events` raises, and `DataError` for a file that cannot be written.
+    """
+    check_events(path)
+    suffix = Path(path).suffix.lower()
+    t, x, y, on = _in_file_order(events, rows)
+    if suffix == ".aedat4":
+        _write_aedat4(path, t, x, y, on, (columns, rows))
+    elif suffix == ".npz":
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, t=t, x=x, y=y, on=on)
+        write_bytes_atomic(path, buffer.getvalue())
+    else:
+        lines = (f"{a} {b} {c} {int(d)}" for a, b, c, d in zip(t, x, y, on, strict=True))
+        write_text_atomic(path, "\n".join([HEADER, *lines, ""]))
+
+
+def read_events(path: str, rows: int = 128) -> Events:
+    """Events of a .txt or .npz file that `write_events` wrote.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read as one.
+    """
+    try:
+        if Path(path).suffix.lower() == ".npz":
+            with Path(path).open("rb") as file, np.load(file) as held:  # numpy leaves a damaged file open
+                t, x, y, on = (np.asarray(held[name], np.int64) for name in ("t", "x", "y", "on"))
+        else:
+            with warnings.catch_warnings(action="ignore", category=UserWarning):  # a file without an event
+                t, x, y, on = np.loadtxt(path, dtype=np.int64, ndmin=2).reshape(-1, 4).T
+    except _UNREADABLE as error:
+        reason = " ".join(str(error).split())[:200]
+        raise DataError(f"{path}: {reason}, must be events that write_events wrote, .txt or .npz") from None
+    if t.ndim != 1 or len({a.shape for a in (t, x, y, on)}) > 1:
+        raise DataError(f"{path}: t, x, y and on, must be lists of one length; write it with write_events")
+    return Events(t / _MICRO, x, rows - 1 - y, on.astype(np.bool_))
+
+
+def _in_file_order(events: Events, rows: int) -> tuple[NDArray[Any], ...]:
+    t = np.rint(events.time * _MICRO).astype(np.int64)
+    return t, events.x, rows - 1 - events.y, events.on
+
+
+def _write_aedat4(
+    path: str, t: NDArray[Any], x: NDArray[Any], y: NDArray[Any], on: NDArray[Any], size: tuple[int, int]
+) -> None:
+    faery = _faery()
+    if len(t) == 0:
+        raise ParameterError(f"{path}: no events, an AEDAT4 file needs at least one; write .txt or .npz")
+    packed = np.zeros(len(t), dtype=faery.EVENTS_DTYPE)
+    packed["t"], packed["x"], packed["y"], packed["on"] = t, x, y, on
+    with replace_atomic(path) as temporary:
+        faery.events_stream_from_array(packed, dimensions=size).to_file(temporary)
+
+
+def _faery() -> Any:
+    try:
+        return import_module("faery")
+    except ImportError:
+        raise SimulatorError(
+            "faery: not installed, AEDAT4 needs it; pip install faery, or write .txt or .npz"
+        ) from None

@@ -1,0 +1,1 @@
+"""Sound: targets, echoes, and what reaches a microphone."""

@@ -1,0 +1,59 @@
+"""The model against transistors at their places on dies that the record was not built from."""
+
+import numpy as np
+import pytest
+
+from chips.lso.errors import AT, inputs, level_delays, neuron_spikes
+from chips.lso.measure import FROM
+from chips.lso.model import RECORD, head_on
+from chips.table_record import board_record, record_errors
+from circuits.circuit import BiasKind
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+
+ERROR = 0.025  # of a spike's time, the largest in the record
+LATE = 3e-6  # s, of a level unit's, likewise
+
+CASES: list[tuple[BiasKind, int, float]] = [("gate", 1003, 10.0), ("generator", 1006, 45.0)]
+
+
+@pytest.mark.parametrize(("kind", "number", "celsius"), CASES)
+def test_spikes_are_those_of_the_transistors(kind: BiasKind, number: int, celsius: float) -> None:
+    silicon = Silicon(temperature_c=celsius, die=Die(number=number))
+    head, side = head_on(silicon, kind), number % 2
+    ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))
+    assert theirs.size > 0
+    assert ours.size == theirs.size
+    assert ours - AT == pytest.approx(theirs - AT, rel=ERROR)
+    place = (side, number % 10)
+    assert head.rest[place] < -FROM
+    mine, its = level_delays(head, silicon, kind, place, 2e3)
+    assert mine == pytest.approx(its, abs=LATE)
+
+
+def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
+    silicon = Silicon(die=Die(number=515))
+    head, place = head_on(silicon, "generator"), (1, 5)
+    assert head.rest[place] > -FROM
+    assert level_delays(head, silicon, "generator", place, 2e3)[1] == np.inf
+
+
+def test_errors_on_other_dies_are_in_the_record() -> None:
+    found = record_errors(board_record(RECORD))
+    assert found["first_die"] == 500.0
+    # stated: counts and deaf units were all right, times within a percent
+    assert found["counts_wrong"] == found["level_decisions_wrong"] == 0.0
+    assert found["spike_rms_relative"] < 0.01
+    assert found["level_rms_s"] < 2e-6
+    # of four times the mismatch one count in 16 was off, by one spike
+    assert found["small_counts_wrong"] <= found["small_count_max"] == 1.0
+    assert found["small_level_decisions_wrong"] == 0.0
+    assert found["small_spike_rms_relative"] < 0.015
+
+
+def test_inputs_are_of_both_sides_and_within_an_echo() -> None:
+    found = inputs(7)
+    on = found[np.isfinite(found)]
+    assert np.array_equal(found, inputs(7))
+    assert AT <= on.min() <= on.max() <= AT + 0.15e-3
+    assert np.isfinite(found[1]).sum() >= np.isfinite(found[0]).sum()

@@ -1,0 +1,40 @@
+"""Parts stand at their places, and their lines are the chip's."""
+
+import numpy as np
+import pytest
+
+from chips.lso.measure import circuits
+from chips.lso.place import area_of, line_volts, of_area, square_of
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+
+
+def test_every_bias_port_has_a_line() -> None:
+    lines = line_volts(Silicon(), "gate")
+    ports = {p.name for c in circuits() for p in c.ports if p.kind == "bias"}
+    assert set(lines) == ports - {"v_threshold"}
+
+
+def test_a_fixed_gate_knows_no_die_and_a_generator_does() -> None:
+    die = Silicon(die=Die(number=4))
+    assert line_volts(die, "gate") == line_volts(Silicon(), "gate")
+    assert line_volts(die, "generator")["v_exc"] != line_volts(Silicon(), "generator")["v_exc"]
+
+
+def test_small_devices_deviate_more_and_share_the_die() -> None:
+    silicon = Silicon(die=Die(number=4))
+    small = of_area(silicon, 0.25)
+    path = (("md", ()),)
+    plain, more = (float(np.ravel(s.deviation("x", path, 1e-12).v_t0)[0]) for s in (silicon, small))
+    assert more == pytest.approx(2.0 * plain)
+    assert small.law("n") == silicon.law("n")
+    assert line_volts(small, "gate") == line_volts(silicon, "gate")
+
+
+def test_sizes_are_the_circuits() -> None:
+    lso = circuits()[0]
+    assert area_of(lso, "excite3.me") == pytest.approx(6e-6 * 24e-6)
+    assert square_of(lso, "md") == pytest.approx(1.0)
+    with pytest.raises(ParameterError, match=r"sonar_head\.cell\.cm: must be a transistor"):
+        area_of(lso, "cell.cm")

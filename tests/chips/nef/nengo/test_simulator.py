@@ -1,0 +1,170 @@
+"""Networks of nengo on an ideal die beside nengo, on a chip, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import nengo
+import numpy as np
+import pytest
+
+from chips.nef.chip import NefChip
+from chips.nef.nengo.simulator import Simulator
+from circuits.errors import CircuitError
+from circuits.silicon.die import Die
+
+pytestmark = pytest.mark.filterwarnings("ignore::nengo.exceptions.NengoWarning")
+
+
+class World:
+    """A body with a state of its own."""
+
+    def __init__(self) -> None:
+        self.place, self.calls = np.zeros(2), 0
+
+    def __call__(self, t: float, x: Any) -> list[float]:
+        self.calls += 1
+        self.place = 0.9 * self.place + 0.1 * x
+        return [float(np.sin(t)), float(self.place[0])]
+
+
+def everything(world: World) -> tuple[nengo.Network, dict[str, nengo.Probe]]:
+    """A network with all that the back-end knows."""
+    with nengo.Network(seed=3) as net:
+        stim = nengo.Node(lambda t: [0.5, -0.3 + 0.0 * t])
+        body, passed, summed = (
+            nengo.Node(world, size_in=2, size_out=2),
+            nengo.Node(size_in=2),
+            nengo.Node(size_in=1),
+        )
+        with nengo.Network():
+            a = nengo.Ensemble(200, 2, radius=1.2, seed=5)
+        b = nengo.Ensemble(100, 1, intercepts=nengo.dists.Uniform(0.0, 0.9), encoders=[[1]] * 100)
+        memory = nengo.Ensemble(200, 2)
+        array, ganglia = nengo.networks.EnsembleArray(50, 3), nengo.networks.BasalGanglia(3)
+        nengo.Connection(stim, passed, synapse=None)
+        nengo.Connection(passed, a)
+        nengo.Connection(a, b, function=lambda x: x[0] * x[1] + 1.0 > 0.5, synapse=0.01)
+        nengo.Connection(a[0], summed, function=lambda x: x**2)
+        nengo.Connection(summed, array.input[1], synapse=None)
+        nengo.Connection(stim[[1]], array.input[2], transform=-3.0)
+        nengo.Connection(array.output, ganglia.input, synapse=0.02)
+        nengo.Connection(memory[0], memory[1], synapse=0.1, transform=0.5)
+        nengo.Connection(stim, memory, transform=[[0.5, 0.0], [0.0, 0.5]], synapse=0.1)
+        nengo.Connection(b, memory.neurons, transform=[[-0.2]] * 200)
+        nengo.Connection(a.neurons, body, transform=np.full((2, 200), 1.0 / 20_000.0), synapse=0.02)
+        probes = {
+            "a": nengo.Probe(a, synapse=0.05), "b": nengo.Probe(b, synapse=0.05),
+            "memory": nengo.Probe(memory[1], synapse=0.05), "array": nengo.Probe(array.output, synapse=0.05),
+            "ganglia": nengo.Probe(ganglia.output, synapse=0.05), "rates": nengo.Probe(a.neurons),
+            "body": nengo.Probe(body, sample_every=0.01),
+        }  # fmt: skip
+    return net, probes
+
+
+def means(simulator: Any, probes: dict[str, nengo.Probe]) -> dict[str, Any]:
+    """Means over the second half."""
+    found = {
+        name: simulator.data[p][len(simulator.data[p]) // 2 :].mean(axis=0) for name, p in probes.items()
+    }
+    return found | {"rates": found["rates"].mean()}
+
+
+def test_an_ideal_die_is_nengo_in_distribution() -> None:
+    net, probes = everything(World())
+    with nengo.Simulator(net, progress_bar=False, optimize=False) as peer:
+        peer.run(0.4)
+        theirs = means(peer, probes)
+    world = World()
+    net, probes = everything(world)
+    with Simulator(net, dt=0.001, seed=None, progress_bar=False, chip=None) as own:
+        own.run(0.2)
+        own.run_steps(199)
+        own.step()
+        ours = means(own, probes)
+        assert own.data[probes["a"]].shape == (400, 2)
+        assert own.data[probes["body"]].shape == (40, 2)
+        assert own.trange(0.01).shape == (40,)
+    assert own.time == pytest.approx(0.4)
+    assert world.calls == 400
+    for name, value in theirs.items():
+        # the same encoders, intercepts and points; noise of 50 to 300 neurons filtered with 50 ms
+        assert ours[name] == pytest.approx(value, abs=0.02 * max(1.0, np.abs(value).max())), name
+
+
+def test_a_chip_does_the_same_sums() -> None:
+    net, probes = everything(World())
+    with Simulator(net, chip=NefChip(Die(number=7))) as run:
+        run.run(0.3)
+        found = means(run, probes)
+    assert found["a"] == pytest.approx([0.5, -0.3], abs=0.05)
+    assert found["b"] == pytest.approx([1.0], abs=0.06)  # true, as a number
+    assert found["array"] == pytest.approx([0.0, 0.25, 0.9], abs=0.1)  # the square of 0.5, of 50 neurons
+    assert int(np.argmax(found["ganglia"])) == 2
+    assert run.counters["dropped"] == 0
+
+
+def test_probes_are_cleared_and_a_closed_one_is_refused() -> None:
+    with nengo.Network(seed=1) as net:
+        probe = nengo.Probe(nengo.Node(lambda t: t))
+    run = Simulator(net)
+    run.run_steps(5)
+    assert run.data[probe][:, 0] == pytest.approx([0.001, 0.002, 0.003, 0.004, 0.005])
+    run.clear_probes()
+    run.step()
+    assert run.data[probe].shape == (1, 1)
+    run.reset()
+    assert run.time == 0.0
+    run.close()
+    with pytest.raises(CircuitError, match="closed"):
+        run.step()
+
+
+def test_a_seed_repeats_a_run() -> None:
+    found = []
+    for _ in range(2):
+        net, probes = everything(World())
+        with Simulator(net, seed=9, chip=NefChip(Die(number=7))) as run:
+            run.run(0.05)
+            found.append(run.data[probes["rates"]])
+    assert (found[0] == found[1]).all()
+
+
+SPARSE = nengo.Sparse((1, 1), indices=[[0, 0]], init=[1.0])
+
+
+def learns(a: Any) -> None:
+    nengo.Connection(a, a, learning_rule_type=nengo.PES())
+
+
+def circle(_: Any) -> None:
+    one, two = nengo.Node(size_in=1), nengo.Node(size_in=1)
+    nengo.Connection(one, two, synapse=None)
+    nengo.Connection(two, one, synapse=None)
+
+
+@pytest.mark.parametrize(
+    ("add", "says"),
+    [
+        (learns, "learning_rule"),
+        (circle, "circle of nodes"),
+        (lambda a: nengo.Connection(a, a, synapse=nengo.Alpha(0.1)), "must be a low-pass or None"),
+        (lambda a: nengo.Connection(a, a, solver=nengo.solvers.LstsqL2(weights=True)), "weights"),
+        (lambda a: nengo.Connection(a, a, transform=SPARSE), "must be dense"),
+        (lambda _: nengo.Ensemble(5, 1, neuron_type=nengo.AdaptiveLIF()), "must be LIF"),
+        (lambda _: nengo.Ensemble(5, 1, neuron_type=nengo.LIF(tau_rc=0.1)), "must all be alike"),
+        (lambda _: nengo.Ensemble(5, 1, noise=nengo.processes.WhiteNoise()), "no injected noise"),
+        (lambda _: nengo.Ensemble(9000, 1), "the chip has 8192"),
+        (lambda a: nengo.Probe(a, solver=nengo.solvers.Lstsq()), "must be LstsqL2 for a probe"),
+        (lambda a: nengo.Probe(a.neurons, "voltage"), "must be an output, or spikes"),
+        (lambda a: nengo.Connection(a, a, function=lambda x: x * np.nan), "not finite"),
+    ],
+)
+def test_what_it_cannot_do_is_refused_by_name(add: Any, says: str) -> None:
+    with nengo.Network(seed=1) as net:
+        a = nengo.Ensemble(10, 1)
+        add(a)
+    with pytest.raises(CircuitError, match=says):
+        Simulator(net)
+    with pytest.raises(CircuitError, match=r"dt: 0\.002 s"):
+        Simulator(net, dt=0.002)

@@ -1,0 +1,141 @@
+"""The chip whose neurons sleep against the same neurons, all of them integrated all the time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from chips.ranging.chip import RangingChip
+from chips.ranging.kernel import (
+    ASLEEP,
+    MERGED,
+    Chip,
+    Plan,
+    doubts,
+    new_chip,
+    new_plan,
+    next_due,
+    on_call,
+    on_echo,
+    take,
+)
+from chips.ranging.law import Neurons
+from chips.ranging.neuron_kernel import advance_all, call, echo
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+
+Input = tuple[float, str, float]  # time s, what, level V
+Spike = tuple[int, float]
+
+
+def _stimuli(seed: int, calls: int) -> list[Input]:
+    """Calls with three echoes each, one in four of them isolated."""
+    draw = np.random.default_rng(seed)
+    found: list[Input] = []
+    time = 1e-3
+    for _ in range(calls):
+        found.append((time, "call", math.nan))
+        delays, isolated = draw.uniform(0.3e-3, 28e-3, 3), draw.random(3) < 0.25
+        found += [(time + d, "echo", 5.0 if i else math.nan) for d, i in zip(delays, isolated, strict=True)]
+        time += draw.uniform(30e-3, 90e-3)
+    return [*sorted(found), (time, "end", math.nan)]
+
+
+def _asleep(m: Neurons, plan: Plan, inputs: list[Input]) -> tuple[list[Spike], Chip]:
+    chip = new_chip(m, plan)
+    found = []
+    for time, what, level in inputs:
+        while next_due(chip)[0] <= time:
+            due, k = next_due(chip)
+            if take(m, plan, chip, k):
+                found.append((k, due))
+        if what == "call":
+            on_call(m, plan, chip, time)
+        elif what == "echo":
+            on_echo(m, plan, chip, time, level)
+    return sorted(found), chip
+
+
+def _awake(m: Neurons, states: NDArray[np.float64], inputs: list[Input]) -> list[Spike]:
+    saved, fired = np.empty_like(states), np.full(len(states), math.inf)
+    found, now = [], 0.0
+    for time, what, level in inputs:
+        while now < time:
+            now = advance_all(m, states, time, saved, fired)
+            found += [(int(k), float(fired[k])) for k in np.flatnonzero(np.isfinite(fired))]
+        for k in range(len(states)):
+            if what == "call":
+                call(m, k, states[k])
+            elif what == "echo":
+                echo(m, k, states[k], float(m.v_ex_max[k]) if math.isnan(level) else level)
+    return sorted(found)
+
+
+@pytest.mark.parametrize(("die", "sleepers"), [(None, 13), (1007, 11), (5, 11)])
+def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
+    part = RangingChip(Silicon() if die is None else Silicon(die=Die(number=die, process=False)))
+    m = part.neurons_at(27.0)
+    plan = new_plan(m)
+    assert plan.certain.sum() == sleepers
+    inputs = _stimuli(1, 40)
+    ours, _ = _asleep(m, plan, inputs)
+    theirs = _awake(m, part.begin().neurons, inputs)
+    assert len(theirs) > 80
+    assert [k for k, _ in ours] == [k for k, _ in theirs]
+    # a step's error, 0.1 mV, over the slowest passage of a threshold that spikes of these inputs have
+    assert np.abs(np.array(ours)[:, 1] - np.array(theirs)[:, 1]).max() < 20e-6
+
+
+def test_a_chip_sleeps_but_for_what_an_echo_reaches() -> None:
+    m = RangingChip(Silicon()).neurons_at(27.0)
+    plan = new_plan(m)
+    chip = new_chip(m, plan)
+    on_call(m, plan, chip, 1e-3)
+    assert np.all(chip.mood == ASLEEP)
+    assert next_due(chip)[0] == math.inf
+    on_echo(m, plan, chip, 7.4e-3, math.nan)
+    awake = np.flatnonzero(chip.mood != ASLEEP)
+    assert 2 in awake
+    assert awake.size <= 3
+    due, k = next_due(chip)
+    assert k == 2
+    assert 7.4e-3 < due < 9e-3
+    assert take(m, plan, chip, k)
+    assert next_due(chip)[0] == math.inf
+
+
+def test_echoes_up_to_early_are_silent_and_one_soon_after_is_not() -> None:
+    m = RangingChip(Silicon()).neurons_at(27.0)
+    plan = new_plan(m)
+    blind = plan._replace(early=np.zeros(13))
+    for k in range(13):
+        for delay, spikes in ((plan.early[k], 0), (plan.early[k] + 0.6e-3, 1)):
+            inputs = [(1e-3, "call", math.nan), (1e-3 + delay, "echo", math.nan), (60e-3, "end", math.nan)]
+            found, _ = _asleep(m, blind, inputs)
+            assert sum(n == k for n, _ in found) == spikes, (k, delay)
+
+
+def test_isolated_echoes_wake_nobody() -> None:
+    m = RangingChip(Silicon()).neurons_at(27.0)
+    plan = new_plan(m)
+    inputs = [(1e-3, "call", math.nan), (7.4e-3, "echo", 5.0), (30e-3, "end", math.nan)]
+    found, chip = _asleep(m, plan, inputs)
+    assert found == []
+    assert np.all(chip.mood == ASLEEP)
+
+
+def test_merged_inputs_and_doubts_are_counted() -> None:
+    m = RangingChip(Silicon()).neurons_at(27.0)
+    plan = new_plan(m)
+    inputs = [(1e-3, "call", math.nan), (1.005e-3, "call", math.nan), (30e-3, "end", math.nan)]
+    _, chip = _asleep(m, plan, inputs)
+    assert chip.counts[MERGED] == 1
+    assert doubts(chip) == 0
+    unsure = m._replace(margin=np.full(13, 0.15))
+    plan = new_plan(unsure)
+    assert not plan.certain.any()
+    _, chip = _asleep(unsure, plan, [(1e-3, "call", math.nan), (60e-3, "end", math.nan)])
+    assert doubts(chip) == 13

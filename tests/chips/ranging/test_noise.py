@@ -1,0 +1,130 @@
+"""Jitter of the behavioural rebound neurons: its size, its keys, and that it is off unless asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chips.ranging import circuit as ranging_chip
+from chips.ranging.chip import RangingChip
+from chips.ranging.kernel import new_chip, new_plan, next_due, on_call, on_echo, take
+from chips.ranging.neuron_kernel import RELEASE
+from chips.ranging.noise import SiliconNoise, next_durations, no_jitter, spread
+from circuits.devices.noise import WHITE_ONLY, NoiseModel
+from circuits.errors import ParameterError
+from circuits.silicon.process import ELEMENTARY_CHARGE
+from circuits.silicon.silicon import Silicon
+
+WHITE = SiliconNoise(5, flicker=WHITE_ONLY)
+
+
+def durations(noise: SiliconNoise, calls: int, interval: float = 0.1) -> np.ndarray:
+    """t_inh after calls `interval` s apart, float64[calls, 13], s."""
+    jitter = RangingChip(Silicon(), noise=noise).jitter_at(27.0)
+    assert jitter is not None
+    found = np.zeros((calls, ranging_chip.NEURONS))
+    for k, row in enumerate(found):
+        next_durations(jitter, k * interval, row)
+    return found
+
+
+def test_white_jitter_is_the_shot_noise_of_the_bias_current() -> None:
+    jitter = RangingChip(Silicon(), noise=WHITE).jitter_at(27.0)
+    assert jitter is not None
+    expected = np.sqrt(ELEMENTARY_CHARGE * jitter.t_inh / np.array(ranging_chip.I_INH_TAU))
+    # the bias's gate voltage gives the nominal device its current by the same law
+    np.testing.assert_allclose(jitter.white, expected, rtol=1e-3)
+    assert jitter.white[12] == pytest.approx(10.5e-6, rel=0.01)
+    times = durations(WHITE, 2000)
+    # 2,000 calls know a deviation to 1.6 %, a mean to 2.2 % of it: four of these; neurons are independent
+    np.testing.assert_allclose(times.std(axis=0), jitter.white, rtol=0.065)
+    assert np.abs((times.mean(axis=0) - jitter.t_inh) / jitter.white).max() < 0.09
+    others = np.corrcoef(times.T)[~np.eye(13, dtype=bool)]
+    assert np.abs(others).max() < 0.1
+
+
+def test_flicker_goes_on_from_call_to_call() -> None:
+    noise = SiliconNoise(5, flicker=NoiseModel(1e-22, 0.0))
+    jitter = RangingChip(Silicon(), noise=noise).jitter_at(27.0)
+    assert jitter is not None
+    times = durations(noise, 400)
+    assert (spread(jitter) > 5.0 * jitter.white).all()
+    moved = times - times.mean(axis=0)
+    neighbours = (moved[1:] * moved[:-1]).mean() / (moved**2).mean()
+    # relaxations of less than 10 rad/s, half of the decades in play, keep their sign over 0.1 s
+    assert 0.3 < neighbours < 0.9
+    far_apart = durations(noise, 400, 100.0)
+    apart = far_apart - far_apart.mean(axis=0)
+    # 100 s outlast the slowest relaxation 60 times; 5,200 products scatter by 1.4 %
+    assert abs((apart[1:] * apart[:-1]).mean() / (apart**2).mean()) < 0.06
+
+
+def test_seed_trial_and_place_choose_the_noise() -> None:
+    one = durations(WHITE, 3)
+    np.testing.assert_array_equal(durations(WHITE, 3), one)
+    for other in (replace(WHITE, seed=6), replace(WHITE, trial=1)):
+        assert not np.isin(durations(other, 3), one).any()
+
+
+def test_a_chip_without_noise_is_the_chip_it_was() -> None:
+    quiet, noisy = RangingChip(Silicon()), RangingChip(Silicon(), noise=WHITE)
+    assert quiet.jitter_at(27.0) is None
+    assert quiet.begin().wander is None
+    t_inh = np.ones(13)
+    next_durations(no_jitter(), 1.0, t_inh)
+    np.testing.assert_array_equal(t_inh, 1.0)
+    events = [("call", 1e-3)]
+    a, _, _ = quiet.advance(quiet.begin(), 2e-3, events)
+    b, _, _ = noisy.advance(noisy.begin(), 2e-3, events)
+    assert b.wander is not None
+    assert a.wander is None
+    moved = b.neurons[:, RELEASE] - a.neurons[:, RELEASE]
+    assert 0.0 < np.abs(moved).max() < 100e-6
+
+
+def test_a_state_goes_on_as_a_value_and_over_temperature() -> None:
+    chip = RangingChip(Silicon(), noise=SiliconNoise(5))
+    begun, _, _ = chip.advance(chip.begin(), 2e-3, [("call", 1e-3)])
+    again = [chip.advance(begun, 0.2, [("call", 0.15)])[0].neurons for _ in range(2)]
+    np.testing.assert_array_equal(again[0], again[1])
+    warm = {"temperature": (np.array([0.0]), np.array([40.0]))}
+    warmer, _, _ = chip.advance(begun, 0.2, [("call", 0.15)], warm)
+    assert warmer.wander is not None
+    assert warmer.wander[2][0] == 2
+    assert warmer.temperature_c == 40.0
+
+
+def test_both_loops_have_the_same_noise() -> None:
+    """A chip that sleeps between echoes, and one whose neurons are always integrated."""
+    chip = RangingChip(Silicon(), noise=SiliconNoise(9))
+    neurons, jitter = chip.neurons_at(27.0), chip.jitter_at(27.0)
+    own = neurons._replace(t_inh=neurons.t_inh.copy())
+    plan = new_plan(neurons)
+    asleep = new_chip(own, plan, jitter=jitter)
+    pairs = [(0.1 * k + 1e-3, 0.1 * k + 1e-3 + 6.4e-3) for k in range(5)]
+    slept: list[float] = []
+    for called, heard in pairs:
+        on_call(own, plan, asleep, called)
+        on_echo(own, plan, asleep, heard, np.nan)
+        while next_due(asleep)[0] < called + 0.09:
+            time, k = next_due(asleep)
+            if take(own, plan, asleep, k) and k == 2:
+                slept.append(time)
+    state, now, spikes = chip.begin(), 0.0, []
+    events = [e for c, h in pairs for e in (("call", c), ("echo", h))]
+    while now < 0.5:
+        state, now, output = chip.advance(state, 0.5, events)
+        events = []
+        spikes += [t for port, t in output.events if port == "spike[2]"]
+    assert len(slept) == len(spikes) == 5
+    # a step's error over the slope of v_mem, as between the loops without noise; noise moves spikes by 5 us
+    # from one call to the next
+    np.testing.assert_allclose(slept, spikes, atol=20e-6)
+    delays = np.array(spikes) - [c for c, _ in pairs]
+    assert np.ptp(delays) > 2e-6
+
+
+def test_wrong_numbers_are_refused() -> None:
+    for wrong in ({"seed": -1}, {"trial": -2}):
+        with pytest.raises(ParameterError, match="must be at least 0"):
+            SiliconNoise(**wrong)

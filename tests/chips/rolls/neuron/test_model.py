@@ -1,0 +1,201 @@
+"""The behavioural ROLLS neuron fires when the circuit does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chips.rolls.neuron.kernel import NEURON_COLUMNS, Neurons
+from chips.rolls.neuron.model import at_rest, model_of, neurons_on, respond
+from circuits.bias import rebias
+from circuits.blocks.rolls.neuron import BLOCK, STEP_TIME, build
+from circuits.circuit import BiasKind, Circuit, InstanceArray, Port
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import simulate
+
+DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+STEP = 1e-4
+
+
+def circuit_spikes(
+    circuit: Circuit, silicon: Silicon, current: float, duration: float, slow: float | None = None
+) -> np.ndarray:
+    stimuli = DEFAULTS | {"current": current, "duration": STEP_TIME + duration, "slow": slow}
+    # 1e-7: at 1e-4 the period is 0.9 % off
+    result = simulate(
+        BLOCK.testbench(circuit, stimuli, ROLLS_180.v_dd), silicon, rtol=1e-7, record=("v_mem",)
+    )
+    return result.spikes["spike"] - STEP_TIME
+
+
+def model_spikes(neurons: Neurons, current: float, duration: float) -> np.ndarray:
+    return respond(neurons, np.full((round(duration / STEP), neurons.top.size), current), STEP).spikes[0]
+
+
+# 5 % is what the model is made for; the largest error of benchmarks/rolls_models.py is below 2 %, here 1 %
+@pytest.mark.parametrize(
+    ("die", "temperature", "kind", "current"),
+    [
+        (1000, 27.0, "gate", 2e-10),
+        (1001, 27.0, "generator", 4e-10),
+        (1002, 27.0, "gate", 8e-10),
+        (1003, 0.0, "gate", 3e-10),
+        (1010, 0.0, "generator", 1e-9),
+        (1005, 60.0, "gate", 2e-9),
+        (1006, 60.0, "generator", 5e-10),
+    ],
+)
+def test_rate_and_latency_are_the_circuit_s(
+    die: int, temperature: float, kind: BiasKind, current: float
+) -> None:
+    circuit = rebias(build(), kind=kind)
+    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+    expected = circuit_spikes(circuit, silicon, current, 50e-3)
+    found = model_spikes(neurons_on(model_of(circuit, ROLLS_180), silicon), current, 50e-3)
+    assert expected.size > 1
+    assert found[:2] == pytest.approx(expected[:2], rel=0.01)
+    last = min(found.size, expected.size)
+    assert np.diff(found)[last - 2] == pytest.approx(np.diff(expected)[last - 2], rel=0.01)
+
+
+def test_silent_where_the_circuit_is_and_not_a_little_above() -> None:
+    silicon = Silicon(ROLLS_180, die=Die(number=1000))
+    neurons = neurons_on(model_of(build(), ROLLS_180), silicon)
+    low, high = 5e-11, 5e-10
+    for _ in range(14):
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if model_spikes(neurons, middle, 0.3).size else (middle, high)
+    # within 1 % of the least current that fires, hundred times less than the range that is searched
+    assert circuit_spikes(build(), silicon, 0.99 * low, 0.3).size == 0
+    assert circuit_spikes(build(), silicon, 1.01 * high, 0.3).size > 0
+
+
+def test_slow_leak_is_the_circuit_s() -> None:
+    silicon = Silicon(ROLLS_180)
+    neurons = neurons_on(model_of(build(), ROLLS_180), silicon, np.array([True]))
+    expected = circuit_spikes(build(), silicon, 3e-11, 60e-3, slow=1.0)
+    assert model_spikes(neurons, 3e-11, 60e-3)[:2] == pytest.approx(expected[:2], rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize(("temperature", "least"), [(27.0, 99), (60.0, 80)])
+def test_a_silent_neuron_with_the_slow_leak_rests(kind: BiasKind, temperature: float, least: int) -> None:
+    # mismatch and process; all of the dies but one at 27 degC, and most at 60 degC, where off currents are
+    # ten times as large and a generator's leak is a tenth larger
+    model = model_of(rebias(build(), kind=kind), ROLLS_180)
+    rests = 0
+    for die in range(100):
+        silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+        neurons = neurons_on(model, silicon, np.array([True]))
+        rests += bool(at_rest(neurons)[0, 0] < neurons.top[0])
+    assert rests >= least
+
+
+@pytest.mark.parametrize("temperature", [0.0, 27.0, 60.0])
+def test_a_generator_keeps_the_least_firing_current(temperature: float) -> None:
+    # feedback and I_thr's diode rise alike with v_mem, so that only V_shift / U_T moves with temperature:
+    # 0.16 nA at 0 degC, 0.10 nA at 60 degC
+    neurons = neurons_on(
+        model_of(rebias(build(), kind="generator"), ROLLS_180), Silicon(ROLLS_180, temperature)
+    )
+    assert model_spikes(neurons, 8e-11, 0.2).size == 0
+    assert model_spikes(neurons, 2e-10, 0.2).size > 0
+
+
+def test_rest_is_the_circuit_s() -> None:
+    silicon = Silicon(ROLLS_180, 60.0, Die(number=1000))
+    bench = BLOCK.testbench(build(), DEFAULTS, ROLLS_180.v_dd)
+    point = operating_point(bench, silicon)
+    state = at_rest(neurons_on(model_of(build(), ROLLS_180), silicon))
+    assert state.shape == (1, NEURON_COLUMNS)
+    # 0.1 mV: a four-hundredth of the e-fold of a current
+    assert state[0, 0] == pytest.approx(point["v_mem"], abs=1e-4)
+    assert state[0, 1] == pytest.approx(point["v_ahp"], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("biases", "within"),
+    [
+        ({"i_rfr2": 1e-10}, 0.02),  # a refractory period of 6 ms
+        ({"i_rfr1": 1e-8}, 0.01),  # a spike of 50 us
+        ({"i_buf": 1e-8}, 0.01),  # a comparator that follows late
+        ({"i_dc": 3.46e-10}, 0.01),
+    ],
+)
+def test_every_part_has_its_part(biases: dict[str, float], within: float) -> None:
+    circuit, silicon = rebias(build(), biases), Silicon(ROLLS_180)
+    expected = np.diff(circuit_spikes(circuit, silicon, 2e-9, 30e-3))[-1]
+    found = np.diff(model_spikes(neurons_on(model_of(circuit, ROLLS_180), silicon), 2e-9, 30e-3))[-1]
+    usual = np.diff(circuit_spikes(build(), silicon, 2e-9, 30e-3))[-1]
+    assert found == pytest.approx(expected, rel=within)
+    assert abs(expected - usual) > 3.0 * within * usual
+
+
+def test_adaptation_lengthens_intervals_as_in_the_circuit() -> None:
+    circuit = rebias(build(), {"i_ahw": 100e-9, "i_ahtau": 2e-12, "i_athr": 20e-12})
+    silicon = Silicon(ROLLS_180)
+    expected = np.diff(circuit_spikes(circuit, silicon, 2e-9, 80e-3))
+    found = np.diff(model_spikes(neurons_on(model_of(circuit, ROLLS_180), silicon), 2e-9, 80e-3))
+    # 5 %: what the model is made for
+    assert found[-1] == pytest.approx(expected[-1], rel=0.05)
+    assert expected[-1] > 1.5 * expected[0]
+
+
+def test_nmda_current_enters_where_its_gate_lets_it() -> None:
+    silicon = Silicon(ROLLS_180)
+    model = model_of(build(), ROLLS_180)
+    stimuli = DEFAULTS | {"current": 0.0, "nmda": 2e-9, "duration": 22e-3}
+    result = simulate(
+        BLOCK.testbench(build(), stimuli, ROLLS_180.v_dd), silicon, rtol=1e-7, record=("v_mem",)
+    )
+    expected = result.spikes["spike"] - STEP_TIME
+    found = model_spikes(neurons_on(model, silicon, i_nmda=2e-9), 0.0, 20e-3)
+    assert np.diff(found)[0] == pytest.approx(np.diff(expected)[0], rel=0.01)
+    closed = rebias(build(), {"i_nmda": 1e-7})
+    assert model_spikes(neurons_on(model_of(closed, ROLLS_180), silicon, i_nmda=2e-9), 0.0, 20e-3).size == 0
+
+
+def test_step_does_not_matter() -> None:
+    neurons = neurons_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180))
+    coarse = respond(neurons, np.full((500, 1), 4e-10), 1e-4).spikes[0]
+    fine = respond(neurons, np.full((5000, 1), 4e-10), 1e-5).spikes[0]
+    # second order, in parts of 3 mV at most: a hundredth of what the model may be off
+    assert coarse == pytest.approx(fine, rel=5e-4)
+
+
+def test_neurons_of_an_array_are_those_at_their_places() -> None:
+    neuron = build()
+    outer = ("vdd", *(b.port for b in neuron.biases))
+    own = ("i_in", "i_nmda", "v_mem", "spike")
+    ports = tuple(p if p.name in outer else Port(p.name, p.kind, p.direction, (3,)) for p in neuron.ports)
+    array = InstanceArray("neuron", neuron, (3,), {name: name for name in (*outer, *own)})
+    biases = tuple(replace(b, device=f"neuron.{b.device}" if b.device else None) for b in neuron.biases)
+    chip = Circuit("three", ports, (), (array,), biases=biases)
+    die = Die(number=1001)
+    together = neurons_on(model_of(chip, ROLLS_180, "neuron"), Silicon(ROLLS_180, die=die))
+    place = (("three", ()), ("neuron", (2,)))
+    alone = neurons_on(model_of(neuron, ROLLS_180), Silicon(ROLLS_180, die=die, place=place))
+    assert together.top.shape == (3,)
+    assert np.allclose(together.table[2], alone.table[0], rtol=1e-9)
+    assert together.refractory[2] == pytest.approx(alone.refractory[0], rel=1e-9)
+    assert np.unique(together.top).size == 3
+
+
+def test_a_neuron_that_has_no_rest_fires_by_itself() -> None:
+    # 0.35 nA of direct current are above what tau2 takes away
+    restless = neurons_on(model_of(rebias(build(), {"i_dc": 3.5e-10}), ROLLS_180), Silicon(ROLLS_180))
+    assert at_rest(restless)[0, 0] >= restless.top[0]
+    assert model_spikes(restless, 0.0, 30e-3).size > 1
+
+
+def test_spikes_without_an_end_are_refused() -> None:
+    neurons = neurons_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180))
+    endless = neurons._replace(refractory=np.zeros(1), top=np.full(1, 0.05))
+    with pytest.raises(ParameterError, match="spikes, must be <="):
+        respond(endless, np.full((10_000, 1), 5e-9), 1e-4)

@@ -1,0 +1,94 @@
+"""Lumped plastic synapses and the NMDA gate's share against circuits with the same devices."""
+
+import numpy as np
+import pytest
+
+from chips.devices_on_die import devices_on, part_of
+from chips.rolls.chip import RollsChip
+from chips.rolls.layout import OCTAVE_BITS, VOLTAGE
+from chips.rolls.neuron.membrane import Membrane
+from chips.rolls.parts import devices_at, part_gates, row_place
+from chips.rolls.plastic.model import cell_model, cells_of
+from chips.rolls.plastic.tables import nmda_share, zeta_at
+from chips.rolls.program.program import Program
+from chips.rolls.setups.learning import learning_biases
+from chips.rolls.synapse.charge import pulse_length
+from chips.rolls.synapse.model import model_of
+from circuits.bias import rebias
+from circuits.blocks.rolls import dpi_synapse, plastic_synapse
+from circuits.blocks.rolls import neuron as rolls_neuron
+from circuits.devices import Source
+from circuits.devices.source import Constant
+from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import simulate
+from circuits.testbench import Testbench
+
+LINE = plastic_synapse.LINE
+
+
+def circuit_measures(circuit, silicon, up):
+    values = {"up": up, "events": 1.0, "rate": 200.0, "duration": None}
+    return plastic_synapse.BLOCK.measures(
+        simulate(plastic_synapse.BLOCK.testbench(circuit, values, 1.8), silicon)
+    )
+
+
+@pytest.mark.parametrize(("die", "temperature"), [(1000, 27.0), (1001, 0.0)])
+def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
+    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+    circuit = rebias(plastic_synapse.build(), {}, "generator")
+    d = devices_on(part_of(circuit, ROLLS_180), silicon)
+    own = d._replace(fet={name.removeprefix("cell."): fet for name, fet in d.fet.items()})
+    cells = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE)
+    length = pulse_length(model_of(dpi_synapse.build(), ROLLS_180), d)[0]
+    up, down = (circuit_measures(circuit, silicon, way) for way in (1.0, -1.0))
+    # 0.7 % seen: charge of the switches' inner nodes
+    assert up["jump_V"] == pytest.approx(cells.up[0] * length / cells.capacitance, rel=0.015)
+    assert down["jump_V"] == pytest.approx(-cells.down[0] * length / cells.capacitance, rel=0.015)
+    # the lines stay active in the testbench; 1.5 % seen: what drains at another voltage leak
+    assert up["drift_V_per_s"] == pytest.approx(-(cells.fall - cells.more_up)[0], rel=0.03)
+    assert down["drift_V_per_s"] == pytest.approx((cells.rise - cells.more_down)[0], rel=0.03)
+    assert down["charge_C"] == pytest.approx((cells.current * length + cells.switched)[0], rel=0.01)
+
+
+@pytest.mark.parametrize("die", [1000, 1001])
+def test_a_weights_threshold_is_the_comparators(die):
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    circuit = rebias(plastic_synapse.build(), {}, "generator")
+    d = devices_on(part_of(circuit, ROLLS_180), silicon)
+    own = d._replace(fet={name.removeprefix("cell."): fet for name, fet in d.fet.items()})
+    middle = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE).middle[0]
+    # the second stage's own offset over the first one's gain, of 1 / U_T and more: below 1 mV
+    for off, low in ((-1e-3, 1.8), (1e-3, 0.0)):
+        volts = {"vdd": 1.8, "event": 0.0, "up_b": 1.8, "dn": 0.0, "line": LINE, "w": float(middle) + off}
+        held = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
+        found = operating_point(Testbench("held", circuit, held, 1e-3), silicon).voltages()
+        assert found["low"] == pytest.approx(low, abs=0.05)
+
+
+def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors():
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=1000))
+    chip = RollsChip(Program(np.zeros((1, 1)), learning_biases()), silicon, "generator")
+    built = chip.built()
+    neuron = devices_at(
+        rolls_neuron.build(chip.params.neuron), row_place(256, ("neuron", ())), silicon,
+        part_gates("neuron", built.gates),
+    )  # fmt: skip
+    membranes = built.tables.membranes
+    lines = nmda_share(neuron, membranes)
+    v = np.tile(np.linspace(0.02, 0.45, 9), (256, 1))
+    zeta = np.stack([zeta_at(column, membranes) for column in v.T], axis=1)
+    mantissa, exponent = np.frexp(zeta)
+    per = 1 << OCTAVE_BITS
+    row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * per).astype(np.int64)
+    here = np.take_along_axis(lines, row[:, :, None], axis=1)
+    share = here[:, :, 0] + here[:, :, 1] * zeta
+    at = np.take_along_axis(membranes.lines[:, :, VOLTAGE:], row[:, :, None], axis=1)
+    assert np.allclose(at[:, :, 0] + at[:, :, 1] * zeta, v, atol=1e-3)
+    current = 0.1e-9
+    exact = Membrane(neuron, v).nmda(current) / current
+    # weak inversion: 2 % seen in the mirrors' mismatch at 0.1 nA; a line of 1 / 16 octave bends by less
+    assert np.abs(share / exact - 1.0).max() < 0.04

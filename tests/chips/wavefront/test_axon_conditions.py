@@ -1,0 +1,60 @@
+"""Where a die's axons stand in the record: currents by the law, derivatives, and the record's limits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chips.wavefront.axon_conditions import axon_tables, check_local, conditions, process_shifts
+from chips.wavefront.model import axon_model
+from circuits.bias import die_current, rebias
+from circuits.blocks.wavefront import axon_delay
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+
+CIRCUIT = axon_delay.build()
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("temperature", [0.0, 27.0, 60.0])
+def test_the_sink_s_current_is_the_law_s_on_the_die(kind: BiasKind, temperature: float) -> None:
+    circuit = rebias(CIRCUIT, kind=kind)
+    silicon = Silicon(temperature_c=temperature, die=Die(number=1000, mismatch=False))
+    found = conditions(axon_tables(axon_model(circuit), silicon), silicon, process_shifts(silicon))
+    expected = die_current(circuit, circuit.bias("i_delay"), silicon)
+    assert np.exp(found.log_current) == pytest.approx(expected, rel=1e-9)
+    half = found.pinch
+    assert found.specific_current * np.logaddexp(0.0, half) ** 2 == pytest.approx(expected, rel=1e-9)
+
+
+def test_fixed_gates_are_found_once_and_a_generator_s_on_every_die() -> None:
+    assert axon_tables(axon_model(CIRCUIT), Silicon()).gates is not None
+    assert axon_tables(axon_model(rebias(CIRCUIT, kind="generator")), Silicon()).gates is None
+
+
+def test_the_derivatives_by_the_current_are_those_of_the_value() -> None:
+    model = axon_model(CIRCUIT)
+    step = 1e-3
+    at = [
+        conditions(
+            axon_tables(replace(model, circuit=rebias(CIRCUIT, {"i_delay": 3e-9 * np.exp(s)})), Silicon()),
+            Silicon(),
+            process_shifts(Silicon()),
+        ).log_charge
+        for s in (-step, 0.0, step)
+    ]
+    # central differences of a cubic: exact but for rounding, 1e-16 / step^2
+    assert (at[2][0] - at[0][0]) / (2.0 * step) == pytest.approx(at[1][1], rel=1e-4, abs=1e-6)
+    assert (at[2][0] - 2.0 * at[1][0] + at[0][0]) / step**2 == pytest.approx(at[1][2], rel=1e-3, abs=1e-6)
+
+
+def test_what_lies_outside_the_record_is_refused_by_name() -> None:
+    model = axon_model(rebias(CIRCUIT, {"i_cmp": 1e-9}))
+    with pytest.raises(ParameterError, match=r"axon_delay\.i_cmp: 1e-09 A, must be 3e-09 to 3e-06 A"):
+        conditions(axon_tables(model, Silicon()), Silicon(), process_shifts(Silicon()))
+    with pytest.raises(ParameterError, match=r"axon_delay\.temperature: -40 degC, must be -10 to 65 degC"):
+        axon_tables(model, Silicon(temperature_c=-40.0))
+    with pytest.raises(ParameterError, match=r"v_t0 shift: 0\.05 V, must be -0\.04 to 0\.04 V"):
+        check_local(model, np.array([0.0, 0.05]))

@@ -1,0 +1,85 @@
+"""The shipped records of axon and cell belong to today's circuits, and state their errors."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chips.wavefront.axon_record import (
+    AxonGrid,
+    axon_key,
+    axon_record,
+    lagrange_weights,
+    read_axon_record,
+    write_axon_record,
+)
+from chips.wavefront.model import cell_record
+from circuits.blocks.wavefront import axon_delay
+from circuits.errors import DataError
+from circuits.silicon.process import AMI_1500
+
+RECORD = axon_record()
+
+
+def test_the_axon_s_record_is_not_stale() -> None:
+    assert RECORD.key == axon_key(axon_delay.build(), AMI_1500, RECORD.grid)
+    assert RECORD.grid == AxonGrid()
+
+
+def test_the_cell_s_record_is_not_stale() -> None:
+    data = cell_record(AMI_1500)
+    assert {"input_delay_s", "start_delay_s", "window_s", "input_delay_gradient"} <= set(data.data_vars)
+
+
+def test_the_key_follows_circuit_process_and_grid_but_not_biases_and_matching() -> None:
+    circuit = axon_delay.build()
+    key = axon_key(circuit, AMI_1500)
+    assert axon_key(replace(circuit, biases=()), AMI_1500) == key
+    assert axon_key(circuit, replace(AMI_1500, pair_a_vt=1e-9)) == key
+    assert axon_key(axon_delay.build(axon_delay.Params(sink_width=24e-6)), AMI_1500) != key
+    assert axon_key(circuit, replace(AMI_1500, v_dd=4.9)) != key
+    assert axon_key(circuit, AMI_1500, AxonGrid(temperature=(0.0, 27.0))) != key
+
+
+def test_errors_on_other_dies_are_stated_and_small() -> None:
+    # a sink's own spread is 4.4 %: the model is to be far better than what it describes
+    assert RECORD.errors["first_die"] >= 500
+    assert RECORD.errors["delay_rms_relative"] < 5e-4
+    assert RECORD.errors["delay_max_relative"] < 2.5e-3
+    data = cell_record(AMI_1500)
+    assert data.attrs["error_input_delay_max_s"] < 0.2e-9
+
+
+def test_the_sensitivities_are_those_of_a_comparator() -> None:
+    gain = dict(zip(RECORD.parameters, RECORD.gain[2, 7], strict=True))
+    # the offset of the pair over the swing of the ramp, V_dd - v_ref = 3 V; the mirror's is smaller
+    assert gain["mc2.v_t0"] == pytest.approx(1.0 / 3.0, rel=0.02)
+    assert gain["mc1.v_t0"] == pytest.approx(-gain["mc2.v_t0"], rel=0.01)
+    assert 0.0 < gain["mc3.v_t0"] < gain["mc2.v_t0"]
+    assert gain["mc4.v_t0"] == pytest.approx(-gain["mc3.v_t0"], rel=0.01)
+    others = [abs(g) for n, g in gain.items() if n[:3] not in {"mc0", "mc1", "mc2", "mc3", "mc4"}]
+    assert max(others) < 0.02
+
+
+def test_a_record_survives_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "axon.nc"
+    write_axon_record(RECORD, path)
+    again = read_axon_record(path)
+    assert (again.key, again.grid, again.parameters, again.errors) == (
+        RECORD.key, RECORD.grid, RECORD.parameters, RECORD.errors,
+    )  # fmt: skip
+    for name in ("log_charge", "gain", "offset"):
+        assert np.array_equal(getattr(again, name), getattr(RECORD, name))
+
+
+def test_another_file_is_refused() -> None:
+    other = Path(__file__).parents[3] / "chips" / "records" / "centroid_board.nc"
+    with pytest.raises(DataError, match="no axon record"):
+        read_axon_record(other)
+
+
+def test_weights_reproduce_a_polynomial() -> None:
+    nodes = (-10.0, 8.0, 27.0)
+    values = np.array(nodes) ** 2 - 3.0 * np.array(nodes)
+    assert lagrange_weights(nodes, 15.0) @ values == pytest.approx(15.0**2 - 45.0)

@@ -1,0 +1,80 @@
+"""Equation (9) by the circuit, at other temperatures and kinds of biases, and on dies."""
+
+import pytest
+
+from circuits.bias import rebias
+from circuits.blocks.latency.neuron import BIASES, BLOCK, Params, build
+from circuits.circuit import Circuit
+from circuits.errors import ParameterError
+from circuits.lowering.check import check_circuit
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import simulate
+
+DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+E_0, CHARGE = 2.5e-9, 10e-12 * 2.0  # A; C_mem V_ref, C
+SILICON = Silicon()
+
+
+def measured(circuit: Circuit, silicon: Silicon, **stimuli: float | None) -> dict[str, float | None]:
+    return BLOCK.measures(simulate(BLOCK.testbench(circuit, DEFAULTS | stimuli, 5.0), silicon))
+
+
+def number(value: float | None) -> float:
+    assert value is not None
+    return value
+
+
+def test_the_circuit_is_sound() -> None:
+    check_circuit(build())
+    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
+
+
+@pytest.mark.parametrize(
+    "times", [(3e-3, None, None), (3e-3, 6e-3, None), (2e-3, 2e-3, 5e-3), (0.0, 7e-3, 7.5e-3)]
+)
+def test_the_latency_is_that_of_equation_9(times: tuple[float | None, ...]) -> None:
+    found = measured(build(), SILICON, **dict(zip(("first", "second", "third"), times, strict=True)))
+    known = [t for t in times if t is not None]
+    expected = (CHARGE + E_0 * sum(known)) / (len(known) * E_0)
+    # the requirement; parasitics of the membrane are 0.7 % of it, the ping's width 0.1 %
+    assert found["latency_s"] == pytest.approx(expected, rel=0.02)
+
+
+def test_a_step_lasts_20_ms() -> None:
+    # 1.1 % of parasitics on the timer
+    assert measured(build(), SILICON)["step_s"] == pytest.approx(20e-3, rel=0.02)
+
+
+def test_nothing_heard_is_nothing_said() -> None:
+    found = measured(build(), SILICON, first=None, second=None)
+    assert found["latency_s"] is None
+    assert found["step_s"] is None
+
+
+def test_fixed_gates_slow_down_in_the_cold_and_generators_do_not() -> None:
+    cold, warm = (Silicon(AMI_1500, t) for t in (0.0, 60.0))
+    gate = build()
+    generator = rebias(gate, {}, "generator")
+    late = [measured(gate, s)["latency_s"] for s in (cold, SILICON, warm)]
+    assert number(late[0]) > 1.5 * number(late[1]) > 1.5 * number(late[2])
+    steady = [measured(generator, s)["latency_s"] for s in (cold, warm)]
+    # T is 4.5 ms of mean arrival and 4 ms of charging, which goes as 1 / T, from 273 to 333 K: +-10 %
+    assert steady[0] == pytest.approx(4.5e-3 + 4e-3 * 300.15 / 273.15, rel=0.02)
+    assert steady[1] == pytest.approx(4.5e-3 + 4e-3 * 300.15 / 333.15, rel=0.02)
+
+
+def test_dies_differ_and_a_die_is_the_same_again() -> None:
+    def latency(number: int) -> float | None:
+        return measured(build(), Silicon(die=Die(number=number)))["latency_s"]
+
+    assert latency(7) == latency(7)
+    assert latency(7) != latency(8)
+
+
+def test_sizes_that_cannot_be_are_refused() -> None:
+    with pytest.raises(ParameterError, match=r"membrane_capacitance: 0 F, must be > 0"):
+        Params(membrane_capacitance=0.0)
+    with pytest.raises(ParameterError, match=r"synapses: 0, must be a whole number from 1 to 64"):
+        Params(synapses=0)

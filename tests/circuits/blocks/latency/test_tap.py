@@ -1,0 +1,56 @@
+"""A tap passes an event on after its time, at other temperatures, kinds of biases and on dies."""
+
+import pytest
+
+from circuits.bias import rebias
+from circuits.blocks.latency.tap import BIASES, BLOCK, Params, build
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.lowering.check import check_circuit
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import Result, simulate
+
+USUAL = 5e-12 * 2.0 / 3.34e-9  # C V / I, s
+
+
+def run(silicon: Silicon, kind: BiasKind = "gate") -> Result:
+    return simulate(BLOCK.testbench(rebias(build(), {}, kind), {"duration": None}, 5.0), silicon)
+
+
+def test_the_circuit_is_sound() -> None:
+    check_circuit(build())
+    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
+
+
+def test_two_taps_take_twice_as_long() -> None:
+    result = run(Silicon())
+    found = BLOCK.measures(result)
+    # 1.1 % of parasitics on the timer, and 10 to 14 us of events that hold it
+    assert found["delay_s"] == pytest.approx(USUAL * 1.011 + 10e-6, rel=0.01)
+    assert found["hop_s"] == pytest.approx(USUAL * 1.011 + 14e-6, rel=0.01)
+    # 0.2 pF and its gates from 5 V to an inverter's threshold of 2.2 V, by 50 nA
+    assert found["pulse_s"] == pytest.approx(13e-6, rel=0.2)
+    assert BLOCK.outcome(result) == "2 taps"
+
+
+def test_a_generator_holds_the_delay_and_a_fixed_gate_does_not() -> None:
+    cold = Silicon(temperature_c=0.0)
+    steady = BLOCK.measures(run(cold, "generator"))["delay_s"]
+    # PTAT: 300.15 / 273.15 as long; the comparator's own delay is below 0.2 %
+    assert steady == pytest.approx(USUAL * 1.014 * 300.15 / 273.15, rel=0.01)
+    drifted = BLOCK.measures(run(cold))["delay_s"]
+    assert drifted is not None
+    assert drifted > 2.0 * USUAL
+
+
+def test_dies_differ() -> None:
+    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "generator"))["delay_s"] for n in (1, 2))
+    assert a != b
+
+
+def test_what_cannot_be_built_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"timer_capacitance: 0 F, must be > 0"):
+        Params(timer_capacitance=0.0)
+    with pytest.raises(ParameterError, match=r"taps: 0, must be a whole number from 1 to 64"):
+        Params(taps=0)

@@ -1,0 +1,37 @@
+r"""HSPICE: expressions in quotes go on after `\\`, within the simulator's longest line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from circuits.devices import OperationalAmplifier, Transistor
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
+from netlists.dialects import ngspice as ngspice_text
+from netlists.dialects.hspice import format_device
+
+LONGEST = 1024
+GAMMA = Silicon(replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early=0.02)))
+
+
+def test_a_long_expression_is_continued_and_is_the_same_expression() -> None:
+    device = Transistor(
+        "a_rather_long_name", "n", "drain_node", "gate_node", "source_node", "bulk_node", 3e-6, 3e-6
+    )
+    lines = format_device(device, GAMMA)
+    pieces = [line for line in lines if not line.startswith("c")]
+    assert len(pieces) > 1
+    assert max(map(len, lines)) <= LONGEST
+    assert all(line.endswith("\\\\") for line in pieces[:-1])
+    assert not any(line.startswith("*") for line in pieces)
+    whole = "".join(line.removesuffix("\\\\") for line in pieces)
+    (other,) = (line for line in ngspice_text.format_device(device, GAMMA) if line.startswith("b"))
+    expression = other.partition("i=")[2].replace("^", "**").replace("ln(", "log(")
+    assert whole.partition("cur=")[2] == f"'{expression}'"
+
+
+def test_a_short_one_is_one_line() -> None:
+    up, down = format_device(OperationalAmplifier("u", "p", "n", "y", "vdd"), Silicon())
+    assert up.startswith("gu__up y vdd cur='")
+    assert down.startswith("gu__down y 0 cur='")
+    assert up.endswith("'")

@@ -1,0 +1,66 @@
+"""Cards about a run."""
+
+import pytest
+
+from circuits.errors import DataError
+from netlists.read.analysis import Controls, OperatingPoint, Sweep, Transient, read_controls
+from netlists.read.card import Card
+from netlists.read.expression.scope import Scope
+from netlists.read.limits import Limits
+from netlists.read.note import Notes
+from netlists.read.waveform import Span
+
+
+def read(*texts: str, notes: Notes | None = None) -> Controls:
+    cards = [Card(text, "a.cir", k) for k, text in enumerate(texts, 1)]
+    return read_controls(cards, Scope(Limits()), Notes() if notes is None else notes)
+
+
+def test_analyses() -> None:
+    controls = read(".TRAN 1u 2m 0 10u UIC", ".op", ".dc v1 0 5 0.1 i2 0 1n 0.1n", ".tran 1n 1u")
+    assert controls.analyses == [
+        Transient(1e-6, 2e-3, 0.0, 1e-5, uic=True),
+        OperatingPoint(),
+        Sweep(("v1", "i2"), (0.0, 0.0), (5.0, 1e-9), (0.1, 1e-10)),
+        Transient(1e-9, 1e-6),
+    ]
+    assert controls.span == Span(1e-6, 2e-3)
+    assert controls.uic
+    assert not read(".tran 1n 1u", ".tran 1n 1u uic").uic
+    assert read(".op").span == Span()
+
+
+def test_starts_and_temperature() -> None:
+    controls = read(".nodeset v(a)=1 V( x1.b ) = {2*2}", ".ic v(c)=5m", ".options temp=60 reltol=1e-4")
+    assert {node: value for node, (value, _) in controls.starts.items()} == {"a": 1.0, "x1.b": 4.0}
+    assert {node: value for node, (value, _) in controls.held.items()} == {"c": 5e-3}
+    assert controls.temperature_c == 60.0
+    assert read(".temp -20").temperature_c == -20.0
+
+
+def test_what_is_not_taken_over_is_noted() -> None:
+    notes = Notes()
+    read(".save v(a)", ".save v(b)", ".ac dec 10 1 1k", ".options gmin=1e-15", notes=notes)
+    assert {note.what.split(",")[0]: note.count for note in notes.all()} == {
+        ".save card": 2,
+        ".ac analysis": 1,
+        "option gmin": 1,
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (".wave a", ".wave: unknown card"),
+        (".tran 1u", "must be 2 to 4"),
+        (".tran 1u 0", "must be > 0"),
+        (".tran 1u 1e999", "must be finite"),
+        (".dc v1 0 1", "must be 4 or 8"),
+        (".ic a=1", "must be v"),
+        (".nodeset v(a)=", "must be v"),
+        (".temp", "must be one"),
+    ],
+)
+def test_refused_with_its_place(text: str, says: str) -> None:
+    with pytest.raises(DataError, match=rf"^a\.cir:1: .*{says}"):
+        read(text)

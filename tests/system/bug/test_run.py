@@ -1,0 +1,78 @@
+"""Bug robots with a brain on the chip: from the command line, on dies, and in studies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from system.bug.run import SYSTEM, Scenario, run, summarise
+from system.cli.command_line import main
+
+OPEN = ("--map", "bug-open", "--duration", "3s")
+
+
+def test_bug_0_on_a_die_reaches_an_open_goal() -> None:
+    trace = run(Scenario("bug0", "chip", map="bug-open", duration=30.0, die=Die(number=900)))
+    assert trace.reached
+    assert trace.chip is not None
+    assert trace.chip["spikes"] > 1000
+    assert trace.chip["dropped"] == 0
+    assert summarise(trace)["path_ratio"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_die_is_the_same_again_and_another_is_not() -> None:
+    def path(number: int) -> bytes:
+        scenario = Scenario("bug0", "chip", map="bug-cup", duration=2.0, die=Die(number=number))
+        return run(scenario).path.tobytes()
+
+    assert path(901) == path(901)
+    assert path(901) != path(902)
+
+
+def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--agent", "bug0", "--brain", "chip", "--die", "903", "--bias-kind", "generator", "--json")
+    assert main(["run", "bug", *OPEN, *options, "--temperature", "30", "--calibrated", "30"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["chip"]["spikes"] > 0
+    assert (found["temperature_C"], found["calibrated_C"], found["bias_kind"]) == (30.0, 30.0, "generator")
+    assert found["neurons"] == 2050
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--temperature", "30"),
+        ("--calibrated", "30"),
+        ("--solved", "30"),
+        ("--area", "2"),
+        ("--die", "3"),
+        ("--bias-kind", "generator"),
+    ],
+)
+def test_what_only_a_chip_has_is_refused_without_one(
+    option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", "bug", "--brain", "ideal", *OPEN, option, value]) != 0
+    assert f"{option}:" in capsys.readouterr().err
+
+
+def test_a_study_runs_on_the_chip_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    what = ("--param", "agent=bug0", "--param", "map=bug-open", "--duration", "3s")
+    study = ("montecarlo", "bug", "--metric", "reached", "--first-die", "900", *what)
+    where = ("-o", str(tmp_path / "study"), "--json")
+    assert main([*study, "-n", "2", *where]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert main([*study, "-n", "2", *where, "--resume"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert first["metrics"] == again["metrics"]
+
+
+def test_a_study_refuses_what_a_robot_has_not() -> None:
+    with pytest.raises(ParameterError, match=r"--obstacles: not an option of bug"):
+        SYSTEM.study_options("behavioural", None, {"obstacles": "3"})
+    with pytest.raises(ParameterError, match=r"--level: transistor"):
+        SYSTEM.study_options("transistor", None, {})

@@ -1,0 +1,443 @@
+"""The command: one JSON document or tables on stdout, one line on stderr for whatever goes wrong."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from matplotlib.figure import Figure
+
+from netlists.registry import dialect_names
+from system import registry
+from system.cli import doctor, listing, reproduce
+from system.cli.command_line import Dialect, main
+from system.cli.output import plain
+from system.experiment import Experiment, Progress, Report, Row
+
+ROOT = Path(__file__).resolve().parents[3]
+HEAVY = ("numpy", "numba", "scipy", "matplotlib", "PySpice", "networkx", "rich")
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    def call(*arguments: str) -> tuple[int, str, str]:
+        status = main(arguments)
+        return status, *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture
+def run_json(run: Run) -> Callable[..., Any]:
+    def call(*arguments: str) -> Any:
+        status, out, err = run(*arguments, "--json")
+        assert (status, err) == (0, "")
+        return json.loads(out, parse_constant=pytest.fail)
+
+    return call
+
+
+def process(*arguments: str, code: str | None = None, **options: Any) -> "subprocess.Popen[str]":
+    command = [sys.executable, *(("-c", code) if code else ("-m", "system.cli.command_line")), *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+    return subprocess.Popen(command, cwd=ROOT, text=True, **pipes)
+
+
+@pytest.mark.parametrize("argument", ["--help", "--version"])
+def test_help_imports_nothing_heavy(argument: str) -> None:
+    code = (
+        "import sys; from system.cli.command_line import main; status = main(sys.argv[1:]);"
+        f"print([m for m in {HEAVY} if m in sys.modules]); sys.exit(status)"
+    )
+    child = process(argument, code=code)
+    out, err = child.communicate()
+    assert (child.returncode, err) == (0, "")
+    assert out.splitlines()[-1] == "[]"
+    assert "noctule" in out
+
+
+def test_no_arguments_is_help(run: Run) -> None:
+    status, out, err = run()
+    assert (status, err) == (0, "")
+    assert all(
+        name in out for name in ("list", "show", "op", "simulate", "export", "run", "reproduce", "doctor")
+    )
+
+
+def test_list(run: Run, run_json: Callable[..., Any]) -> None:
+    found = run_json("list")
+    assert list(found) == ["blocks", "chips", "systems", "experiments"]
+    assert {e["name"] for e in found["experiments"]} >= set(registry.EXPERIMENTS)
+    by_name = {e["name"]: e["summary"] for group in found.values() for e in group}
+    assert "rebound" in by_name["rebound-neuron"]
+    assert by_name["rebound-neuron"] in run("list")[1]
+
+
+def test_show(run: Run, run_json: Callable[..., Any]) -> None:
+    found = run_json("show", "rebound-neuron", "--param", "membrane_capacitance=700fF")
+    devices = {d["path"]: d for d in found["devices"]}
+    assert len(devices) == found["device_count"]
+    assert devices["membrane.c_m"]["sizes"] == {"capacitance": 700e-15}
+    assert devices["inhibition.mi5"]["terminals"]["gate"] == "v_inh_tau"
+    assert devices["inhibition.mi5"]["polarity"] == "n"
+    ports = {p["name"]: p for p in found["ports"]}
+    assert ports["spike"] == {"name": "spike", "kind": "event", "direction": "out", "shape": []}
+    text = run("show", "rebound-neuron")[1]
+    assert "inhibition.mi5" in text
+    assert "199.9pA" in text
+
+
+def test_show_gives_gate_voltages_at_the_temperature(run_json: Callable[..., Any]) -> None:
+    def voltage(*options: str) -> float:
+        biases = {b["name"]: b for b in run_json("show", "rebound-neuron", *options)["biases"]}
+        return float(biases["i_inh_tau"]["voltage_V"])
+
+    assert voltage("--temperature", "85") == voltage()
+    assert voltage("--temperature", "85", "--bias-kind", "generator") != voltage("--bias-kind", "generator")
+
+
+def test_show_a_chip(run: Run, run_json: Callable[..., Any]) -> None:
+    found = run_json("show", "ranging-chip")
+    assert "neuron[12].axon.ma1" in {d["path"] for d in found["devices"]}
+    assert "neuron[0:13].axon.ma1" in run("show", "ranging-chip")[1]
+
+
+def test_show_draws(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "graph.svg"
+    assert run("show", "rebound-neuron", "--plot", str(path))[0] == 0
+    assert path.read_bytes().startswith(b"<?xml")
+
+
+def test_a_graph_is_drawn_alike_by_every_process(tmp_path: Path) -> None:
+    paths = [tmp_path / f"{seed}.svg" for seed in (1, 2)]
+    children = [
+        process(
+            "show",
+            "vocalization-controller",
+            "--plot",
+            str(path),
+            env={**os.environ, "PYTHONHASHSEED": path.stem},
+        )
+        for path in paths
+    ]
+    assert [child.communicate()[1] for child in children] == ["", ""]
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_op(run: Run, run_json: Callable[..., Any]) -> None:
+    found = run_json("op", "rebound-neuron", "--start", "v_mem=1.8V")
+    assert found["stable"] is True
+    assert found["other_states"] == []
+    # M1 ties v_mem to V_rest = 1.8 V, which I_rslope lifts by a few mV.
+    assert found["voltages_V"]["v_mem"] == pytest.approx(1.8, abs=0.01)
+    assert "the state is stable" in run("op", "rebound-neuron")[1]
+
+
+def test_op_tells_of_another_state(run: Run, run_json: Callable[..., Any]) -> None:
+    start = ("--start", "q=5V", "--start", "q_bar=0V")
+    found = run_json("op", "first-target-isolation", *start)
+    # A latch rests in two states, and in an unstable one between them.
+    assert found["stable"] is True
+    assert found["voltages_V"]["q"] == pytest.approx(5.0, abs=0.01)
+    assert found["start_V"] == {"q": 5.0, "q_bar": 0.0}
+    assert all(other["voltages_V"]["q"] < 4.0 for other in found["other_states"])
+    assert len(found["other_states"]) == 1
+    assert "without the start another state is found" in run("op", "first-target-isolation", *start)[1]
+
+
+def test_simulate(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+    csv, plot = tmp_path / "run.csv", tmp_path / "run.png"
+    files = ("--csv", str(csv), "--plot", str(plot))
+    found = run_json("simulate", "rebound-neuron", "--stimulus", "delay=6.4ms", *files)
+    assert found["block"] == "rebound-neuron"
+    assert found["engine"] == "native"
+    assert found["temperature_C"] == 27.0
+    assert found["outcome"] == "one-spike"
+    assert isinstance(found["spikes_s"], list)
+    assert len(found["spikes_s"]) == 1
+    assert set(found["measures"]) == {"t_inh_s", "t_reb_s", "v_mem_peak_V", "supply_power_W"}
+    assert found["steps"] > 0
+    header, *rows = csv.read_text().splitlines()
+    assert header.startswith("time_s,")
+    assert len(rows) == found["steps"] + 1
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    assert "one-spike" in run("simulate", "rebound-neuron")[1]
+
+
+def test_simulate_with_options(run_json: Callable[..., Any]) -> None:
+    off = run_json("simulate", "rebound-neuron", "--stimulus", "call=off", "--stimulus", "echo=off")
+    assert (off["outcome"], off["spikes_s"]) == ("none", [])
+    assert off["stimuli"]["call"] is None
+    assert off["measures"]["t_inh_s"] is None
+    usual = run_json("simulate", "rebound-neuron")["measures"]["t_inh_s"]
+    halved = run_json("simulate", "rebound-neuron", "--bias", "i_inh_tau=99.95pA")["measures"]["t_inh_s"]
+    # t_inh = C dV / I: half the current takes about twice as long; the fall's beginning does not scale.
+    assert halved / usual == pytest.approx(2.0, rel=0.05)
+    hot = run_json("simulate", "rebound-neuron", "--temperature", "60")["measures"]["t_inh_s"]
+    assert hot < usual
+    larger = run_json("simulate", "rebound-neuron", "--param", "inhibition_capacitance=880fF")
+    assert larger["measures"]["t_inh_s"] > usual
+
+
+def test_simulate_an_array_gives_spikes_by_port(run_json: Callable[..., Any]) -> None:
+    found = run_json("simulate", "ranging-chip")["spikes_s"]
+    assert list(found) == [f"spike[{k}]" for k in range(13)]
+    assert len(found["spike[2]"]) == 1
+
+
+BLOCK = "rebound-neuron"
+BAD_INPUT = [
+    (["simulat"], "No such command"),
+    (["simulate"], "Missing argument"),
+    (["simulate", BLOCK, "--bogus"], "No such option"),
+    (["simulate", BLOCK, "--engine", "spectre"], "is not one of"),
+    (["simulate", BLOCK, "--rtol", "x"], "--rtol"),
+    (["simulate", BLOCK, "--rtol", "1"], "rtol"),
+    (["simulate", BLOCK, "--rtol", "1e-4", "--engine", "ngspice"], "only the native engine"),
+    (["simulate", "rebound-neurn"], "did you mean rebound-neuron"),
+    (["simulate", BLOCK, "--stimulus", "delay=6.4V"], "must be a time in s"),
+    (["simulate", BLOCK, "--stimulus", "dely=6.4ms"], "did you mean delay"),
+    (["simulate", BLOCK, "--stimulus", "delay"], "must be NAME=VALUE"),
+    (["simulate", BLOCK, "--stimulus", "duration=-1ms"], "must be > 0"),
+    (["simulate", BLOCK, "--param", "membrane_capacitanc=1p"], "did you mean membrane_capacitance"),
+    (["simulate", BLOCK, "--param", "membrane_capacitance=-600fF"], "must be > 0"),
+    (["simulate", BLOCK, "--param", "membrane_capacitance=1F"], "also femto"),
+    (["simulate", BLOCK, "--bias", "i_lm=1n"], "did you mean i_lim"),
+    (["simulate", BLOCK, "--bias", "i_lim=-1n"], "must be > 0"),
+    (["simulate", BLOCK, "--temperature", "126"], "must be within -40 to 125"),
+    (["simulate", BLOCK, "--temperature", "-41"], "must be within -40 to 125"),
+    (["simulate", BLOCK, "--temperature", "hot"], "must be a temperature"),
+    (["simulate", BLOCK, "--plot", "/nonexistent/run.png"], "there is no folder"),
+    (["simulate", BLOCK, "--plot", "run.gif"], "must end with .png"),
+    (["simulate", BLOCK, "--csv", "/dev/full"], "no space is left"),
+    (["show", BLOCK, "--plot", "/nonexistent/graph.png"], "there is no folder"),
+    (["op", BLOCK, "--start", "v_me=1V"], "did you mean v_mem"),
+    (["op", BLOCK, "--start", "v_mem=1A"], "must be a voltage"),
+    (["op", BLOCK, "--start", "v_mem=1e9V"], "must be within -100 to 100"),
+    (["reproduce", "fig9"], "did you mean cheely2003-fig9"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"), BAD_INPUT, ids=lambda a: " ".join(a) if isinstance(a, list) else ""
+)
+def test_bad_input_is_one_line(arguments: list[str], words: str, run: Run) -> None:
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "")
+    assert err.startswith("noctule: ")
+    assert err.count("\n") == 1
+    assert words in err
+
+
+def test_a_missing_ngspice_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent")
+    status, out, err = run("simulate", BLOCK, "--engine", "ngspice")
+    assert (status, out) == (2, "")
+    assert err.startswith("noctule: NGSPICE_LIBRARY_PATH: /nonexistent")
+    assert err.count("\n") == 1
+
+
+def test_export(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "neuron.cir"
+    assert run("export", BLOCK, "-o", str(path)) == (0, "", "")
+    status, out, _ = run("export", BLOCK, "-o", "-")
+    assert (status, out) == (0, path.read_text())
+    assert out.rstrip().endswith(".end")
+    assert run_json("export", BLOCK, "-o", "-")["netlist"] == out
+    found = run_json("export", "ranging-chip", "-o", str(path))
+    assert (found["file"], found["lines"]) == (str(path), path.read_text().count("\n"))
+
+
+def test_export_for_another_simulator(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+    assert [each.value for each in Dialect] == dialect_names()
+    found = run_json("export", "ranging-chip", "--dialect", "spectre", "-o", str(tmp_path / "chip.scs"))
+    assert (found["dialect"], found["models"]) == ("spectre", "ekv")
+    assert (found["definitions"], found["devices"]) == (7, 13 * 40)
+    found = run_json("export", BLOCK, "--models", "bsim3", "--die", "3", "-o", "-")
+    assert found["models"] == "bsim3"
+    assert "delvto=" in found["netlist"]
+    status, _, err = run("export", BLOCK, "--models", "bsim3", "--dialect", "cdl", "-o", "-")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "models: bsim3, cdl has ekv" in err
+    layout = tmp_path / "layout.csv"
+    layout.write_text("v_mem,12fF\nmembrane.v_r,1f\n")
+    found = run_json("export", BLOCK, "--parasitics", str(layout), "-o", "-")
+    assert found["parasitics"] == 2
+    assert "parasitic0 v_r 0 1e-15" in found["netlist"]
+    layout.write_text("v_men,12fF\n")
+    status, _, err = run("export", BLOCK, "--parasitics", str(layout), "-o", "-")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "layout.csv:1: no node v_men" in err
+
+
+@pytest.mark.parametrize(
+    ("place", "words"), [("/dev/full", "no space is left"), ("/nowhere/a.cir", "no folder")]
+)
+def test_an_export_that_cannot_be_written(place: str, words: str, run: Run) -> None:
+    status, out, err = run("export", BLOCK, "-o", place)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+def experiment(*rows: Row) -> Experiment:
+    def draw(figure: Figure) -> None:
+        figure.subplots().plot([0.0, 1.0])
+
+    def carry_out(progress: Progress) -> Report:
+        progress(1.0)
+        return Report(rows, draw, ("a note",))
+
+    return Experiment("mine", "an experiment of ours", carry_out)
+
+
+AGREES = Row("delay_s", 6.3e-3, 6.4e-3, "within 5 %", 0.05, fitted=False, agrees=True)
+FITTED = Row("gain", 2.0, float("nan"), "within 5 %", 0.05, fitted=True, agrees=False)
+DISAGREES = Row("word", "one", "two", "equal", None, fitted=False, agrees=False)
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ((AGREES, replace(FITTED, agrees=True)), ""),
+        ((AGREES, FITTED), "noctule: mine: 1 of 2 rows disagree: gain\n"),
+        ((AGREES, FITTED, DISAGREES), "noctule: mine: 2 of 3 rows disagree: gain, word\n"),
+    ],
+)
+def test_reproduce(
+    rows: tuple[Row, ...], told: str, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(reproduce, "load_experiment", lambda _: experiment(*rows))
+    plot = tmp_path / "mine.pdf"
+    found = run("reproduce", "mine", "--json", "--plot", str(plot))
+    status = 1 if told else 0
+    assert (found[0], found[2]) == (status, told)
+    document = json.loads(found[1], parse_constant=pytest.fail)
+    assert document["experiment"] == "mine"
+    assert document["notes"] == ["a note"]
+    assert list(document["rows"][0]) == ["name", "paper", "ours", "rule", "tolerance", "fitted", "agrees"]
+    assert plot.read_bytes().startswith(b"%PDF")
+    table = run("reproduce", "mine")
+    assert table[0] == status
+    assert "a note" in table[1]
+
+
+def test_doctor_names_what_the_distribution_requires() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+    def names(lines: list[str]) -> set[str]:
+        return {re.split(r"[^A-Za-z0-9-]", line, maxsplit=1)[0] for line in lines}
+
+    extras = project["optional-dependencies"]
+    assert set(doctor.REQUIRED) == names(project["dependencies"])
+    assert set(doctor.OPTIONAL) == names([line for e in extras if e != "test" for line in extras[e]])
+
+
+def test_what_doctor_says_of_pyspice(tmp_path: Path) -> None:
+    assert "netlists are read without it" in doctor.REQUIRED["PySpice"]
+    path = tmp_path / "deck.cir"
+    path.write_text("t\nr1 a 0 1k\nv1 a 0 1\n")
+    main = "from system.cli.command_line import main"
+    without = f"import sys; sys.modules['PySpice'] = None; {main}; sys.exit(main({{}}))"
+    for command, status in ((["import", str(path)], 0), (["simulate", BLOCK, "--engine", "ngspice"], 2)):
+        done = subprocess.run(
+            [sys.executable, "-c", without.format(command)], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == status, done.stderr
+
+
+def test_doctor(run: Run, run_json: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    found = run_json("doctor")
+    assert found["python"] == ".".join(map(str, sys.version_info[:3]))
+    assert found["cores"] >= 1
+    assert {f["name"] for f in found["required"]} >= {"numpy", "numba", "PySpice"}
+    assert all(f["found"] for f in found["required"])
+    monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/proc/nowhere")
+    without = run_json("doctor")
+    assert without["ngspice"]["library"] is None
+    assert without["kernel_cache"]["writable"] is False
+    assert sum("--engine ngspice" in line or "kernel cache" in line for line in without["missing"]) == 2
+    assert "missing" in run("doctor")[1]
+
+
+def test_interrupted(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(**_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(listing, "list_command", interrupt)
+    assert run("list") == (130, "", "noctule: interrupted\n")
+
+
+def test_ctrl_c_reaches_a_running_command() -> None:
+    # a shell starts what it puts into the background with Ctrl-C ignored
+    code = (
+        "import signal, sys, time; signal.signal(signal.SIGINT, signal.default_int_handler);"
+        "from system.cli import listing; from system.cli.command_line import main;"
+        "listing.list_command = lambda **_: (print('ready', flush=True), time.sleep(60));"
+        "sys.exit(main(['list']))"
+    )
+    with process(code=code) as child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "ready\n"
+        child.send_signal(signal.SIGINT)
+        _, err = child.communicate()
+    assert (child.returncode, err) == (130, "noctule: interrupted\n")
+
+
+@pytest.mark.parametrize("arguments", [["list", "--json"], ["--help"]])
+def test_a_full_stdout_is_one_line(arguments: list[str]) -> None:
+    with Path("/dev/full").open("w") as full:
+        child = process(*arguments, stdout=full)
+        _, err = child.communicate()
+    assert child.returncode == 2
+    assert err == "noctule: output: No space left on device\n"
+
+
+def test_a_reader_that_goes_away_is_no_news() -> None:
+    child = process("--help", stdout=subprocess.PIPE)
+    assert child.stdout is not None
+    child.stdout.close()
+    assert child.stderr is not None
+    with child.stderr as stderr:
+        assert stderr.read() == ""
+    assert child.wait() == 1
+
+
+def test_a_module_that_is_missing_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "system.cli.show", None)
+    status, _, err = run("show", BLOCK)
+    assert status == 2
+    assert err.startswith("noctule: ")
+    assert err.count("\n") == 1
+    assert run("doctor")[0] == 0
+
+
+def test_json_has_no_nan() -> None:
+    assert plain({"a": float("nan"), "b": (1.0, float("inf"))}) == {"a": None, "b": [1.0, None]}
+
+
+def test_the_approach_runs_behaviourally_with_a_box_of_transistors(
+    run: Run, run_json: Callable[..., Any]
+) -> None:
+    options = ("run", "approach", "--duration", "300ms", "--level", "behavioural", "--die", "1003")
+    fast = run_json(*options, "--temperature", "20")
+    assert (fast["level"], fast["transistors"], fast["die"]) == ("behavioural", [], 1003)
+    assert fast["summary"]["solver_steps"] == 0
+    assert fast["summary"]["calls"] > 0
+    mixed = run_json(*options, "--transistors", "centroid")
+    assert mixed["transistors"] == ["centroid"]
+    assert mixed["summary"]["solver_steps"] > 0
+    status, out, err = run(*options, "--transistors", "wing")
+    assert (status, out) == (2, "")
+    assert err.startswith("noctule: --transistors: wing, must be chip or centroid")
+    assert err.count("\n") == 1

@@ -1,0 +1,46 @@
+"""`--deadline`: a run in ngspice ends."""
+
+from __future__ import annotations
+
+import pytest
+
+from circuits.errors import ParameterError
+from netlists.ngspice.deadline import DEADLINE
+from system.cli.command_line import main
+from system.cli.deadline import HELP, deadline_of
+from tests.netlists.conftest import ngspice_library
+
+__all__ = ["ngspice_library"]  # a fixture
+
+SLOW = ("simulate", "rebound-neuron", "--engine", "ngspice", "--deadline", "1ms")
+
+
+def test_a_text_becomes_seconds() -> None:
+    assert deadline_of("90s", "ngspice") == 90.0
+    assert deadline_of(None, "ngspice") == deadline_of(None, "native") == DEADLINE
+    assert f"{DEADLINE:g}s unless given" in HELP
+
+
+@pytest.mark.parametrize(
+    ("text", "engine", "says"),
+    [
+        ("60s", "native", "--deadline: 60s, only --engine ngspice takes it; leave it out"),
+        ("0s", "ngspice", "--deadline: 0 s, must be > 0"),
+        ("60V", "ngspice", "--deadline: "),
+        ("60", "ngspice", "--deadline: "),
+    ],
+)
+def test_what_is_no_deadline(text: str, engine: str, says: str) -> None:
+    with pytest.raises(ParameterError, match=f"^{says}"):
+        deadline_of(text, engine)
+
+
+@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.parametrize("analysis", [(), ("--analysis", "ac", "--source", "vdd", "--points", "5000")])
+def test_a_run_in_ngspice_ends_at_its_deadline(
+    analysis: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*SLOW[:-1], "1us", *analysis]) == 2
+    error = capsys.readouterr().err
+    assert "ngspice: not done after 1e-06 s of wall clock, the deadline; give more by --deadline" in error
+    assert error.count("\n") == 1

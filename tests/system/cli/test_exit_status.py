@@ -1,0 +1,128 @@
+"""A command that produced nothing, or has to say no, ends non-zero and says what in its last line."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError
+from pathlib import Path
+
+import pytest
+
+from circuits.lowering.kernel import Machine
+from system.cli import doctor, listing
+from system.cli.command_line import main
+from system.cli.exit_status import BAD_INPUT, DONE, NO
+from system.experiment import Report
+from system.study import replay
+from system.study.table import FAILED
+from system.study.target import Measurement
+
+HERE = "tests.system.cli.test_exit_status"
+STUDY = ("montecarlo", "rebound-neuron", "--threads", "1", "-n", "2")
+Ended = Callable[..., tuple[int, str]]
+
+
+def broken(machine: Machine) -> float:
+    raise ZeroDivisionError("no slope")
+
+
+def broken_when_hot(machine: Machine) -> float:
+    return 1.0 / (machine.silicon.temperature_c < 50.0)
+
+
+def broken_on_even_dies(machine: Machine) -> float:
+    return 1.0 / ((machine.silicon.die.number or 0) % 2)
+
+
+@pytest.fixture
+def ended(capsys: pytest.CaptureFixture[str]) -> Ended:
+    """Status and last line on stderr of a command."""
+
+    def call(*arguments: str) -> tuple[int, str]:
+        status = main(arguments)
+        lines = capsys.readouterr().err.splitlines()
+        return status, lines[-1] if lines else ""
+
+    return call
+
+
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_a_study_in_which_every_die_failed(ended: Ended, options: tuple[str, ...]) -> None:
+    line = "noctule: montecarlo: all 2 samples at 27 degC failed, the first: ZeroDivisionError: no slope"
+    assert ended(*STUDY, "--metric", f"{HERE}:broken", *options) == (NO, line)
+    line = (
+        "noctule: montecarlo: all 2 samples at 80 degC failed, the first: ZeroDivisionError: division by zero"
+    )
+    hot = ("--metric", f"{HERE}:broken_when_hot", "--temperature", "80", "--temperature", "27")
+    assert ended(*STUDY, *hot, *options)[0] == NO
+    assert ended(*STUDY, *hot, *options)[1].startswith(line[:70])
+    assert ended(*STUDY, "--metric", f"{HERE}:broken_on_even_dies", *options) == (DONE, "")
+
+
+def test_a_study_of_no_dies(ended: Ended) -> None:
+    refused = "noctule: --samples: 0 from die 1000, must be 1 or more from die 0 on"
+    assert ended(*STUDY[:-1], "0", "--metric", "t_inh") == (BAD_INPUT, refused)
+
+
+def test_a_study_of_one_condition_twice(ended: Ended) -> None:
+    twice = ("--temperature", "27", "--temperature", "27.0")
+    assert ended(*STUDY, *twice) == (
+        BAD_INPUT,
+        "noctule: --temperature: 27 degC is there twice, must be once",
+    )
+    twice = ("--corner", "ss", "--corner", "ss")
+    assert ended(*STUDY, *twice) == (BAD_INPUT, "noctule: --corner: ss is there twice, must be once")
+
+
+def test_a_report_without_rows_agrees_with_nothing() -> None:
+    assert not Report((), lambda _: None).agrees
+
+
+def test_a_sample_that_is_another_one(ended: Ended, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = str(tmp_path / "study")
+    assert ended(*STUDY, "--metric", "t_inh", "-o", folder) == (DONE, "")
+    again = ("replay", folder, "--die", "1001")
+    assert ended(*again) == (DONE, "")
+    exact = replay.measure_safely
+    monkeypatch.setattr(
+        replay,
+        "measure_safely",
+        lambda *given: replace(found := exact(*given), values=(2.0 * found.values[0],)),
+    )
+    assert ended(*again)[0] == NO
+    assert ended(*again)[1].startswith("noctule: replay: die 1001 is not what")
+    monkeypatch.setattr(replay, "measure_safely", lambda *_: Measurement(FAILED, (0.0,), "no spike"))
+    assert ended(*again) == (NO, "noctule: replay: die 1001 could not be measured: no spike")
+
+
+def test_a_search_after_which_no_die_passes(ended: Ended) -> None:
+    options = ("--tuning-dies", "2", "--fresh-dies", "2", "--generations", "0", "--no-process")
+    status, line = ended("centre", "rebound-neuron", "--spec", "best_delay in 20ms:21ms", *options)
+    assert status == NO
+    assert line.startswith("noctule: centre: no fresh die passes where mismatch varies")
+
+
+def test_what_is_missing_or_broken(ended: Ended, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(_: str) -> str:
+        raise PackageNotFoundError
+
+    def fails(_: str) -> None:
+        raise ImportError("no module")
+
+    monkeypatch.setattr(listing, "load_chip", fails)
+    status, line = ended("list")
+    assert status == NO
+    assert line.startswith("noctule: list: ranging-chip, ranging-chip-biased")
+    monkeypatch.setattr(doctor, "version", missing)
+    status, line = ended("doctor")
+    assert status == NO
+    assert line.startswith("noctule: doctor: required, but missing: numpy, scipy")
+
+
+def test_netlists_that_differ(ended: Ended, tmp_path: Path) -> None:
+    for name, ohm in (("a", "1k"), ("b", "2k")):
+        (tmp_path / f"{name}.cir").write_text(f"* one\nr1 in 0 {ohm}\nv1 in 0 1\n.end\n")
+    a, b = (str(tmp_path / f"{name}.cir") for name in "ab")
+    assert ended("compare", a, a) == (DONE, "")
+    status, line = ended("compare", a, b)
+    assert status == NO
+    assert line.startswith("noctule: compare: different")

@@ -1,0 +1,124 @@
+"""`noctule export`: a foundry's process, behavioural neurons, and the drawing."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from netlists.foundry.process import DeviceMapping
+from netlists.ngspice import run as ngspice
+from system.cli.command_line import main
+from tests.netlists.conftest import ngspice_library
+from tests.netlists.foundry.test_process import mapping
+
+__all__ = ["mapping", "ngspice_library"]  # fixtures
+
+HEAD = "* sizes of transistors are not those of the circuit: "
+EXPORT = ("export", "rebound-neuron", "--mapping", "gf180mcu")
+
+
+@pytest.mark.usefixtures("ngspice_library")
+def test_the_deck_runs_by_itself_and_spikes(
+    mapping: DeviceMapping, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "neuron.cir"
+    assert main([*EXPORT, "--stimulus", "delay=4ms", "-o", str(path), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["mapping"] == "gf180mcu"
+    assert document["mapped_sizes"].startswith("W' = 0.5 W, at least 0.22 um; L' = 0.5 L, at least 0.28 um; ")
+    assert (
+        f"* sizes of transistors are not those of the circuit: {document['mapped_sizes']}\n"
+        in path.read_text()
+    )
+    run = ngspice.run(path.read_text(), vectors=("spike",))
+    assert run.values["spike"].max() > 0.9 * mapping.v_dd
+
+
+@pytest.mark.usefixtures("ngspice_library", "mapping")
+def test_sizes_that_a_mapping_changes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "neuron.cir"
+    assert main([*EXPORT, "-o", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith(
+        f"{path}: on gf180mcu sizes of transistors are not those of rebound-neuron: W' = 0.5 W,"
+    )
+    assert "; L' = 0.5 L, at least 0.28 um; " in told
+    assert (
+        path.read_text().splitlines()[1]
+        == f"* sizes of transistors are not those of the circuit: {told[told.index('W') :].strip()}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [(("--die", "3"), "must be the nominal die"), (("--corner", "ss"), "must be the nominal die")],
+)
+def test_a_die_of_ours_is_refused(
+    more: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*EXPORT, *more, "-o", "-"]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+
+
+def test_an_unknown_process_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "rebound-neuron", "--mapping", "sky999", "-o", "-"]) == 2
+    assert "one of gf180mcu" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("option", "value"), [("--die", "3"), ("--corner", "ss"), ("--temperature", "30")])
+def test_a_drawing_has_neither_die_nor_temperature(
+    option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Else a reader would take the drawing for that die."""
+    assert main(["export", "rebound-neuron", "--dialect", "cdl", option, value, "-o", "-"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert f"{option}: {value}" in err
+    assert "choose another --dialect" in err
+    assert err.count("\n") == 1
+
+
+def test_the_nominal_drawing_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["export", "rebound-neuron", "--dialect", "cdl", "-o", "-", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["die"], document["temperature_C"]) == (None, 27.0)
+    assert "die nominal" in document["netlist"].splitlines()[0]
+
+
+CELLS = ("--dialect", "verilog-a", "--level", "behavioural")
+
+
+def test_behavioural_neurons_of_a_die(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "chip.va"
+    options = (*CELLS, "--die", "1003", "--temperature", "40", "-o", str(path), "--json")
+    assert main(["export", "ranging-chip", *options]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["level"], document["cells"], document["die"]) == ("behavioural", 13, 1003)
+    text = path.read_text()
+    assert "die A/1003, temperature 40.0 degC" in text.splitlines()[0]
+    assert "// valid at -10 to 65 degC" in text
+    assert "release_relative_max" in text
+    assert document["lines"] == text.count("\n")
+
+
+@pytest.mark.parametrize(
+    ("block", "options", "words"),
+    [
+        ("rebound-neuron", ("--level", "behavioural"), "--dialect: the behavioural level"),
+        ("rebound-neuron", (*CELLS, "--models", "bsim3"), "--models: the behavioural level"),
+        ("rebound-neuron", (*CELLS, "--mapping", "gf180mcu"), "--mapping: the behavioural level"),
+        ("dpi-synapse", CELLS, "dpi-synapse has no behavioural cell, rebound-neuron, ranging-chip"),
+        ("ranging-chip", (*CELLS, "--temperature", "80"), "temperature: 80 degC, must be -10 to 65 degC"),
+        ("ranging-chip", (*CELLS, "--param", "neuron.rebound_capacitance=1p"), "another circuit or process"),
+    ],
+)
+def test_behavioural_neurons_that_cannot_be(
+    block: str, options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["export", block, *options, "-o", "-"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert words in err
+    assert err.count("\n") == 1

@@ -1,0 +1,102 @@
+"""`noctule simulate --analysis ac`: what it prints and writes, and which options it takes."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from netlists.ngspice.library import find_library
+from system.cli.command_line import main
+from system.cli.small_signal import corner_frequency
+
+BLOCK = "onset-neuron"
+AC = ["simulate", BLOCK, "--analysis", "ac", "--source", "envelope", "--node", "v_amp"]
+
+
+def test_json_csv_netcdf_and_picture_say_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    paths = {kind: str(tmp_path / f"out.{kind}") for kind in ("csv", "nc", "png")}
+    files = ["--csv", paths["csv"], "--netcdf", paths["nc"], "--plot", paths["png"], "--json"]
+    many = ["--temperatures", "-20,27", "--dies", "1000-1002", "--points", "2", "--to", "1k"]
+    assert main([*AC, *many, *files]) == 0
+    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert (found["unit"], found["failed"], len(found["frequency_Hz"])) == ("V/V", 0, 7)
+    dies = [(run["temperature_C"], run["die"]) for run in found["runs"]]
+    assert dies == [(t, d) for t in (-20.0, 27.0) for d in (1000, 1001, 1002)]
+    with xr.open_dataset(paths["nc"], engine="h5netcdf") as data:
+        complex_ = data.transfer_real + 1j * data.transfer_imaginary
+        one = complex_.sel(temperature=27.0, die=1001, node="v_amp").to_numpy()
+        assert data.attrs["source"] == "envelope"
+    run = found["runs"][4]["nodes"]["v_amp"]
+    np.testing.assert_allclose(run["magnitude"], np.abs(one), rtol=1e-12)
+    table = np.genfromtxt(paths["csv"], delimiter=",", names=True)
+    np.testing.assert_allclose(table["v_amp_magnitude"][28:35], np.abs(one), rtol=1e-11)
+    np.testing.assert_allclose(table["v_amp_phase_deg"][28:35], run["phase_deg"], rtol=1e-9, atol=1e-9)
+    assert Path(paths["png"]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_print_has_gain_and_corner(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(AC) == 0
+    out = capsys.readouterr().out
+    assert "9.9881" in out
+    assert "8989" in out
+
+
+def test_ngspice_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    if find_library() is None:
+        pytest.skip("no ngspice library")
+    found = []
+    for engine in ("native", "ngspice"):
+        assert main([*AC, "--points", "3", "--engine", engine, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+        assert found[-1]["engine"] == engine
+    # both grids end at whole decades
+    np.testing.assert_allclose(found[0]["frequency_Hz"], found[1]["frequency_Hz"], rtol=1e-9)
+    ours, theirs = (f["runs"][0]["nodes"]["v_amp"] for f in found)
+    # 1 % is asked for; the operating points are 1e-6 apart at most
+    np.testing.assert_allclose(ours["magnitude"], theirs["magnitude"], rtol=1e-5)
+    np.testing.assert_allclose(ours["phase_deg"], theirs["phase_deg"], rtol=1e-5, atol=1e-5)
+
+
+def test_the_corner_of_a_low_pass() -> None:
+    f = np.geomspace(1.0, 1e4, 81)
+    # interpolation on 20 points a decade
+    assert corner_frequency(f, 1.0 / np.hypot(1.0, f / 100.0)) == pytest.approx(100.0, rel=1e-3)
+    assert corner_frequency(f, np.ones_like(f)) is None
+    assert corner_frequency(f, np.zeros_like(f)) is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--analysis", "ac"], "--source: not given"),
+        (["--analysis", "ac", "--source", "nothing"], "source nothing: unknown"),
+        (["--analysis", "ac", "--source", "envelope", "--node", "nothing"], "node nothing: unknown"),
+        (["--analysis", "ac", "--source", "envelope", "--seed", "1"], "--seed: not of --analysis ac"),
+        (["--analysis", "ac", "--source", "envelope", "--flicker"], "--flicker: not of --analysis ac"),
+        (["--analysis", "ac", "--source", "envelope", "--raw", "x"], "--raw: not of --analysis ac"),
+        (["--analysis", "noise", "--node", "v_amp", "--engine", "ngspice"], "--engine: not of"),
+        (["--analysis", "ac", "--source", "envelope", "--dies", "5-3"], "--dies: 5-3"),
+        (["--analysis", "ac", "--source", "envelope", "--dies", "5-6", "--die", "5"], "--die: 5 beside"),
+        (
+            ["--analysis", "ac", "--source", "envelope", "--temperatures", "0,1", "--temperature", "2"],
+            "--temperature: 2 beside",
+        ),
+        (["--analysis", "ac", "--source", "envelope", "--from", "1V"], "--from"),
+        (["--analysis", "ac", "--source", "envelope", "--points", "0"], "points: 0"),
+        (["--analysis", "ac", "--source", "envelope", "--temperatures", "27,900"], "temperature: 900"),
+        (["--source", "envelope"], "--source: not of --analysis tran"),
+        (["--from", "1"], "--from: not of --analysis tran"),
+        (["--analysis", "noise", "--trials", "3", "--node", "v_amp"], "--trials: not of --analysis noise"),
+        (["--analysis", "tran-noise", "--points", "3"], "--points: not of --analysis tran-noise"),
+        (["--analysis", "dc"], "is not one of"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(
+    arguments: list[str], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", BLOCK, *arguments]) == 2
+    said = capsys.readouterr().err
+    assert text in said
+    assert said.count("\n") == 1

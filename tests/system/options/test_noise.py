@@ -1,0 +1,235 @@
+"""Noise of a system's chips: off unless asked for, chosen by the seed."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from chips.ranging.noise import SiliconNoise
+from chips.rolls.layout import ZETA
+from circuits.devices.noise import WHITE_ONLY
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from system.bug import run as bug
+from system.car import run as robot
+from system.car.sonar import _ranges
+from system.cli.command_line import main
+from system.forest import run as forest
+from system.head import run as sonar_head
+from system.openspace.senses import Sensing
+from system.options.noise import check_noise
+from system.pushbot import run as pushbot
+from system.pushbot.campaign import drive_each
+from system.pushbot.drive import begin_run
+from system.pushbot.loop import Brain, open_loop
+from system.rolls.run import SYSTEM, Scenario, run
+from system.worlds.arena.file import load_scene
+
+RUN = ["run", "approach", "--level", "behavioural", "--duration", "1s", "--json"]
+
+
+@pytest.fixture
+def spikes(capsys: pytest.CaptureFixture[str]) -> Callable[..., list[Any]]:
+    def run(*options: str) -> list[Any]:
+        assert main([*RUN, *options]) == 0
+        return [s["time_s"] for s in json.loads(capsys.readouterr().out)["spikes"]]
+
+    return run
+
+
+def test_another_seed_is_another_run_of_the_same_die(spikes: Callable[..., list[Any]]) -> None:
+    plain = spikes("--die", "1001", "--seed", "1")
+    assert spikes("--die", "1001", "--seed", "2", "--silicon-noise", "off") == plain
+    noisy = spikes("--die", "1001", "--seed", "1", "--silicon-noise", "all")
+    assert spikes("--die", "1001", "--seed", "1", "--silicon-noise", "all") == noisy
+    others = [
+        spikes("--die", "1001", "--seed", "2", "--silicon-noise", "all"),
+        spikes("--die", "1001", "--seed", "1", "--silicon-noise", "white"),
+        plain,
+    ]
+    assert all(other != noisy for other in others)
+    # before the first call that differs by more than jitter, spikes move by tens of microseconds
+    assert noisy[0] == pytest.approx(plain[0], abs=100e-6)
+
+
+def test_a_rover_plans_anew_every_trip(capsys: pytest.CaptureFixture[str]) -> None:
+    route = ["run", "rover", "--cells", "chip", "--die", "1003", "--trips", "6", "--json"]
+    found = {}
+    for noise in ("off", "all"):
+        assert main([*route, "--silicon-noise", noise, "--seed", "5"]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["silicon_noise"] == noise
+        found[noise] = [trip["planned_path"] for trip in document["trips"]]
+    assert all(path == found["off"][0] for path in found["off"])
+    # jitter of microseconds decides only where two ways are as close: the cost of the way stays
+    assert all(path[0] == found["off"][0][0] for path in found["all"])
+
+
+def test_a_pushbots_chip_has_noise_of_its_own() -> None:
+    def spikes(**fields: Any) -> list[float]:
+        brain = pushbot.make_brain(pushbot.Scenario(scene="pair", **fields))
+        loop = open_loop(brain, begin_run(load_scene("pair", seed=3), seed=3), pushbot.Scenario().read())
+        return [*loop.state.values[ZETA]]
+
+    plain, noisy = spikes(), spikes(silicon_noise="all", noise_seed=1)
+    assert spikes(silicon_noise="all", seed=1) == noisy
+    assert plain != noisy != spikes(silicon_noise="all", noise_seed=2)
+
+
+def test_a_campaign_makes_a_chip_for_each_noise() -> None:
+    base = pushbot.Scenario(scene="pair", duration=0.05)
+    noisy = replace(base, silicon_noise="all", noise_seed=1)
+    made: list[SiliconNoise | None] = []
+
+    def make(scenario: pushbot.Scenario) -> Brain:
+        made.append(scenario.device_noise())
+        return pushbot.make_brain(scenario)
+
+    asked = [base, noisy, base, replace(noisy, noise_seed=2), noisy]
+    spikes = drive_each(asked, keep=lambda t: {"v": float(t.drive.pose[0])}, make=make)
+    assert len(spikes) == len(asked)
+    assert sorted(map(repr, made)) == sorted(map(repr, (None, SiliconNoise(1), SiliconNoise(2))))
+
+
+def test_rolls_rates_differ_with_the_seed_of_its_noise() -> None:
+    quiet = Scenario(duration=0.2)
+    found = [run(replace(quiet, silicon_noise=noise)).spikes.times for noise in ("white", "all")]
+    assert found[0].size != found[1].size or (found[0] != found[1]).any()
+    assert SYSTEM.study_options("behavioural", None, {"silicon_noise": "all"})["silicon_noise"] == "all"
+    with pytest.raises(ParameterError, match="--silicon-noise: loud, must be off or white or all"):
+        replace(quiet, silicon_noise="loud")
+
+
+def test_a_bug_robots_chip_has_noise_of_its_own() -> None:
+    asked = bug.Scenario(agent="bug0", brain="chip", neurons=600, map="bug-cup", duration=1.0)
+    quiet = bug.run(asked).path
+    noisy = [bug.run(replace(asked, silicon_noise="all", noise_seed=seed)).path for seed in (1, 1, 2)]
+    assert (noisy[0] == noisy[1]).all()
+    assert (noisy[0] != noisy[2]).any()
+    assert (noisy[0] != quiet).any()
+    fields = bug.SYSTEM.study_options("behavioural", None, {"silicon_noise": "white", "noise_seed": "3"})
+    assert bug.Scenario(**fields).device_noise() == SiliconNoise(3, flicker=WHITE_ONLY)
+
+
+def test_a_latency_chips_recall_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
+    flight = ["run", "forest", "--model", "latency-chip", "--pings", "12", "--seed", "900", "--json"]
+    found = {}
+    for noise in ("off", "all"):
+        assert main([*flight, "--silicon-noise", noise]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document["silicon_noise"] == noise
+        found[noise] = document["path_m"]
+    assert found["all"] != found["off"]
+    # microseconds of jitter move a turn by less than it takes to reach another arc
+    assert found["all"][3] == pytest.approx(found["off"][3], abs=0.05)
+
+
+def test_a_forests_selection_has_noise() -> None:
+    """The same forest and die: noise moves the microseconds that decisions take."""
+    die = Die("A", 1004)
+    found = []
+    for options in ({}, *({"silicon_noise": "white", "noise_seed": k} for k in (1, 1, 2))):
+        sensing = Sensing(selection="chip", **options)  # type: ignore[arg-type]
+        trace = forest.run(forest.Scenario(sensing=sensing, seed=5, die=die, pings=40))
+        found.append(trace.sample.deciding_s)
+    quiet, one, same, other = found
+    assert one == same
+    assert len({quiet, one, other}) == 3
+    assert [one, other] == pytest.approx([quiet, quiet], rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        (["bug"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
+        (["bug", "--brain", "ideal"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
+        (["forest"], "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"),
+        (["forest", "--ranges", "sonar"], "--silicon-noise: no chip is in the loop; give --ranges chip"),
+        (["robot"], "--silicon-noise: no chip is in the loop; give --ranges chip, or leave it out"),
+        (["forest", "--model", "latency-lif"], "--silicon-noise: only with --model latency-chip"),
+        (
+            ["forest", "--model", "latency-chip", "--unit", "3,4"],
+            "--silicon-noise: white, not with --unit, whose transistors make none here; leave one out",
+        ),
+    ],
+)
+def test_runs_without_silicon_refuse_noise(
+    command: list[str], text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", *command, "--silicon-noise", "white"]) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["pushbot"],
+        ["bug", "--brain", "chip"],
+        ["forest", "--model", "latency-chip"],
+        ["head"],
+        ["forest", "--ranges", "chip"],
+        ["robot", "--ranges", "chip"],
+    ],
+)
+def test_a_word_that_is_no_noise_is_refused(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", *command, "--silicon-noise", "loud"]) == 2
+    assert "--silicon-noise: loud, must be off or white or all" in capsys.readouterr().err
+
+
+def test_ideal_cells_have_no_noise(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "rover", "--silicon-noise", "all"]) == 2
+    assert "--silicon-noise: ideal cells have no silicon" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("level", "noise", "text"),
+    [
+        ("transistor", "all", "approach.silicon_noise: all, must be off"),
+        ("behavioural", "loud", "--silicon-noise: loud, must be off or white or all"),
+    ],
+)
+def test_what_has_no_noise_refuses_it(
+    level: str, noise: str, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", "approach", "--level", level, "--silicon-noise", noise]) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_a_seed_of_noise_wants_noise() -> None:
+    with pytest.raises(ParameterError, match="--noise-seed: 3, there is no noise; give --silicon-noise"):
+        check_noise("off", 3)
+    check_noise("off", None)
+    check_noise("white", 3)
+
+
+def test_a_head_has_noise() -> None:
+    """The same die, target and echoes: another seed of noise is another run, its own is the same."""
+    quiet = sonar_head.Scenario(duration=3.0, seed=1, die=Die(number=1001))
+    noisy = [replace(quiet, silicon_noise="all", noise_seed=k) for k in (1, 1, 2)]
+    silent, one, same, other = (sonar_head.run(s).log for s in (quiet, *noisy))
+    assert np.array_equal(one.spikes, same.spikes)
+    assert not np.array_equal(one.spikes, other.spikes)
+    # a millisecond is two spikes' distance: microseconds of jitter move none beyond
+    before = min(len(silent.spikes), len(one.spikes), 4)
+    assert one.spikes[:before] == pytest.approx(silent.spikes[:before], abs=20e-6)
+    assert not np.array_equal(one.spikes[:before], silent.spikes[:before])
+
+
+def test_a_robots_chip_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
+    drive = ["run", "robot", "--ranges", "chip", "--pings", "20", "--seed", "3", "--json"]
+    assert main([*drive, "--silicon-noise", "white"]) == 0
+    assert json.loads(capsys.readouterr().out)["silicon_noise"] == "white"
+    scenario = robot.Scenario(ranges="chip", silicon_noise="white", noise_seed=4)
+    delay = np.linspace(3e-3, 12e-3, 400)
+    heard = []
+    for fields in ({}, {}, {"noise_seed": 5}, {"silicon_noise": "off", "noise_seed": None}):
+        sonar, _ = robot.sonar_of(replace(scenario, **fields), np.random.default_rng(0))
+        heard.append([_ranges(sonar, delay, 0.1 * k)[0] for k in range(20)])
+    one, same, other, quiet = np.nan_to_num(np.array(heard))
+    assert np.array_equal(one, same)
+    assert not np.array_equal(one, other)
+    # a few us of jitter move one of some ten borders between neurons: readings rarely differ
+    assert 0.0 < (one != quiet).mean() < 0.05

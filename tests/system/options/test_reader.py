@@ -1,0 +1,110 @@
+"""Options of systems in studies."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from circuits.errors import ParameterError
+from system.cli.command_line import app, main
+from system.options.reader import In, metres, read_route, seconds, switch, whole, with_params, words
+from system.registry import SYSTEMS
+from system.rover.cost_map import read_cell
+
+NOT_QUANTITIES = (words, whole, switch, read_cell)
+READERS = {
+    "map": words,
+    "soft_pings": switch,
+    "pings": whole,
+    "vmax": In("m/s"),
+    "duration": seconds,
+    "way": metres,
+}
+
+
+def test_text_is_read_and_values_stay() -> None:
+    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5m/s", "duration": "20ms", "way": "3m"}
+    found = {"map": "a", "soft_pings": False, "pings": 12, "vmax": 0.5, "duration": 0.02, "way": 3.0}
+    assert read_route("robot", text, READERS) == found
+    assert read_route("robot", found, READERS) == found
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("soft_pings", "perhaps", '--soft-pings: "perhaps", must be yes or no'),
+        ("pings", "1.5", '--pings: "1.5", must be a whole number'),
+        ("vmax", "fast", "--vmax: "),
+        ("vmax", "0.5", "--vmax: .*must be a speed in m/s; write the unit too, as in 0.5m/s"),
+        ("unit", "1us", "--unit: not an option of robot, its study has map, soft-pings, pings"),
+    ],
+)
+def test_what_cannot_be_read_is_refused(name: str, text: str, says: str) -> None:
+    with pytest.raises(ParameterError, match=says):
+        read_route("robot", {name: text}, READERS)
+
+
+def test_parameters_are_options() -> None:
+    assert with_params({"map": "a"}, ["soft-pings=no"]) == {"map": "a", "soft_pings": "no"}
+    with pytest.raises(ParameterError, match="map, is given twice"):
+        with_params({"map": "a"}, ["map=b"])
+    with pytest.raises(ParameterError, match="must be NAME=VALUE"):
+        with_params({}, ["map"])
+
+
+def test_a_study_of_the_robot_in_another_forest(capsys: pytest.CaptureFixture[str]) -> None:
+    study = ("montecarlo", "robot", "-n", "1", "--metric", "collided", "--param", "pings=3", "--json")
+    assert main([*study, "--param", "forest=open"]) == 0
+    assert json.loads(capsys.readouterr().out)["failed"] == []
+    assert main([*study, "--param", "forest=wood"]) == 2
+    assert "--forest: wood, must be corridor, open or dense" in capsys.readouterr().err
+
+
+def test_a_duration_that_a_system_has_not_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["montecarlo", "rover", "-n", "1", "--duration", "3s"]) == 2
+    assert "--duration: not an option of rover, its study has map, start" in capsys.readouterr().err
+
+
+def test_a_duration_is_none_of_a_block(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["montecarlo", "rebound-neuron", "-n", "1", "--duration", "3s"]) == 2
+    assert "--duration: not an option of a block" in capsys.readouterr().err
+
+
+def test_a_study_of_the_pushbot_on_another_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    study = ("montecarlo", "pushbot", "-n", "1", "--metric", "collided", "--json", "--duration", "50ms")
+    assert main([*study, "--param", "scene=pair", "--param", "calibrated=no"]) == 0
+    assert json.loads(capsys.readouterr().out)["metrics"]
+    assert main([*study, "--param", "scene=none"]) == 2
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_number_of_every_system_states_its_unit(name: str) -> None:
+    module = import_module(SYSTEMS[name].partition(":")[0])
+    assert all(isinstance(reader, In) or reader in NOT_QUANTITIES for reader in module.STUDIED.values())
+    for option, text in (("vmax", "1"), ("ping_rate", "5"), ("duration", "2"), ("window", "1"), ("way", "1")):
+        if option in module.STUDIED:
+            with pytest.raises(ParameterError, match=f"--{option.replace('_', '-')}: .*write the unit too"):
+                read_route(name, {option: text}, module.STUDIED)
+
+
+def test_no_option_of_the_command_line_is_read_without_its_unit() -> None:
+    """A number that click itself reads has no unit: only ratios may be such."""
+    found = {option for command in commands(get_command(app)) for option in plain_numbers(command)}
+    assert found == {"rtol", "reach"}
+
+
+def commands(group: Any) -> Iterator[Any]:
+    for command in getattr(group, "commands", {}).values():
+        yield from commands(command) if hasattr(command, "commands") else (command,)
+
+
+def plain_numbers(command: Any) -> Iterator[str]:
+    for parameter in inspect.signature(command.callback).parameters.values():
+        if "float" in str(parameter.annotation):
+            yield parameter.name

@@ -1,0 +1,77 @@
+"""The agreement experiment: its rows say what the comparison found; the picture shows both engines."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from circuits.registry import load_block
+from circuits.silicon.silicon import Silicon
+from netlists.ngspice.agreement import Agreement, compare, scaled_testbench, started
+from netlists.ngspice.library import find_library
+from system.papers.checks import agreement
+from system.plot import save_picture
+
+
+@pytest.fixture(scope="module")
+def found() -> Agreement:
+    if find_library() is None:
+        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    return compare(load_block("high-threshold-neuron"), Silicon(temperature_c=-20.0))
+
+
+def test_rows_state_what_agrees(found: Agreement) -> None:
+    rows = agreement._rows("high-threshold-neuron", found)
+    begin = "high_threshold_neuron_at_minus_20_degC"
+    assert [row.name for row in rows] == [
+        f"{begin}_spike_time_s", f"{begin}_node_rms_V", f"{begin}_operating_point_V",
+    ]  # fmt: skip
+    assert all(row.agrees and not row.fitted and row.paper is None for row in rows)
+    assert rows[0].ours == found.difference.spike_time
+
+
+def test_nothing_agrees_with_an_unconverged_peer_and_a_missing_spike_is_no_number(found: Agreement) -> None:
+    far = replace(found.difference, same_count=False)
+    lost = agreement._rows("x", replace(found, difference=far))
+    assert lost[0].ours is None
+    assert not lost[0].agrees
+    assert lost[1].agrees
+    assert not any(row.agrees for row in agreement._rows("x", replace(found, convergence=far)))
+
+
+def test_the_note_tells_how_ngspice_converged(found: Agreement) -> None:
+    note = agreement._note("high-threshold-neuron", found)
+    assert "1 spikes" in note
+    assert "ngspice converged at reltol 5e-06" in note
+    far = replace(found.convergence, same_count=False)
+    assert "not converged" in agreement._note("x", replace(found, convergence=far))
+
+
+def test_the_picture_shows_a_node_in_both(found: Agreement, tmp_path: Path) -> None:
+    file = tmp_path / "agreement.png"
+    save_picture(str(file), lambda figure: agreement.draw_beside(found, "spike", figure))
+    assert file.stat().st_size > 10_000
+
+
+def test_the_chip_s_run_is_its_own_at_27_degrees_and_follows_the_delay_elsewhere() -> None:
+    usual = agreement.chip_testbench(Silicon())
+    assert usual.circuit.name == "ranging_chip"
+    assert {"chain"} < {i.name for i in usual.circuit.instances}
+    assert usual.stop == 45e-3
+    # fixed gate voltages: five times as fast at 60 degC
+    assert 0.1 < agreement.chip_testbench(Silicon(temperature_c=60.0)).stop / usual.stop < 0.3
+
+
+@pytest.mark.usefixtures("found")
+def test_a_start_and_trapezoidal_integration_change_nothing() -> None:
+    silicon = Silicon(temperature_c=-20.0)
+    bench = scaled_testbench(load_block("high-threshold-neuron"), silicon)
+    begun = started(bench, silicon)
+    assert set(begun.start) > {"spike"}
+    assert compare(begun, silicon, reltol=1e-4, points=900, method="trap").agrees

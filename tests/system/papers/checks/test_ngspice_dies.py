@@ -1,0 +1,89 @@
+"""Dies in ngspice: two of different classes, and what the rows make of a difference."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from circuits.blocks.sonar import rebound_neuron
+from circuits.blocks.sonar.tuning import NeuronClass, Tuning, tune, tuning_machine
+from netlists.ngspice.library import find_library
+from netlists.ngspice.tuning import NgspiceTrials, edges_hold
+from system.papers.checks import ngspice_dies
+from system.papers.checks.ngspice_dies import EDGE, Beside, beside, silicon_of
+from system.plot import save_picture
+
+WORKS = Tuning(NeuronClass.WORKS, 5.1e-3, 7.3e-3, 5e-3, 2e-3)
+SILENT = Tuning(NeuronClass.NEVER, t_inh=5e-3, t_reb=2e-3)
+
+
+@pytest.fixture
+def ngspice_library() -> None:
+    if find_library() is None:
+        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+
+
+@pytest.mark.usefixtures("ngspice_library")
+def test_a_die_that_fires_on_the_call_alone_does_so_in_ngspice() -> None:
+    found = beside(1001)
+    assert found.same_class
+    assert found.ngspice.outcome is NeuronClass.CALL_ALONE
+    assert found.ngspice.t_inh == pytest.approx(found.solver.t_inh, abs=1e-6)
+    assert found.ngspice.t_reb == pytest.approx(found.solver.t_reb, abs=20e-6)
+
+
+@pytest.mark.usefixtures("ngspice_library")
+def test_the_edges_of_a_die_that_works_are_where_the_solver_has_them() -> None:
+    """Fires 20 us within each edge and not 20 us outside, so that no bisection can end elsewhere."""
+    neuron, silicon = rebound_neuron.build(), silicon_of(1000)
+    solver = tune(tuning_machine(neuron, silicon))
+    trials = NgspiceTrials(neuron, silicon)
+    assert solver.outcome is NeuronClass.WORKS
+    assert edges_hold(trials, solver, EDGE)
+    # edges elsewhere are told
+    assert not edges_hold(trials, replace(solver, first=solver.first - 2.0 * EDGE), EDGE)
+    assert trials.runs <= 8
+
+
+def one(solver: Tuning, peer: Tuning, *, converged: bool = True) -> Beside:
+    return Beside(1000, solver, peer, 33, converged)
+
+
+def test_rows_of_a_die_that_works_in_both() -> None:
+    late = replace(WORKS, last=WORKS.last + 15e-6)
+    rows = ngspice_dies._rows(one(WORKS, late))
+    assert [row.name for row in rows] == ["die_1000_class", "die_1000_edge_s"]
+    assert all(row.agrees for row in rows)
+    assert rows[1].ours == pytest.approx(15e-6)
+
+
+def test_rows_that_disagree() -> None:
+    far = replace(WORKS, first=WORKS.first - 25e-6)
+    assert [row.agrees for row in ngspice_dies._rows(one(WORKS, far))] == [True, False]
+    assert [row.agrees for row in ngspice_dies._rows(one(WORKS, WORKS, converged=False))] == [True, False]
+    assert [row.agrees for row in ngspice_dies._rows(one(WORKS, SILENT))] == [False]
+    failed = Tuning(NeuronClass.FAILED)
+    assert [row.agrees for row in ngspice_dies._rows(one(failed, failed))] == [False]
+
+
+def test_the_summary_counts_classes_and_takes_the_worst_edge() -> None:
+    late = replace(WORKS, last=WORKS.last + 15e-6)
+    same, worst = ngspice_dies._summary([one(WORKS, late), one(WORKS, WORKS), one(SILENT, SILENT)])
+    assert (same.ours, same.agrees) == (3.0, True)
+    assert worst.ours == pytest.approx(15e-6)
+    same, worst = ngspice_dies._summary([one(WORKS, SILENT)])
+    assert (same.agrees, worst.ours, worst.agrees) == (False, None, False)
+
+
+def test_the_picture_shows_what_does_not_work_too(tmp_path: Path) -> None:
+    file = tmp_path / "dies.png"
+    found = [one(WORKS, WORKS), replace(one(SILENT, SILENT), die=1001)]
+    save_picture(str(file), lambda figure: ngspice_dies.draw(found, figure))
+    assert file.stat().st_size > 5_000
+    assert "1 works, 1 never" in ngspice_dies._note(found)

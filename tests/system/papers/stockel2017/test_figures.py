@@ -1,0 +1,96 @@
+"""Figures of Stöckel 2017 are made with few networks; their rows say no where a claim is not so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from system.bug.run import Scenario, Trace, run
+from system.experiment import Report
+from system.papers.stockel2017 import fig5 as stockel2017_fig5
+from system.papers.stockel2017 import fig6 as stockel2017_fig6
+from system.papers.stockel2017 import fig7 as stockel2017_fig7
+from system.papers.stockel2017 import fig8 as stockel2017_fig8
+from system.plot import save_picture
+from system.registry import EXPERIMENTS, load_experiment
+
+
+def quiet(_: float) -> None:
+    """Nobody waits."""
+
+
+@pytest.fixture(scope="module")
+def spiral() -> dict[str, list[Trace]]:
+    return stockel2017_fig6.traces(quiet, (1000,), 140.0)
+
+
+def draws(report: Report, folder: Path) -> None:
+    picture = folder / "figure.png"
+    save_picture(str(picture), report.draw)
+    assert picture.stat().st_size > 10_000  # an empty figure has 3 kB
+
+
+@pytest.mark.parametrize("name", ["fig5", "fig6", "fig7", "fig8"])
+def test_the_registry_knows_them(name: str) -> None:
+    assert f"stockel2017-{name}" in EXPERIMENTS
+    assert load_experiment(f"stockel2017-{name}").name == f"stockel2017-{name}"
+
+
+def test_figure_5(tmp_path: Path) -> None:
+    fractions: list[float] = []
+    report = stockel2017_fig5.reproduce(fractions.append)
+    assert [row.name for row in report.rows if not row.agrees] == []
+    assert fractions[-1] == 1.0
+    draws(report, tmp_path)
+
+
+def test_figure_5_fails_on_other_courses() -> None:
+    found = stockel2017_fig5.course(0, 2)
+    assert all(row.agrees for row in stockel2017_fig5.rows(found))
+    stuck = replace(found, active=np.tile(found.active[0], (len(found.time), 1)))
+    assert [row.agrees for row in stockel2017_fig5.rows(stuck)] == [False, False, True, False]
+    follows = replace(found, old=np.roll(found.old, -50, axis=0))
+    assert not {r.name: r for r in stockel2017_fig5.rows(follows)}["old_state_while_input_is_high"].agrees
+
+
+def test_figure_6(spiral: dict[str, list[Trace]], tmp_path: Path) -> None:
+    assert [row.name for row in stockel2017_fig6.rows(spiral) if not row.agrees] == []
+    draws(Report((), lambda figure: stockel2017_fig6._draw(spiral, figure)), tmp_path)
+
+
+def test_figure_6_wants_what_the_paper_says(spiral: dict[str, list[Trace]]) -> None:
+    swapped = {"bug0 reference": "bug2 reference", "bug0 ideal": "bug2 ideal"}
+    swapped |= {b: a for a, b in swapped.items()}
+    rows = stockel2017_fig6.rows({swapped[name]: runs for name, runs in spiral.items()})
+    assert [row.agrees for row in rows[:4]] == [False] * 4
+    away = [replace(t, path=t.path + 0.5) for t in spiral["bug0 ideal"]]
+    last = stockel2017_fig6.rows({**spiral, "bug0 ideal": away})[-2]
+    assert not last.agrees
+
+
+def test_figure_7(spiral: dict[str, list[Trace]], tmp_path: Path) -> None:
+    program, neurons = spiral["bug2 reference"][0], spiral["bug2 ideal"][0]
+    assert [row.name for row in stockel2017_fig7.rows(program, neurons) if not row.agrees] == []
+    draws(Report((), lambda figure: stockel2017_fig7._draw(program, neurons, figure)), tmp_path)
+    assert not any(row.agrees for row in stockel2017_fig7.rows(neurons, program))
+    assert not stockel2017_fig7.in_order(["memorise", "go", "follow"])
+
+
+def test_figure_8_counts(tmp_path: Path) -> None:
+    programs = {f"{a} reference": [run(Scenario(a, map="bug-field"))] for a in ("bug0", "bug2")}
+    neurons = run(Scenario("bug0", "ideal", map="bug-field", seed=1000, duration=80.0))
+    stuck = replace(programs["bug2 reference"][0], reached=False)
+
+    def found(published: int, improved: int) -> dict[str, list[Trace]]:
+        there = programs["bug2 reference"][0]
+        counts = {"published": published, "improved": improved}
+        some = {f"bug2 {d}": [there] * k + [stuck] * (10 - k) for d, k in counts.items()}
+        return {**programs, "bug0 published": [neurons], **some}
+
+    assert [row.name for row in stockel2017_fig8.rows(found(4, 9)) if not row.agrees] == []
+    wrong = [row.name for row in stockel2017_fig8.rows(found(10, 8)) if not row.agrees]
+    assert wrong == ["bug2_improved_reaches_share"]  # ten of ten: 0.69 to 1, three of eight: 0.09 to 0.76
+    draws(Report((), lambda figure: stockel2017_fig8._draw(found(4, 9), figure)), tmp_path)

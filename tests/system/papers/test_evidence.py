@@ -1,0 +1,102 @@
+"""Campaign files that are kept: of the present numbers, and what is flown again is what they say."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from circuits.errors import ParameterError
+from system.papers.checks import latency_forests
+from system.papers.milde2017 import clutter as milde2017_clutter
+from system.papers.milde2017 import table1 as milde2017_table1
+from system.pushbot import campaign as pushbot_campaign
+from system.pushbot.body import SPEED_OF_FACTOR
+from system.pushbot.campaign import Drive, drive_again, trials
+from system.pushbot.run import Scenario, summarise
+from system.registry import load_experiment
+from system.study.campaign import Campaign
+from system.study.campaign_file import Found, Key
+
+EVIDENCE = Path(__file__).parents[3] / "evidence"
+FORESTS = EVIDENCE / "latency-forests.jsonl"
+
+
+def kept() -> dict[Key, Found]:
+    _, *lines = FORESTS.read_text().splitlines()
+    rows = [json.loads(line) for line in lines]
+    return {(str(row["key"][0]), int(row["key"][1])): row["found"] for row in rows}
+
+
+@pytest.mark.parametrize("key", [("analog", 1006), ("chip", 1006)])
+def test_a_flight_flown_again_is_the_one_that_is_kept(key: Key) -> None:
+    assert latency_forests.fly_one(key) == kept()[key]
+
+
+def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_path: Path) -> None:
+    # a file of other numbers would be refused, and a flight that is missing would be flown and added
+    copy = tmp_path / FORESTS.name
+    shutil.copy(FORESTS, copy)
+    network = sum(model == "network" for model, _ in kept())
+    assert network == latency_forests.FORESTS
+    report = latency_forests.reproduce(
+        lambda _: None, Campaign(file=copy, resume=True), forests=latency_forests.FORESTS, network=network
+    )
+    assert copy.read_bytes() == FORESTS.read_bytes()
+    assert [row.name for row in report.rows][:2] == [
+        "network_four_crossings_upper_limit", "chip_four_crossings_upper_limit",
+    ]  # fmt: skip
+    assert f"network: {network} flights" in report.notes[2]
+
+
+@pytest.mark.parametrize(("name", "disagree"), [("milde2017-table1", 4), ("milde2017-clutter", 10)])
+def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(
+    name: str, disagree: int, tmp_path: Path
+) -> None:
+    copy = tmp_path / f"{name}.jsonl"
+    shutil.copy(EVIDENCE / copy.name, copy)
+    report = load_experiment(name).run(lambda _: None, Campaign(file=copy, resume=True))
+    assert len(report.disagreeing) == disagree  # of the table all are fitted rows
+    assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        "CODES", "MODIFIED", "EVENTS", "RATES", "TURN_EVENTS", "TURN_RATE", "MODIFIED_LEVELS",
+        "MODIFIED_EVENTS", "MODIFIED_RATES", "GYRO_ANGLE", "COLOURS",
+    ],
+)  # fmt: skip
+def test_drives_with_other_codes_or_colours_are_refused(
+    number: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / "milde2017-table1.jsonl"
+    shutil.copy(EVIDENCE / copy.name, copy)
+    monkeypatch.setattr(pushbot_campaign, number, {})
+    with pytest.raises(ParameterError, match="other numbers"):
+        load_experiment("milde2017-table1").run(lambda _: None, Campaign(file=copy, resume=True))
+
+
+def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
+    _, first, *_ = (EVIDENCE / "milde2017-table1.jsonl").read_text().splitlines()
+    speed, turn = milde2017_table1.CELLS[0]
+    scenario, *_ = trials(Scenario(colour="blue", speed_factor=speed, turn_factor=turn), 1)
+    row = json.loads(first)
+    assert row["key"][0] == f"die {scenario.die.number}"
+    assert summarise(drive_again(Drive(scenario))) == row["found"]["runs"][0]["summary"]
+
+
+def test_a_drive_among_blocks_driven_again_is_the_one_that_is_kept() -> None:
+    _, first, *_ = (EVIDENCE / "milde2017-clutter.jsonl").read_text().splitlines()
+    # the scenes of the first die: four at each speed, the plain network's turn factors one after the other
+    number, speed = 5, milde2017_clutter.SPEEDS[1]
+    base = replace(
+        milde2017_clutter.NETWORKS["plain"], speed_factor=speed / SPEED_OF_FACTOR,
+        duration=milde2017_clutter.LIMIT, way=milde2017_clutter.WAY,
+    )  # fmt: skip
+    scenes = trials(base, milde2017_clutter.SCENES, milde2017_clutter.DIES, milde2017_clutter.FRESH)
+    scenario = [s for s in scenes if s.die == scenes[0].die][number - 4]
+    kept_run = json.loads(first)["found"]["runs"][number]["summary"]
+    assert kept_run["time_s"] < 5.0  # the shortest of them
+    assert milde2017_clutter.outcome(drive_again(Drive(scenario))) == kept_run

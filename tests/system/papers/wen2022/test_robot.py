@@ -1,0 +1,55 @@
+"""Figure 15 of Wen & Horiuchi 2022, in small: its rows, and their rules."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from system.car.run import ENDS
+from system.car.world import FORESTS
+from system.papers.wen2022 import fig15 as wen2022_fig15
+from system.papers.wen2022.fig15 import Found, drive_all, note, rows
+from system.plot import save_picture
+from system.registry import load_experiment
+
+
+@pytest.fixture(scope="module")
+def first() -> Found:
+    return drive_all("corridor", 1, ranges="exact", pings=30)
+
+
+def made(first: Found, collided: int, side: float) -> Found:
+    ends = {**dict.fromkeys(ENDS, 0), "collided": collided, "through": 100 - collided}
+    spread = 0.01 * np.random.default_rng(0).standard_normal(100)
+    return replace(first, ends=ends, side=side + spread)
+
+
+def test_a_share_is_told_with_its_exact_interval(first: Found) -> None:
+    # Clopper and Pearson's of 100 of 100 begins at 0.025^(1/100) = 0.96378
+    assert note("open", "flight", made(first, 0, 0.1)).startswith(
+        "open, flight: 100 of 100 (96 to 100 %) free"
+    )
+
+
+def test_it_agrees_where_the_runs_do(first: Found) -> None:
+    good = {name: made(first, 5, side) for name, side in zip(FORESTS, (0.1, 0.4, 0.5), strict=True)}
+    assert all(row.agrees for row in rows(good))
+    assert [row.name for row in rows(good) if not row.fitted] == ["open_side_pings", "dense_side_pings"]
+    worse = {**good, "dense": made(first, 11, 0.5)}
+    assert [row.name for row in rows(worse) if not row.agrees] == ["dense_collision_free"]
+    even = {**good, "open": made(first, 5, 0.1)}
+    assert [row.name for row in rows(even) if not row.agrees] == ["open_side_pings"]
+
+
+def test_it_draws(first: Found, tmp_path: Path) -> None:
+    found = dict.fromkeys(FORESTS, first)
+    picture = tmp_path / "figure.png"
+    save_picture(str(picture), lambda figure: wen2022_fig15._draw(found, figure))
+    assert picture.stat().st_size > 20_000
+
+
+def test_the_registry_knows_it() -> None:
+    assert load_experiment("wen2022-fig15").name == "wen2022-fig15"

@@ -1,0 +1,98 @@
+"""Rates of ROLLS' neurons on dies, as a study measures them."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from chips.rolls.chip import Spikes
+from chips.rolls.program.bias_file import OFF, default_biases, write_biases
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from system.cli.command_line import main
+from system.rolls.run import SYSTEM, Scenario, Trace, events, run, summarise
+
+SHORT = Scenario(die=Die(number=1005), duration=0.15, bias_file="rolls_parallella", bias_kind="generator")
+
+
+@pytest.fixture(scope="module")
+def trace() -> Trace:
+    return run(SHORT)
+
+
+def test_every_neuron_gets_the_same_number_of_events() -> None:
+    found = events(replace(SHORT, input_rate=40.0))
+    assert (np.bincount(found.neurons, minlength=256) == 6).all()
+    assert (np.diff(found.times) >= 0.0).all()
+    assert events(replace(SHORT, input_rate=0.0)).times.size == 0
+    assert not np.array_equal(found.times, events(replace(SHORT, input_rate=40.0, seed=1)).times)
+
+
+def test_a_driven_population_fires_and_its_neurons_differ(trace: Trace) -> None:
+    found = summarise(trace)
+    assert found["population_rate"] == pytest.approx(trace.rates.mean())
+    assert (found["population_rate"] or 0.0) > 50.0
+    assert 0.02 < (found["rate_cv"] or 0.0) < 0.5
+    assert found["silent"] == 0.0
+    SYSTEM.draw(trace, Figure())
+
+
+def test_silent_and_hot_neurons_are_counted() -> None:
+    rates = np.full(256, 10.0)
+    rates[:3], rates[3:5] = 0.0, 25.0
+    none = Spikes(np.empty(0), np.empty(0, np.int64))
+    found = summarise(Trace(SHORT, none, rates, np.arange(256) < 7))
+    assert (found["silent"], found["hot"], found["restless"]) == (3.0, 2.0, 7.0)
+    quiet = summarise(Trace(SHORT, none, np.zeros(256), np.zeros(256, np.bool_)))
+    assert (quiet["silent"], quiet["hot"], quiet["rate_cv"]) == (256.0, 0.0, None)
+
+
+def test_a_study_streams_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = ["montecarlo", "rolls", "--metric", "population-rate", "--duration", "0.12s", "--chunk", "1"]
+    study += ["--threads", "1", "--json", "--output", str(tmp_path / "study")]
+    assert main([*study, "-n", "1"]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert main([*study, "-n", "2", "--resume"]) == 0
+    both = json.loads(capsys.readouterr().out)
+    assert both["chunks_read"] == 1
+    assert both["values"]["population_rate"][0] == first["values"]["population_rate"][0]
+    assert both["dies"] == [1000, 1001]
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--param", "map=x"], "--map: not an option of rolls"),
+        (["--level", "transistor"], "--level: transistor, a whole chip must be behavioural"),
+        (["--duration", "0.05s"], "--duration: 0.05 s, must be > 0.1 s"),
+        (["--param", "bias-file=none.csv"], "none.csv: No such file"),
+        (["--param", "input-rate=3A"], "--input-rate"),
+        (["--metric", "spikes"], "metric spikes: unknown"),
+    ],
+)
+def test_bad_options_are_one_line(options: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["montecarlo", "rolls", "-n", "1", *options]) == 2
+    error = capsys.readouterr().err
+    assert text in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("field", [{"input_rate": -1.0}, {"seed": -1}])
+def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
+    with pytest.raises(ParameterError, match="must be >= 0"):
+        replace(SHORT, **field)
+
+
+@pytest.mark.parametrize("kind", ["gate", "generator"])
+def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
+    quiet = Scenario(duration=0.2, die=Die(number=3), bias_kind=kind)
+    assert SYSTEM.summarise(run(quiet))["cautions"] == ()
+    path = tmp_path / "leaky.csv"
+    write_biases(path, default_biases().with_code("IF_TAU2_N", *OFF))
+    found = SYSTEM.summarise(run(replace(quiet, bias_file=str(path))))
+    assert "of 256 fire without any input" in found["cautions"][0]
+    assert not found["succeeded"]
