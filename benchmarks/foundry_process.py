@@ -21,10 +21,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from _report import Row, parser_of, report
+from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.silicon.process import (
@@ -39,8 +39,6 @@ from circuits.silicon.process import (
 )
 from netlists.foundry.deck import resized, sweep_gate
 from netlists.foundry.process import read_mapping
-
-F64 = NDArray[np.float64]
 
 MAPPING = read_mapping("gf180mcu")
 SIDE = 6e-6  # m, ours

@@ -23,17 +23,15 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
+from circuits.arrays import I64
 from system.openspace.law import DIRECTIONS, Bat, arcs_of
 from system.spiking_bat.bat import echo_delay, goal_neuron, nearest_place, places, seen_from
 from system.spiking_bat.network.network import Conductors, Integrators, Network, Spikes, new_state, run
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE
 from system.spiking_bat.topology import published
-
-I64 = NDArray[np.int64]
 
 CLAIM, CLAIM_PEER, CLAIM_STEPS = 1.7, 15.0, 2.0
 PEER = Path(__file__).parent / "latency_network_brian2.py"

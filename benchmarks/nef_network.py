@@ -30,7 +30,6 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
 from chips.nef.build import Built, build
@@ -38,10 +37,9 @@ from chips.nef.chip import NefChip
 from chips.nef.network.network import Connection, EnsembleArray, Network, Neurons, Probe, join
 from chips.nef.population import evaluate
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from circuits.silicon.die import Die
 from system.bug.neural import network_of
-
-F64 = NDArray[np.float64]
 
 CLAIMS = {"bug0": 25.0, "bug2": 15.0}
 CLAIM_BUILD, CLAIM_RAYS = 5.0, 0.1

@@ -28,7 +28,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
 from chips.rolls.calibration import code_for
@@ -42,8 +41,6 @@ from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 CLAIM, CLAIM_PEER, CLAIM_DIES, CLAIM_MEMORY = 100.0, 10.0, 60.0, 30.0
 FIRST_DIE = 1000

@@ -17,12 +17,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
 from chips.rolls.neuron import model as rolls_neuron_model
 from chips.rolls.neuron.kernel import Neurons
 from chips.rolls.synapse import model as rolls_synapse_model
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.block import Block
 from circuits.blocks.rolls import dpi_synapse
@@ -34,8 +34,6 @@ from circuits.silicon.process import ROLLS_180, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
-
-F64 = NDArray[np.float64]
 
 FIRST_DIE = 1000
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")

@@ -15,17 +15,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
+from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import DEFAULT_RTOL, simulate
-
-F64 = NDArray[np.float64]
 
 WITHIN = 1e-6  # s, of the reference
 REFERENCE, FINEST = 1e-8, 1e-9

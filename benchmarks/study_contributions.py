@@ -16,7 +16,6 @@ import sys
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from _report import Row, parser_of, report
 from circuits.silicon.die import Die
@@ -29,8 +28,6 @@ from system.study.search.sensitivity import measure_rows
 from system.study.statistics.contribution import device, grouped
 from system.study.table import Condition, Table
 from system.study.target import Subject, Target, open_target
-
-F64 = NDArray[np.float64]
 
 TARGET, METRIC = "rebound-neuron", "t_inh"
 CONDITION = Condition("random", 27.0, 0)

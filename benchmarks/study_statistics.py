@@ -20,11 +20,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import brentq
 
 from _report import Row, parser_of, report
+from circuits.arrays import F64, Bools
 from circuits.errors import SolverError
 from system.study.statistics.confidence_sequence import (
     StopRule,
@@ -42,8 +42,6 @@ from system.study.statistics.interval import (
 )
 from system.study.statistics.mean_shift import mean_shift
 from system.study.statistics.scaled_sigma import scaled_sigma
-
-F64 = NDArray[np.float64]
 
 LEVEL = 0.95
 QUANTILES = (0.05, 0.5, 0.95)
@@ -132,7 +130,7 @@ def rare() -> Iterator[Row]:
     linear, square = planted()
     limit = float(brentq(lambda x: tail(linear, square, x) - RARE, 0.0, 20.0, xtol=1e-9))
 
-    def fails(z: F64) -> NDArray[np.bool_]:
+    def fails(z: F64) -> Bools:
         return np.asarray(z @ linear + (z * z) @ square > limit)
 
     for name, method in (("mean-shift", mean_shift), ("scaled-sigma", scaled_sigma)):

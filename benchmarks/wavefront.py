@@ -27,7 +27,6 @@ from statistics import median
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -36,11 +35,9 @@ from chips.wavefront.axon_graph import AxonGraph, grid_graph
 from chips.wavefront.kernel import Waves, graph_wave, graph_waves, integer_wave, real_wave
 from chips.wavefront.model import chip_model, dies_delays
 from chips.wavefront.readout import pointer_path
+from circuits.arrays import F64, I64
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SIZES = (20, 200, 2000)
 HIGHEST, SIGMA = 10, 0.1

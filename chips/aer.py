@@ -19,11 +19,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.errors import DataError, ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 MAGIC = b"NOCTAER1"
 _ROW = np.dtype("<i8")
@@ -78,7 +76,7 @@ def _order(times: F64, addresses: I64) -> NDArray[np.intp]:
 
 
 @_compiled
-def _serve(times: F64, service: float, depth: int, delivered: F64, kept: NDArray[np.bool_]) -> int:
+def _serve(times: F64, service: float, depth: int, delivered: F64, kept: Bools) -> int:
     """Fill `delivered` (float64, of those kept, in order) and `kept` (bool); returns how many were kept."""
     count, gone = 0, 0
     for k in range(times.size):

@@ -21,11 +21,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
 
 # Straight pieces of the proximity, s; ours: within 1 mV of the exponentials.
 LONGEST = 2e-3

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline, Sampled, Waveform
@@ -21,8 +21,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import DEFAULT_RTOL, Runner, State
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 PULSE_WIDTH = 10e-6  # s
 PULSE_EDGE = 0.1e-6  # s

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.model_law import check_law
 from chips.static import inverter_threshold
+from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Capacitor, Transistor
@@ -24,8 +24,6 @@ from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.silicon.process import POLARITIES, Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 
 class Fet(NamedTuple):

@@ -19,17 +19,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F32, F64, I64, U32
 from circuits.compiled import compiled
 from circuits.devices.noise import NoiseModel
 from circuits.silicon.die import philox
 from circuits.solver.noise.transient import LOWEST_FREQUENCY, noise_keys
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U32 = NDArray[np.uint32]
 
 LOOK_BITS = 3  # a look at the flicker every eight steps, far above where it passes below white noise; ours
 SLOW = 1 << 20  # streams from here on are the octaves'

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline
-
-F64 = NDArray[np.float64]
 
 
 def thin(time: F64, value: F64, tolerance: float) -> Polyline:
@@ -23,7 +21,7 @@ def thin(time: F64, value: F64, tolerance: float) -> Polyline:
 
 
 @compiled(_nrt=True)
-def _mark(time: F64, value: F64, tolerance: float, keep: NDArray[np.bool_]) -> None:
+def _mark(time: F64, value: F64, tolerance: float, keep: Bools) -> None:
     last = time.size - 1
     keep[0] = True
     keep[last] = True

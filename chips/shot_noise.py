@@ -16,16 +16,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from chips.ranging.noise import SiliconNoise, mean_variance
+from chips.noise import SiliconNoise, mean_variance
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.noise import gate_flicker, noise_model
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import relaxations
-
-F64 = NDArray[np.float64]
 
 _WEAK = 0.05  # L below which three terms of the series are exact to 1e-5
 _FASTEST = 0.1  # of the shortest time: a grid up to whose band flicker is summed

@@ -9,12 +9,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
 
 _ITERATIONS = 80
 _EXACT = 1e-12  # U_T, last update of a voltage

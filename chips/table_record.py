@@ -22,17 +22,15 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.board_kernel import monotone_cubic
 from chips.record_file import load_record, record_file, stale
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import shared
 from circuits.silicon.process import AMI_1500, Polarity, Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 VERSION = 2  # of the measurements: what they measure and how
 TEMPERATURES = (-10.0, 8.0, 27.0, 46.0, 65.0)  # degC

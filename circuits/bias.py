@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Bias, BiasKind, Circuit
 from circuits.devices.softplus import inverse_softplus
 from circuits.devices.transistor import Transistor, drain_current
@@ -48,7 +48,7 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
     return v_x + law.v_t0 - law.surface_potential - law.gamma * math.sqrt(law.surface_potential)
 
 
-def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.float64]:
+def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     """Voltages of a bias port's elements at the silicon's temperature, V, float64 of the port's shape."""
     values = np.asarray(bias.value, dtype=np.float64)
     shape = circuit.port(bias.port).shape
@@ -75,9 +75,7 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.
     return silicon.process.v_dd - gates if device.polarity == "p" else gates
 
 
-def _gates(
-    circuit: str, bias: Bias, device: Transistor, current: NDArray[np.float64], silicon: Silicon
-) -> NDArray[np.float64]:
+def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:
     """Gate voltages above the bulk, V. Only a generator's copy of the device is on the die."""
     process, reference = silicon.process, bias.reference_temperature_c
     if bias.kind == "gate":
@@ -100,11 +98,11 @@ def _gates(
     return _each(copy, current)
 
 
-def _each(gate: Callable[[float, int], float], current: NDArray[np.float64]) -> NDArray[np.float64]:
+def _each(gate: Callable[[float, int], float], current: F64) -> F64:
     return np.array([gate(float(i), k) for k, i in enumerate(current.ravel())]).reshape(current.shape)
 
 
-def saturation_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> NDArray[np.float64]:
+def saturation_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     """Current that a bias gives in the nominal device at the silicon's temperature, A, of the port's shape.
 
     Not defined for a bias of kind `voltage`: raises `TopologyError`.
@@ -135,9 +133,7 @@ def _biased_device(circuit: Circuit, bias: Bias) -> Transistor:
     return device
 
 
-def _saturated(
-    law: TransistorAtTemperature, device: Transistor, gates: NDArray[np.float64], silicon: Silicon
-) -> NDArray[np.float64]:
+def _saturated(law: TransistorAtTemperature, device: Transistor, gates: F64, silicon: Silicon) -> F64:
     v_dd = silicon.process.v_dd if device.polarity == "p" else 0.0
     high = 0.0 if device.polarity == "p" else silicon.process.v_dd
     size = device.width * device.multiplicity, device.length

@@ -13,14 +13,11 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.polyline import thin
+from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from circuits.errors import TopologyError
 
-F64 = NDArray[np.float64]
 Event = tuple[str, float]
 
 

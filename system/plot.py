@@ -18,8 +18,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
@@ -80,7 +80,7 @@ def save_picture(path: str, draw: Callable[[Figure], None]) -> None:
             figure.savefig(temporary, format=suffix, metadata=_UNDATED[suffix])
 
 
-def mark_end(at: NDArray[np.float64], ax: Axes, *, succeeded: bool | None) -> None:
+def mark_end(at: F64, ax: Axes, *, succeeded: bool | None) -> None:
     """Mark where a way ended, float64[2]: green where it succeeded, a red cross where it failed.
 
     None is for a way that was neither: a part of one, or of a run that does not say.
@@ -104,9 +104,7 @@ def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None
     figure.align_ylabels(stack)
 
 
-def draw_waveform(
-    time: NDArray[np.float64], voltage: NDArray[np.float64], label: str, ax: Axes, colour: str = COLOURS[0]
-) -> None:
+def draw_waveform(time: F64, voltage: F64, label: str, ax: Axes, colour: str = COLOURS[0]) -> None:
     """Draw a voltage (V) over time (s, drawn in ms)."""
     ax.plot(1e3 * time, voltage, color=colour, linewidth=1.2)
     ax.set_ylabel(f"{label} (V)")
@@ -115,7 +113,7 @@ def draw_waveform(
     ax.set_ylim(low - room, high + 2.0 * room)
 
 
-def mark_spikes(times: NDArray[np.float64], height: float, ax: Axes) -> None:
+def mark_spikes(times: F64, height: float, ax: Axes) -> None:
     """Mark spikes (s) with a triangle above the trace."""
     if times.size:
         marks = ax.plot(1e3 * times, np.full(times.size, height), linestyle="", marker="v", markersize=5)
@@ -179,7 +177,7 @@ def _layout(graph: nx.Graph) -> dict[Any, Point]:
     return place
 
 
-def _apart(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _apart(points: F64) -> F64:
     """Push points apart until none lie in the ellipse that another's box takes; float64[n, 2]."""
     moved = points / _ROOM
     for _ in range(100):

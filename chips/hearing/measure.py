@@ -18,7 +18,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.board_kernel import SOUND_DURATION
 from chips.cell import Cell
@@ -39,6 +38,7 @@ from chips.table_record import (
     Quantities,
     measure_over,
 )
+from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector
 from circuits.circuit import Circuit
 from circuits.devices import Source
@@ -47,8 +47,6 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 Sound = tuple[float, float]  # onset, s, and peak at the microphone, V
 

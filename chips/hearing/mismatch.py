@@ -21,15 +21,13 @@ from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 _COMPARATOR = tuple(f"generator.comparator.mc{k}" for k in range(1, 8))
 DEVICES: dict[str, tuple[str, ...]] = {

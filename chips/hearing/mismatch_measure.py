@@ -17,12 +17,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.hearing.mismatch import PARAMETERS
 from chips.hearing.model import hearing_on, rest_margin_on
 from chips.ranging.measure import Perturb
 from chips.table_record import POLARITIES, TEMPERATURES, WIDEST
+from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Source
@@ -33,8 +33,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point, solve_near
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 RTOL, NEURON_RTOL = 1e-4, 1e-4
 ONSET, DURATION, STOP = 0.3e-3, 1e-3, 2.5e-3  # s, of the sound and of the run

@@ -21,12 +21,11 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.board_kernel import MEMORY, Hearing, hear_sound
 from chips.hearing.mismatch import RATIO, deviations
 from chips.hearing.noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.table_record import (
     all_on_silicon,
     check_box,
@@ -34,11 +33,10 @@ from chips.table_record import (
     on_silicon,
     temperature_weights,
 )
+from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 NEURONS = ("onset", "high_threshold")
 

@@ -23,11 +23,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.board_kernel import SOUND_DURATION, Hearing, table_at
+from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from chips.ranging.noise import SiliconNoise
+from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit, Instance, Port
 from circuits.compiled import compiled
@@ -42,8 +42,6 @@ from circuits.solver.noise.event_jitter import event_jitter
 from circuits.solver.noise.transient import noise_place
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 # peaks over threshold at which jitter is worked out, from where it is still linear on; ours
 RATIOS = {"onset": (1.05, 1.2, 2.0, 5.0, 40.0), "high_threshold": (1.05, 1.4, 3.0)}

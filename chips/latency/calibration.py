@@ -18,15 +18,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.design import Biases, Design
 from chips.latency.model import Lumped, lumped, usual_biases
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 PARTS = ("taps", "integrators", "race", "shared")
 ROUNDS = 3

@@ -19,7 +19,6 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.aer import Bus, send
 from chips.latency.design import NAME, Biases, Design
@@ -38,12 +37,10 @@ from chips.latency.kernel import (
 )  # fmt: skip
 from chips.latency.model import Lumped, lumped, usual_biases
 from chips.latency.noise import noise_of, numbers_of_ping
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 class Addresses(NamedTuple):

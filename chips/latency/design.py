@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.bias import bias_voltages
 from circuits.blocks.bias.generator import COARSE, CODES
 from circuits.blocks.latency.synapse import WIDTH
@@ -27,8 +27,6 @@ from circuits.count import whole_number
 from circuits.errors import ParameterError
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 REACH = 3  # paths on either side that a memory inhibits: three standard deviations of 1
 SYNAPSES = 8  # of an integrating neuron; ours, what is more is counted
@@ -160,7 +158,7 @@ class Biases:
 
     lines: Lines
     kind: BiasKind = "gate"
-    codes: Mapping[str, NDArray[np.int64]] = field(default_factory=lambda: MappingProxyType({}))
+    codes: Mapping[str, I64] = field(default_factory=lambda: MappingProxyType({}))
 
     def with_currents(self, currents: Mapping[str, F64]) -> Biases:
         """Biases with other currents (A) of some lines, as near as codes come, by the generator."""
@@ -172,7 +170,7 @@ class Biases:
         return replace(self, lines=lines, codes=codes)
 
 
-def codes_of(current: F64) -> NDArray[np.int64]:
+def codes_of(current: F64) -> I64:
     """Codes whose current is nearest to each (A), int64[..., 2]: coarse and fine, the finest range first.
 
     What is below the least current gets it, 59 fA. Raises `ParameterError` for one that no code reaches.
@@ -191,7 +189,7 @@ def codes_of(current: F64) -> NDArray[np.int64]:
     return np.stack([coarse, fine], axis=-1)
 
 
-def currents_of(codes: NDArray[np.int64]) -> F64:
+def currents_of(codes: I64) -> F64:
     """Nominal currents of codes, int64[..., 2], A."""
     return np.asarray(np.array(COARSE)[codes[..., 0]] * codes[..., 1] / CODES)
 

@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.chip import LatencyChip
 from chips.latency.design import REACH, Design, gate_voltages
@@ -33,6 +32,7 @@ from chips.latency.place import (
     standing,
 )
 from chips.table_record import HELD_OUT_TEMPERATURES
+from circuits.arrays import F64
 from circuits.blocks.latency import neuron as latency_neuron
 from circuits.blocks.latency import race as latency_race
 from circuits.blocks.latency import tap as latency_tap
@@ -43,7 +43,6 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
-F64 = NDArray[np.float64]
 Events = dict[str, Sequence[float]]
 Parts = tuple[tuple[str, tuple[int, ...]], ...]
 

@@ -13,16 +13,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.latency.design import REACH
 from chips.latency.model import Lumped
+from circuits.arrays import F64, I64
 from circuits.blocks.latency.synapse import WIDTH
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 OVERFLOW, UNDECIDED = range(2)  # of `Memory.counts`
 MARGIN = 0.02  # |ln| of a detector's currents over what is taken, within which it does not decide; ours

@@ -18,10 +18,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from chips.wavefront.measure import perturbed
+from circuits.arrays import F64
 from circuits.bias import die_current, rebias
 from circuits.blocks.block import Block
 from circuits.blocks.latency import coincidence as latency_coincidence
@@ -36,8 +36,6 @@ from circuits.errors import SolverError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-
-F64 = NDArray[np.float64]
 
 SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
 SYNAPSES, EXCITATIONS, INHIBITIONS = 8, 2, 7  # of the chip's neurons and cells; ours

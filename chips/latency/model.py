@@ -20,12 +20,12 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.design import NAME, REACH, Biases, Charges, Design, gate_voltages, lines_of
 from chips.latency.measure import COMPARATOR, QUANTITIES, SYNAPSES, circuits
 from chips.model_law import check_law
 from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from circuits.arrays import F64, I64
 from circuits.blocks.latency.coincidence import INPUTS, SHARE
 from circuits.blocks.latency.synapse import WIDTH, comparator
 from circuits.circuit import BiasKind
@@ -34,8 +34,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Path
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 SIZE = (6.0, 24.0)  # um, of all devices whose current is a bias
 _UM2 = 1e-12
@@ -75,7 +73,7 @@ class Lumped(NamedTuple):
     second_charge: F64
     recurrent: F64
     emergency: float
-    group: NDArray[np.int64]
+    group: I64
 
 
 # fields whose deviations are a block's own

@@ -19,17 +19,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.design import NAME
 from chips.latency.model import SIZE, Lumped, charges_on
+from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from chips.ranging.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
+from circuits.arrays import F64
 from circuits.silicon.process import ELEMENTARY_CHARGE, Polarity
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 # field of `Lumped`: its charge in the record. Times first, then what membranes take up
 TIMES = {

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.design import NAME, REFERENCE, Biases, gate_voltages
 from circuits.blocks.latency.synapse import EDGE, WIDTH
@@ -20,8 +19,6 @@ from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.silicon.die import Place
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 # which line each port of a part takes, and which element of it, where it is an array: None the part's own
 Wires = Mapping[str, str]

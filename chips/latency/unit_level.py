@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.design import Biases
 from chips.latency.place import UNIT_WIRES, bench_at, line_volts, standing
+from circuits.arrays import F64
 from circuits.blocks.latency import unit as latency_unit
 from circuits.blocks.latency.synapse import EDGE, WIDTH
 from circuits.devices.source import Polyline
@@ -25,8 +25,6 @@ from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
-
-F64 = NDArray[np.float64]
 
 AFTER = 4.5e-3  # s that a run goes on after a ping's last input, more than a window; ours
 SETTLE = 20e-6  # s, ours: the first reset

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.lso.measure import (
     FROM,
@@ -28,6 +27,7 @@ from chips.lso.measure import (
 from chips.lso.model import LEAST_AREA, SIDES, Head, head_on, level_times, side_spikes
 from chips.lso.place import NAME, line_volts, of_area
 from chips.table_record import HELD_OUT_TEMPERATURES
+from circuits.arrays import F64
 from circuits.blocks.latency.synapse import EDGE, WIDTH
 from circuits.blocks.latency.tonic import START, reset_wave
 from circuits.blocks.lso.lso_neuron import REFERENCE
@@ -38,8 +38,6 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 HELD_OUT = tuple(range(500, 524))  # dies; none is used to build
 SMALL = tuple(range(524, 540))  # likewise, with devices of the least area

@@ -31,9 +31,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 BALANCED = 1e-9  # of |a| over I_exc: below it the linear law of a = 0 is exact to rounding
 LEAST = 1e-18  # A: what sums of switched currents leave by rounding is less

@@ -23,12 +23,12 @@ from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from chips.lso.law import Membrane, ramp_delay, rise_time
 from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from chips.wavefront.measure import perturbed
+from circuits.arrays import F64
 from circuits.bias import die_current, rebias
 from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.latency.tonic import START
@@ -43,8 +43,6 @@ from circuits.lowering.kernel import to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
 SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 3))  # V

@@ -23,13 +23,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.lso.law import Membrane, Mirror, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso.measure import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
 from chips.lso.place import NAME, area_of, line_volts, of_area, square_of, transistor_of
 from chips.model_law import check_law
 from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from circuits.arrays import F64
 from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit
@@ -37,8 +37,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Path
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 RECORD = "lso_neuron"
 SIDES = 2  # left, right

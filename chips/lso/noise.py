@@ -27,20 +27,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.lso.law import Membrane, Mirror, Steps, mirrored, moved, rise_time, segments
 from chips.lso.measure import circuits
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME, area_of, square_of
+from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from chips.ranging.noise import SiliconNoise
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
 from chips.table_record import all_on_silicon, matching_tables
+from circuits.arrays import F64
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 LEVEL, SPIKES = "level", "spikes"
 _COMPARATOR = "generator.comparator"

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.chip import HEADROOM, Conditions, check_room
 from chips.nef.kernel import ChipNet
@@ -23,9 +22,8 @@ from chips.nef.noise import noise_of
 from chips.nef.noise_kernel import NefNoise
 from chips.nef.place import Placed, Row, at, place, row_of_currents, with_decoders
 from chips.nef.population import Population, evaluate, populate
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError, TopologyError
-
-F64 = NDArray[np.float64]
 
 _NOWHERE = -1  # slot of a lane that is read
 
@@ -333,7 +331,7 @@ def _matrix(c: Connection, size: int) -> F64:
     return given
 
 
-def _whole(values: object) -> NDArray[np.int64]:
+def _whole(values: object) -> I64:
     return np.asarray(values, dtype=np.int64)
 
 

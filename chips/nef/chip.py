@@ -26,7 +26,6 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.circuit import COLUMNS, FILTERS, NEURONS, chip_biases
 from chips.nef.model import (
@@ -41,7 +40,8 @@ from chips.nef.model import (
     neurons_on,
     unit_of,
 )
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
+from circuits.arrays import F64, I64
 from circuits.blocks.nef.encoder import BITS
 from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
 from circuits.circuit import BiasKind
@@ -49,9 +49,6 @@ from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 REFERENCE_C = 27.0  # degC, where a chip is calibrated unless said
 INPUT_BITS, WEIGHT_BITS = 10, 10  # of the converters and of decoding weights, sign included

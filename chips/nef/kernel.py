@@ -19,15 +19,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.network import kernel as nef_kernel
 from chips.nef.network.kernel import DT, Net, State
 from chips.nef.noise_kernel import NefNoise, begin_noise, disturb_filters, disturb_neurons
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SPIKES, DROPPED, WAITING, CLIPPED, LOST = range(5)  # of the counters: events, and most that ever waited
 COUNTERS = ("spikes", "dropped", "most_waiting", "clipped", "lost")
@@ -48,7 +45,7 @@ class ChipNet(NamedTuple):
     net: Net
     below: F64
     lines: F64
-    first: NDArray[np.bool_]
+    first: Bools
     leak: F64
     speed: F64
     refractory: F64

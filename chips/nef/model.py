@@ -23,7 +23,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import (
     DieDevices,
@@ -34,6 +33,7 @@ from chips.devices_on_die import (
     part_of,
 )
 from chips.nef import circuit as nef_circuit
+from circuits.arrays import F64
 from circuits.blocks.nef.encoder import BITS
 from circuits.blocks.nef.neuron import LEAK
 from circuits.blocks.nef.synapse import LINE_UNITS
@@ -42,7 +42,6 @@ from circuits.silicon.die import Place
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
 Biases = tuple[Bias, ...]
 
 PLACE: Place = ((nef_circuit.NAME, ()),)

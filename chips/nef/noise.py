@@ -13,7 +13,6 @@ stages and filters (0.02 to 0.03 %); decoders and curves are those of a chip wit
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.chip import Conditions
 from chips.nef.circuit import NAME
@@ -22,11 +21,10 @@ from chips.nef.model import filter_capacitance, neuron_charges
 from chips.nef.network.kernel import DT
 from chips.nef.noise_kernel import NefNoise
 from chips.noise_draw import Slow, new_draws, new_slow
+from circuits.arrays import F64
 from circuits.blocks.nef.neuron import LEAK, Params
 from circuits.devices.noise import gate_flicker, noise_model
 from circuits.silicon.process import ELEMENTARY_CHARGE
-
-F64 = NDArray[np.float64]
 
 MIRRORED = 3.0  # noise currents of a current that passes a mirror, each like its own
 

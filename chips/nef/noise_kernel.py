@@ -10,15 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.nef.network.kernel import DT, Net, State
 from chips.noise_draw import Draws, Slow, bring, draw
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SLOW_LEAK, SLOW_REFRACTORY = range(2)  # slow processes, relative
 LEAST = 0.02 * DT  # s, shortest time for which a noise current is taken to stand still; ours

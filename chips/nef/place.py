@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.chip import (
     CODE,
@@ -27,9 +26,7 @@ from chips.nef.chip import (
 from chips.nef.kernel import ChipNet
 from chips.nef.network.kernel import DT, Net
 from chips.nef.population import Population
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
+from circuits.arrays import F64, I64, Bools
 
 _LEVELS = 2 ** (INPUT_BITS - 1)
 _FINE = 16 * _LEVELS  # of a middle: accumulators have four bits more than converters, which follow on average
@@ -57,7 +54,7 @@ class Placed:
     bias: tuple[I64, ...]
     stages: tuple[tuple[I64, ...], ...]
     tau: F64
-    analog: NDArray[np.bool_]
+    analog: Bools
     full: F64
     line: I64
     cut: int
@@ -146,7 +143,7 @@ def _lines_of(populations: Sequence[Population], stages: Sequence[Sequence[I64]]
     return np.array(found, dtype=np.int64)
 
 
-def _firsts(goes: I64) -> NDArray[np.bool_]:
+def _firsts(goes: I64) -> Bools:
     """Whether a lane is the first filter of its slot."""
     found = np.zeros(len(goes), dtype=np.bool_)
     found[np.unique(goes, return_index=True)[1]] = True

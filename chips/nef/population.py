@@ -14,15 +14,13 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.chip import HEADROOM, WINDOW, Conditions
 from chips.nef.network.curves import Curves
 from chips.nef.network.network import Ensemble, Function
 from chips.nef.network.solve import gram, moment, solve
+from circuits.arrays import F64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 FEWEST_POINTS = 1000  # where functions are fitted; ours
 POINTS_A_NEURON = 2  # if these are more; ours

@@ -7,16 +7,15 @@ give is put on the lanes, where it stays for the interval. A robot's 10 ms is su
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.nef.build import Built
 from chips.nef.chip import FIFO
 from chips.nef.kernel import COUNTERS, ChipState, advance_chip, new_chip_state
 from chips.nef.network.kernel import DT, advance, new_state
 from chips.nef.noise import copied
+from circuits.arrays import F64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 
 class Simulation:

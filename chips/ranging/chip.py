@@ -16,9 +16,9 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
+from chips.noise import SiliconNoise
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, model_of, neurons_on, outside
@@ -32,15 +32,14 @@ from chips.ranging.neuron_kernel import (
     call,
     echo,
 )
-from chips.ranging.noise import Jitter, SiliconNoise, copied, new_jitter, next_durations
+from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
 from chips.ranging.record import Record
+from circuits.arrays import F64, I64
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 TEMPERATURE_STEP = 0.1  # degC, to which a running temperature is rounded; ours
 _PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second event merges into the first
@@ -48,7 +47,7 @@ _INPUTS = ("call", "echo")
 ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
 
-Wander = tuple[F64, F64, NDArray[np.int64]]  # relaxations, time of the last call (s), calls
+Wander = tuple[F64, F64, I64]  # relaxations, time of the last call (s), calls
 
 
 class OutsideBox(UserWarning):

@@ -16,9 +16,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.ranging import circuit as ranging_chip
+from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Bias, Circuit
 from circuits.lowering.kernel import to_kernel
@@ -27,8 +27,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-6
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import (
@@ -45,10 +44,8 @@ from chips.ranging.neuron_kernel import (
     excitation,
 )
 from chips.ranging.noise import Jitter, next_durations, no_jitter
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 KEPT = 80  # states kept after the release
 SPACING = 100e-6  # s, between them
@@ -69,7 +66,7 @@ ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`
 class Plan(NamedTuple):
     """What is known of n neurons beforehand; s and V."""
 
-    certain: NDArray[np.bool_]  # bool[n], that it may sleep
+    certain: Bools  # bool[n], that it may sleep
     hold: F64  # s after a call, when v_mem and v_r have settled
     early: F64  # s after a call, up to which an echo is surely too early
     settle: F64  # s after the release, when all is at rest again

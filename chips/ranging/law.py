@@ -17,14 +17,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.softplus import softplus_five
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Three = tuple[float, float, float]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 

@@ -20,12 +20,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.model_law import check_law
 from chips.ranging.model import ReboundModel, model_of, neurons_on, stimulated
 from chips.ranging.record import GRID, Box, Grid, Quantity, Record, record_key
 from chips.ranging.response import tune
+from circuits.arrays import F64
 from circuits.bias import gate_voltage, rebias
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
@@ -39,8 +39,6 @@ from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-6
 THRESHOLD_STEP = 20e-3  # V, of the central differences

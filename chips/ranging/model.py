@@ -23,9 +23,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from chips.model_law import check_law
-from chips.ranging.law import F64, Neurons, Pull, pull_low
+from chips.ranging.law import Neurons, Pull, pull_low
 from chips.ranging.record import Record, record_key, record_of
 from chips.record_file import stale
+from circuits.arrays import F64
 from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray

@@ -10,20 +10,9 @@ Where the error of a step outgrows the last one's, the next is shortened in adva
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.law import (
-    F64,
-    I64,
-    Neurons,
-    Three,
-    currents,
-    matrix_of,
-    numbers_of,
-    rates,
-    softplus,
-    stepped,
-)
+from chips.ranging.law import Neurons, Three, currents, matrix_of, numbers_of, rates, softplus, stepped
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 
 TOLERANCE = 1e-4  # V, local error of a step; ours: moves a peak by up to 0.35 mV, inside the measured margin
@@ -269,7 +258,7 @@ def advance_all(m: Neurons, states: F64, until: float, saved: F64, spikes: F64) 
 
 @_compiled
 def respond_all(
-    m: Neurons, times: F64, is_call: NDArray[np.bool_], until: float, s: F64, spikes: F64, counts: I64
+    m: Neurons, times: F64, is_call: Bools, until: float, s: F64, spikes: F64, counts: I64
 ) -> None:
     """Spikes of every neuron, at rest at first, to calls and echoes at sorted times.
 

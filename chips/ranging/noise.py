@@ -15,17 +15,17 @@ another run of the same die.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.law import F64, I64, Neurons
+from chips.noise import SiliconNoise, mean_variance
+from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current
+from circuits.arrays import F64, I64, U32
 from circuits.compiled import compiled
 from circuits.devices import Transistor
-from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
+from circuits.devices.noise import gate_flicker, noise_model
 from circuits.errors import ParameterError
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
@@ -33,32 +33,12 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.steps import normal_pair
 from circuits.solver.noise.transient import noise_keys, noise_place, relaxations
 
-U32 = NDArray[np.uint32]
-
 _DEVICE = "inhibition.mi5"
 _FASTEST = 10.0  # relaxations in the shortest inhibition up to which they are told apart; ours
 _PER_BLOCK = 4  # normals of a Philox block
 SURE = 6.0  # deviations beyond which jitter is not looked for
 
 _compiled = compiled()
-
-
-@dataclass(frozen=True, slots=True)
-class SiliconNoise:
-    """That a chip makes noise.
-
-    flicker: None for that of the process, `circuits.devices.noise.WHITE_ONLY` for none.
-    """
-
-    seed: int = 0
-    trial: int = 0
-    flicker: NoiseModel | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse negative numbers."""
-        for name, value in (("seed", self.seed), ("trial", self.trial)):
-            if value < 0:
-                raise ParameterError(f"noise.{name}: {value}, must be at least 0; give a whole number")
 
 
 class Jitter(NamedTuple):
@@ -122,11 +102,6 @@ def new_jitter(
         counters,
         np.zeros((4, n * blocks), np.uint32),
     )
-
-
-def mean_variance(length: F64) -> F64:
-    """Variance of the mean of a relaxation of variance 1 over `length` of its time constants."""
-    return np.asarray(2.0 * (length + np.expm1(-length)) / length**2)
 
 
 def spread(jitter: Jitter) -> F64:

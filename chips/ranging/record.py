@@ -15,14 +15,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.record_file import load_record, record_file
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 from circuits.silicon.process import Process
-
-F64 = NDArray[np.float64]
 
 VERSION = 1  # of the characteriser: what it measures and how
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.law import F64, I64, Neurons
+from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import COLUMNS, respond_all
 from chips.ranging.tuning_kernel import CLASSES, tune_all
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
 
 STATES = 65  # kept after a call while a neuron is tuned
@@ -27,7 +27,7 @@ class Tunings:
     """Outcome of n neurons. `first`, `last`: s, NaN where not defined; `peak`: V, after a call alone."""
 
     outcome: I64
-    undecided: NDArray[np.bool_]
+    undecided: Bools
     first: F64
     last: F64
     t_inh: F64

@@ -15,8 +15,9 @@ import numpy as np
 
 from chips.cell import PULSE_EDGE, PULSE_WIDTH
 from chips.ranging.chip import ABOVE_SUPPLY, RangingChip
-from chips.ranging.law import F64, Neurons
+from chips.ranging.law import Neurons
 from chips.ranging.record import Record
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.silicon.silicon import Silicon
 

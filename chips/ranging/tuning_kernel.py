@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.law import F64, I64, Neurons
+from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import (
     NEAR,
     NOW,
@@ -18,6 +17,7 @@ from chips.ranging.neuron_kernel import (
     copy_state,
     echo,
 )
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 
 _compiled = compiled(fastmath={"contract"})
@@ -122,7 +122,7 @@ def _tune(m: Neurons, k: int, kept: F64, s: F64, out: F64) -> tuple[int, bool]:
 
 
 @_compiled
-def tune_all(m: Neurons, kept: F64, s: F64, outcome: I64, undecided: NDArray[np.bool_], out: F64) -> None:
+def tune_all(m: Neurons, kept: F64, s: F64, outcome: I64, undecided: Bools, out: F64) -> None:
     """Class, certainty and edges of every neuron.
 
     kept: float64[states, COLUMNS], s: float64[COLUMNS], scratch; outcome: int64[n]; undecided: bool[n];

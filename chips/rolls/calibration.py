@@ -14,20 +14,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import NO_INPUTS, STEP, Inputs, RollsChip
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.population import Population
 from chips.rolls.program.program import Program
+from circuits.arrays import F64
 from circuits.blocks.bias.generator import COARSE, CODES
 from circuits.blocks.rolls.bias import Code, current_of
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 LEAST_FINE = 96  # ours: fine codes from here on step by about a percent or less
 SETTLE, MEASURE = 0.2, 1.0  # s, ours

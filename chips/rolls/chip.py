@@ -21,10 +21,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.aer import Bus, Events, send
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls.circuit import Params
 from chips.rolls.depression.layout import Depressing
 from chips.rolls.depression.state import (
@@ -79,13 +78,12 @@ from chips.rolls.program.bias_file import DIRECT_CURRENT
 from chips.rolls.program.program import Program
 from chips.rolls.state import converted, zeta_of
 from chips.rolls.tables import Built, build_tables, spikes_a_step
+from circuits.arrays import F32, F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Temperature = float | Callable[[float], float]
 
 STEP = 0.4e-3  # s, ours
@@ -214,15 +212,15 @@ class RollsChip:
             return state
         return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
 
-    def weights(self, state: ChipState) -> NDArray[np.bool_]:
+    def weights(self, state: ChipState) -> Bools:
         """Whether each plastic weight is high, bool[post, pre]; raises `ParameterError` without an array."""
         return bits_of(*self._plastic(state))
 
-    def weight_voltages(self, state: ChipState) -> NDArray[np.float32]:
+    def weight_voltages(self, state: ChipState) -> F32:
         """Voltages of plastic weights, float32[post, pre], V; raises `ParameterError` without an array."""
         return voltages(*self._plastic(state))
 
-    def with_weights(self, state: ChipState, weights: NDArray[np.bool_]) -> ChipState:
+    def with_weights(self, state: ChipState, weights: Bools) -> ChipState:
         """The state with all plastic weights at their rails, bool[post, pre], as the latches write them.
 
         Raises `ParameterError` without a plastic array, and where one is not 0 or 1.
@@ -236,7 +234,7 @@ class RollsChip:
             raise ParameterError("chip.weights: none, must have a plastic array; give the program one")
         return built, state.plastic
 
-    def restless(self) -> NDArray[np.bool_]:
+    def restless(self) -> Bools:
         """Neurons that fire without input, bool[256]."""
         resting = np.zeros((NEURONS, 3))
         rest_of(self.built().neurons, resting)
@@ -356,7 +354,7 @@ class RollsChip:
         return traffic
 
 
-def restless_cautions(restless: NDArray[np.bool_]) -> tuple[str, ...]:
+def restless_cautions(restless: Bools) -> tuple[str, ...]:
     """Neurons that fire without input, bool[256], in a sentence, if there are any."""
     if not restless.any():
         return ()

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
 from chips.rolls.program.program import Program
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Program) -> None:

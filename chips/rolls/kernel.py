@@ -42,13 +42,10 @@ from chips.rolls.layout import (
     DELAY,
     DONE,
     DRAWN,
-    F32,
-    F64,
     FIRES,
     FREED,
     HALF,
     HELD,
-    I64,
     INVERSE,
     KICK,
     LAST,
@@ -88,6 +85,7 @@ from chips.rolls.plastic.kernel import deliver_plastic, step_plastic
 from chips.rolls.plastic.layout import Plastic
 from chips.rolls.synapse import step as rolls_filter_step
 from chips.rolls.synapse.step import step_filters
+from circuits.arrays import F32, F64, I64
 from circuits.compiled import compiled
 
 _CALLEES = (

@@ -19,7 +19,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import exp1
 
 from chips.devices_on_die import DieDevices
@@ -35,8 +34,7 @@ from chips.rolls.layout import (
 )
 from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
 from chips.static import pair as pair_shares
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 OMEGA_POINTS = np.concatenate((np.arange(LOW, SPLIT, 1.0 / FINE), SPLIT + COARSE * np.arange(COARSE_POINTS)))
 _LOGARITHMS = np.arange(-40.0, 16.0, 1.0 / 128)  # of u

@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.circuit import NAME, bias_ports
+from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, Shape
 from circuits.devices import Transistor
@@ -21,8 +21,6 @@ from circuits.lowering.flatten import flatten
 from circuits.silicon.die import Path
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 
 def gate_voltages(chip: Circuit, silicon: Silicon) -> dict[str, float]:

@@ -16,7 +16,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, interpolation
 from chips.rolls.chip import STEP, cautions_of
@@ -28,12 +27,11 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, VirtualInput, level_current, missing_levels
 from chips.rolls.tables import Built, Prepared, build_tables, prepare
+from circuits.arrays import F64, I64, Bools
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind
 from circuits.silicon.die import NOMINAL
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 DC = "IF_DC_P"
 STEPS = 0.5e-3  # s, of a run; the model refines them itself
@@ -71,7 +69,7 @@ class Portrait:
     rates: F64
     nominal_rates: F64
     rheobase: F64
-    restless: NDArray[np.bool_]
+    restless: Bools
     tau: F64
     refractory: F64
     filters: Mapping[str, F64]
@@ -128,7 +126,7 @@ def neuron_devices(params: Params, table: BiasTable, kind: BiasKind, silicon: Si
     return devices_at(rolls_neuron.build(params.neuron), row_place(NEURONS, ("neuron", ())), silicon, gates)
 
 
-def membrane_tau(d: DieDevices, ready: Prepared, latch: NDArray[np.bool_]) -> F64:
+def membrane_tau(d: DieDevices, ready: Prepared, latch: Bools) -> F64:
     """`C U_T / (kappa_n I_tau)`, with which the current of an nFET at v_mem falls, s; C: all at v_mem."""
     slow, fast = (d.saturated(f"leak.{m}", d.gate[f"v_tau{k}"]) for m, k in (("ml3", 1), ("ml4", 2)))
     leak = np.where(latch, slow, fast)
@@ -211,6 +209,6 @@ def weight_program(table: BiasTable, tau1: Sequence[int]) -> Program:
     return Program(levels, table, tuple(tau1), inputs)
 
 
-def neurons_chosen(m: Neurons, index: NDArray[np.int64]) -> Neurons:
+def neurons_chosen(m: Neurons, index: I64) -> Neurons:
     """The neurons `index`."""
     return Neurons(*(np.ascontiguousarray(x[index]) for x in m))

@@ -19,13 +19,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.circuit import FILTERS, Params, biases, chip
 from chips.rolls.parts import gate_voltages, part_gates
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import missing_levels
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
@@ -39,8 +39,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.power import delivered_energy, supply_power
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 TYPICAL = 4e-3  # W; Qiao et al. 2015, abstract, and Milde et al. 2017
 RTOL = 1e-5

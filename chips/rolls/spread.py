@@ -18,7 +18,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.circuit import Params, chip
@@ -31,6 +30,7 @@ from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import level_current
 from chips.rolls.synapse.charge import WEIGHT_DEVICES, draw_of, pulse_length
 from chips.rolls.tables import Prepared, prepare
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
@@ -40,7 +40,6 @@ from circuits.silicon.die import NOMINAL, Path
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
 Quantities = Mapping[str, F64]
 
 # Hz of the nominal neuron, at whose currents rates are compared; ours. Below, a neuron on two is silent, and

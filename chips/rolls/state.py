@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.layout import OCTAVE_BITS, ZETA, Z
 from chips.rolls.tables import Built
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
 

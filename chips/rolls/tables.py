@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls.circuit import FILTERS, Params, chip
@@ -25,15 +24,13 @@ from chips.rolls.program.program import Program, level_current
 from chips.rolls.synapse.charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
 from chips.rolls.synapse.model import SynapseModel
 from chips.rolls.synapse.model import model_of as synapse_model_of
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import BiasKind
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
 
 STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
 NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
 
 NOBODY = -1  # the winner where no cell has a current above 0
 _ITERATIONS = 60

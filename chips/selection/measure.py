@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.selection.kernel import Selection
 from chips.selection.model import MEASURED, circuits, decision, selection
 from chips.table_record import VERSION, board_key
+from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import (
     CELLS,
     RELEASE,
@@ -37,8 +37,6 @@ from circuits.solver.integrate import source_values
 from circuits.solver.newton import allocate
 from circuits.solver.operating_point import OperatingPoint, operating_point, rest_state
 from circuits.solver.transient import Runner
-
-F64 = NDArray[np.float64]
 
 DEADLINE = 1e-3  # s after the release, ours: a fiftieth of the shortest interval between pings, 50 ms
 UNDECIDED = -1

@@ -48,11 +48,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.model_law import check_law
 from chips.selection.kernel import NOBODY, Selection, decide, inversion
 from chips.table_record import matching_tables
+from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.selection import winner_take_all as circuit_of
 from circuits.blocks.selection.winner_take_all import CELLS, Params
@@ -64,8 +64,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Path
 from circuits.silicon.process import AMI_1500, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 MARGIN = (
     1e-4  # ln of the merits' ratio; above its largest error, 6e-5 near ties on 300 pairs of dies below 100

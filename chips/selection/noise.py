@@ -22,13 +22,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.board_kernel import table_at
+from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from chips.ranging.noise import SiliconNoise
 from chips.selection.kernel import NOBODY, Selection, decide
 from chips.shot_noise import current_wander, share_at, steepness_at
+from circuits.arrays import F64
 from circuits.blocks.selection import winner_take_all as circuit_of
 from circuits.circuit import Circuit
 from circuits.compiled import compiled
@@ -37,8 +37,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, Polarity, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_place
-
-F64 = NDArray[np.float64]
 
 SHORTEST, LONGEST = 1e-6, 10e-3  # s, of a decision between which its noise is worked out; ours
 _KNOTS = 9  # over ln t of what flicker makes; ours

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from chips.wavefront.axon_record import BOX, AxonRecord, lagrange_weights
+from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.wavefront.axon_delay import HIGHEST
 from circuits.circuit import Circuit
@@ -25,7 +25,6 @@ from circuits.silicon.die import Shift, shared
 from circuits.silicon.process import POLARITIES, Polarity, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
 Shifts = Mapping[Polarity, Shift]
 
 LOCAL = ("mc1", "mc2", "mc3", "mc4")  # devices beside the sink whose thresholds count

@@ -12,14 +12,9 @@ from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I8, I32, I64
 from circuits.errors import ParameterError, TopologyError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
-I8 = NDArray[np.int8]
 
 NEIGHBOURS = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))  # (row, column) offsets
 MOST_INPUTS = 126  # of a cell: input numbers are int8, and -1 is none

@@ -23,14 +23,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.record_file import load_record, record_file
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 from circuits.silicon.process import Process, Variation
-
-F64 = NDArray[np.float64]
 
 VERSION = 1  # of the measurement: what it measures and how
 SHARED = ("n", "p")  # what all devices of a polarity share, but those whose current is a coordinate

@@ -19,22 +19,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chips.aer import Bus, Events, send
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
 from chips.wavefront.kernel import Wave, graph_wave, integer_wave
 from chips.wavefront.model import chip_model, edge_delays, graph_shape
 from chips.wavefront.noise import axon_jitter
 from chips.wavefront.readout import Cell, pointer_nodes, pointer_path
 from chips.wavefront.spiking_wavefront import round_delays
+from circuits.arrays import F64, I8, I64, Bools
 from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
 from circuits.circuit import BiasKind
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I8 = NDArray[np.int8]
 Place = Cell | int  # (row, column) on a grid, a cell's number on a graph
 
 
@@ -236,7 +234,7 @@ class WavefrontChip:
                 " cut the map, or take a larger chip"
             )
 
-    def _check(self, values: NDArray[np.integer] | F64, right: NDArray[np.bool_], rule: str) -> None:
+    def _check(self, values: NDArray[np.integer] | F64, right: Bools, rule: str) -> None:
         if not right.all():
             where = tuple(int(k) for k in np.argwhere(~right)[0])
             raise ParameterError(f"wavefront_chip.map[{', '.join(map(str, where))}]: {values[where]}, {rule}")

@@ -23,12 +23,8 @@ from numpy.typing import NDArray
 from chips.wavefront import wave_edges, wave_real
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
 from chips.wavefront.wave_integer import HIGHEST_COST, LONGEST, REFUSED, spread, work_size
+from circuits.arrays import F64, I8, I64, Bools
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I8 = NDArray[np.int8]
-Flags = NDArray[np.bool_]
 
 Cell = tuple[int, int]  # row, column
 
@@ -102,7 +98,7 @@ def graph_wave(
     delays: F64,
     start: int,
     goal: int | None = None,
-    blocked: Flags | None = None,
+    blocked: Bools | None = None,
 ) -> Wave:
     """Run a wave over a graph of n cells with a delay of each axon, float64[edges], in the graph's order.
 
@@ -121,7 +117,7 @@ def graph_waves(
     delays: F64,
     start: int,
     goal: int | None = None,
-    blocked: Flags | None = None,
+    blocked: Bools | None = None,
     threads: int | None = None,
 ) -> Waves:
     """Run the wave of `graph_wave` on many dies, whose delays are float64[dies, edges].
@@ -143,7 +139,7 @@ def graph_waves(
     return waves
 
 
-def _run_dies(graph: AxonGraph, delays: F64, waves: Waves, blocked: Flags, ends: tuple[int, int]) -> None:
+def _run_dies(graph: AxonGraph, delays: F64, waves: Waves, blocked: Bools, ends: tuple[int, int]) -> None:
     """Fill the waves of dies one after another."""
     if delays.shape[1] != graph.edges:
         raise ParameterError(
@@ -165,7 +161,7 @@ def _new_waves(dies: int, cells: int) -> Waves:
     return Waves(np.empty((dies, cells), _F64), np.empty((dies, cells), _I8), np.empty(dies, _I64))
 
 
-def _mask(blocked: Flags | None, cells: int) -> Flags:
+def _mask(blocked: Bools | None, cells: int) -> Bools:
     return np.zeros(cells, np.bool_) if blocked is None else np.ascontiguousarray(blocked, np.bool_).ravel()
 
 
@@ -180,7 +176,7 @@ def _ends(graph: AxonGraph, start: int, goal: int | None) -> tuple[int, int]:
 
 
 def _by_heap(
-    graph: AxonGraph, delays: F64, blocked: Flags, arrivals: F64, pointers: I8, ends: tuple[int, int]
+    graph: AxonGraph, delays: F64, blocked: Bools, arrivals: F64, pointers: I8, ends: tuple[int, int]
 ) -> int:
     edges = graph.offsets, graph.targets, graph.inputs, delays
     heap, keys = np.empty(graph.edges + 1, _I32), np.empty(graph.edges + 1, _F64)

@@ -24,7 +24,6 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.model_law import check_law
 from chips.table_record import (
@@ -37,6 +36,7 @@ from chips.table_record import (
 )
 from chips.wavefront.axon_record import GRID, SHARED, AxonGrid, AxonRecord, axon_key, write_axon_record
 from chips.wavefront.model import axon_delays, axon_model
+from circuits.arrays import F64
 from circuits.bias import gate_voltage, rebias
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
@@ -49,8 +49,6 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-6
 THRESHOLD_STEP = 10e-3  # V, of the central differences

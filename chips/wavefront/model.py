@@ -45,6 +45,7 @@ from chips.wavefront.axon_conditions import (
 )
 from chips.wavefront.axon_graph import AxonGraph
 from chips.wavefront.axon_record import AxonRecord, axon_key, axon_record, lagrange_weights
+from circuits.arrays import F64, I64
 from circuits.bias import rebias
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
@@ -57,9 +58,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500, POLARITIES, Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 class AxonDraws(NamedTuple):

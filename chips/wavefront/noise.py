@@ -11,19 +11,17 @@ linear theory (`circuits.solver.noise.event_jitter`), codes 1 to 9.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
 from chips.wavefront.axon_conditions import AxonModel, axon_tables, conditions, process_shifts
 from chips.wavefront.model import axon_draws
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_keys, noise_place
-
-F64 = NDArray[np.float64]
 
 
 def axon_jitter(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconNoise, number: int) -> F64:

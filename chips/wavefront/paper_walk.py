@@ -27,9 +27,8 @@ from numpy.typing import NDArray
 from chips.wavefront.axon_graph import NEIGHBOURS
 from chips.wavefront.readout import Cell, unreachable
 from chips.wavefront.spiking_wavefront import SpikeTable, run_spikes
+from circuits.arrays import I64
 from circuits.errors import DataError
-
-I64 = NDArray[np.int64]
 
 ON_PATH, ELSEWHERE = 1, 20  # costs of the second pass's map
 

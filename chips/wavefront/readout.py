@@ -18,14 +18,10 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import NEIGHBOURS, AxonGraph
+from circuits.arrays import F64, I8, I64
 from circuits.errors import DataError, ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I8 = NDArray[np.int8]
 
 Cell = tuple[int, int]  # row, column
 C = TypeVar("C")

@@ -30,12 +30,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.arrays import F64, I32, I64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
 
 FIRST_DELAY = 5.0  # steps, of every axon before any learning
 REFRACTORY = -5  # u after a spike

@@ -13,15 +13,9 @@ entries that an earlier spike has overtaken are skipped when they come up.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I8, I32, I64, Bools
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
-I8 = NDArray[np.int8]
-Flags = NDArray[np.bool_]
 
 BUCKETS = 2**12  # at most, round and round
 WIDEST = 4_000.0  # largest delay over the smallest, with buckets
@@ -36,7 +30,7 @@ _compiled = compiled()
 
 @_compiled
 def spread_dies(
-    axons: tuple[I64, I32, I8], delays: F64, blocked: Flags, found: tuple[F64, I8, I64], work: I32,
+    axons: tuple[I64, I32, I8], delays: F64, blocked: Bools, found: tuple[F64, I8, I64], work: I32,
     ends: tuple[int, int],
 ) -> bool:  # fmt: skip
     """Run a wave on each of several dies; returns whether all of them were run.
@@ -64,7 +58,7 @@ def spread_dies(
 
 @_compiled
 def spread_by_heap(
-    edges: tuple[I64, I32, I8, F64], blocked: Flags, arrivals: F64, pointers: I8, heap: I32, keys: F64,
+    edges: tuple[I64, I32, I8, F64], blocked: Bools, arrivals: F64, pointers: I8, heap: I32, keys: F64,
     ends: tuple[int, int],
 ) -> int:  # fmt: skip
     """The same with a binary heap on one die; heap: int32[e + 1] and keys: float64[e + 1], scratch."""
@@ -100,7 +94,7 @@ def _lead(j: np.uint64, offsets: I64, delays: F64) -> float:
 
 
 @_compiled
-def _prepare(blocked: Flags, arrivals: F64, pointers: I8, ends: tuple[int, int]) -> tuple[int, int]:
+def _prepare(blocked: Bools, arrivals: F64, pointers: I8, ends: tuple[int, int]) -> tuple[int, int]:
     """All cells at rest; returns start and goal, -1 where there is none or it is blocked."""
     for i in range(arrivals.size):
         arrivals[i] = -np.inf if blocked[i] else np.inf

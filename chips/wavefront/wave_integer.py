@@ -13,14 +13,9 @@ can. Pointers are read from that afterwards.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I8, I32, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-I32 = NDArray[np.int32]
-I8 = NDArray[np.int8]
 
 BLOCKED = 2**31 - 1
 HIGHEST_COST = 4095  # one bucket a time step

@@ -12,13 +12,9 @@ blocked cells and of the padding -inf, so that one comparison decides whether a 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I8, I32
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I8 = NDArray[np.int8]
 
 BUCKETS = 2**12  # at most, round and round
 WIDEST = 4_000.0  # largest delay over the smallest

@@ -20,14 +20,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.compiled import compiled
 from circuits.devices.transistor import TransistorArrays, TransistorWork
 from circuits.errors import ParameterError
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, Polarity, Process
-
-F64 = NDArray[np.float64]
 
 # Gauss-Legendre on 0 to 1: the mean of L^2 (1 - e^-L) is off by 1e-6 of itself at L = 20, by less below
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -93,7 +91,7 @@ def junction_noise(a: TransistorArrays, w: TransistorWork) -> F64:
     return np.asarray(2.0 * ELEMENTARY_CHARGE * (2.0 * a.leakage - a.sign * w.junction))
 
 
-def gate_flicker(model: NoiseModel, process: Process, is_n: NDArray[np.bool_], area: F64) -> F64:
+def gate_flicker(model: NoiseModel, process: Process, is_n: Bools, area: F64) -> F64:
     """Flicker of every gate voltage at 1 Hz, float64[n], V^2/Hz; area: m W L, m^2."""
     per_area = [model.flicker(p) / process.model(p).oxide_capacitance for p in ("n", "p")]
     return np.where(is_n, per_area[0], per_area[1]) / area

@@ -13,13 +13,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64, I32
 from circuits.compiled import compiled
 from circuits.devices.device import Device, require_finite, require_positive
 
-F64 = NDArray[np.float64]
 TERMINALS = 5
 LEAST_HEADROOM = 1e-6  # V, keeps the law finite while a solver passes unpowered states
 
@@ -61,7 +58,7 @@ class OperationalAmplifier(Device):
 
 
 @compiled()
-def amplifier_currents(terminal: NDArray[np.int32], value: F64, v: F64, current: F64, slope: F64) -> None:
+def amplifier_currents(terminal: I32, value: F64, v: F64, current: F64, slope: F64) -> None:
     """Currents into the terminals and their derivatives.
 
     terminal: int32[5, n] positions in `v`; value: float64[3, n] gain, output resistance, offset;

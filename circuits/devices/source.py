@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.checks import keep_allowance, require_choice, require_plausible, require_reals, require_type
 from circuits.devices.device import Device
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,15 +20,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I32, Bools
 from circuits.checks import require_choice
 from circuits.compiled import compiled
 from circuits.devices.device import Device, require_positive
 from circuits.devices.softplus import LIMIT, exp_negative, softplus
 from circuits.silicon.process import POLARITIES, Polarity, TransistorAtTemperature, TransistorModel
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +66,7 @@ class Transistor(Device):
 class TransistorArrays(NamedTuple):
     """Coefficients of n transistors for the law's kernel, float64[n] each unless said."""
 
-    terminal: NDArray[np.int32]  # int32[4, n]: positions of drain, gate, source, bulk in the voltage vector
+    terminal: I32  # int32[4, n]: positions of drain, gate, source, bulk in the voltage vector
     sign: F64  # +1 nFET, -1 pFET
     specific_current: F64  # I_S, A
     inverse_2ut: F64  # 1 / (2 U_T), 1/V
@@ -96,7 +94,7 @@ class TransistorWork(NamedTuple):
 
 
 def transistor_arrays(
-    terminal: NDArray[np.int32],
+    terminal: I32,
     polarity: Polarity,
     law: TransistorAtTemperature,
     width: F64,
@@ -129,7 +127,7 @@ def transistor_arrays(
     )
 
 
-def merge_arrays(is_n: NDArray[np.bool_], n: TransistorArrays, p: TransistorArrays) -> TransistorArrays:
+def merge_arrays(is_n: Bools, n: TransistorArrays, p: TransistorArrays) -> TransistorArrays:
     """Pick each device from the arrays of its polarity; the law is switched for all by what any needs."""
     fields = TransistorArrays._fields[1:10]
     columns: dict[str, Any] = {f: np.where(is_n, getattr(n, f), getattr(p, f)) for f in fields}

@@ -8,8 +8,8 @@ from __future__ import annotations
 from functools import singledispatch
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
@@ -18,7 +18,6 @@ from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
 Pairs = dict[tuple[int, int], F64]
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from circuits.arrays import I64
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.devices.source import Source
 from circuits.errors import TopologyError
-from circuits.lowering.flatten import I64, FlatCircuit, flatten
+from circuits.lowering.flatten import FlatCircuit, flatten
 
 
 def check_circuit(circuit: Circuit) -> None:

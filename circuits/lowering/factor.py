@@ -10,14 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
+from circuits.arrays import F64, I32, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
 
 
 class Factor(NamedTuple):
@@ -35,7 +32,7 @@ class Factor(NamedTuple):
     entries: int
 
 
-def elimination_order(n: int, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.int64]:
+def elimination_order(n: int, rows: I64, columns: I64) -> I64:
     """Order of elimination of an n by n pattern: `order[k]` is the k-th pivot."""
     both = (np.concatenate([rows, columns, np.arange(n)]), np.concatenate([columns, rows, np.arange(n)]))
     matrix = csc_array((np.ones(both[0].size), both), shape=(n, n))

@@ -14,14 +14,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.circuit import GROUND, Circuit, Instance, InstanceArray, Shape, references, split_reference
 from circuits.devices.device import Device
 from circuits.errors import ParameterError, TopologyError, unknown_name
 
-I64 = NDArray[np.int64]
-F64 = NDArray[np.float64]
 Path = tuple[tuple[str, Shape], ...]
 Overrides = Mapping[str, F64]
 

@@ -14,8 +14,8 @@ from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I32, I64, Bools
 from circuits.bias import bias_voltages
 from circuits.circuit import Shape
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
@@ -31,9 +31,6 @@ from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 
-F64 = NDArray[np.float64]
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
 Triplets = tuple[I64, I64, F64]
 
 
@@ -69,7 +66,7 @@ class Kernel(NamedTuple):
     conductance: Rows  # G, S
     stamps: Stamps
     factor: Factor
-    dynamic: NDArray[np.bool_]  # [unknowns] whether the node has capacitance
+    dynamic: Bools  # [unknowns] whether the node has capacitance
     curvature: float  # V: scale over which the law bends, 2 U_T, or an amplifier's linear range
 
 
@@ -79,7 +76,7 @@ class Sources(NamedTuple):
     start: I64  # [sources + 1]
     time: F64
     value: F64
-    sampled: NDArray[np.bool_]  # [sources] whether the vertices are samples to follow, not breakpoints
+    sampled: Bools  # [sources] whether the vertices are samples to follow, not breakpoints
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,8 @@ instance, looked for from circuit to circuit, so that two parts on two supplies 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import GROUND, Circuit, Port, split_reference
 from circuits.lowering.kernel import Machine
 
@@ -22,7 +22,7 @@ def half_supply(machine: Machine) -> float:
     return 0.5 * (high + low)
 
 
-def spike_levels(machine: Machine) -> NDArray[np.float64]:
+def spike_levels(machine: Machine) -> F64:
     """Voltages of the watched nodes, float64[2, watched], V, in the order of the testbench's `watch`.
 
     The first is the threshold that a spike rises through; below the second its detector is armed again.

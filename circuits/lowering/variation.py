@@ -7,16 +7,14 @@ process varies. Labels are those of `circuits.silicon.sampling`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.lowering.flatten import FlatCircuit
 from circuits.silicon.die import PARAMETERS, SHARED_PLACE, Die, Path, Place, standard_normals
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 
 def variation_labels(flat: FlatCircuit, silicon: Silicon) -> tuple[str, ...]:

@@ -22,17 +22,15 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from circuits.arrays import F64, U32
 from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.process import Polarity, Process
 from circuits.silicon.sampling import Sampling
 
-F64 = NDArray[np.float64]
-U32 = NDArray[np.uint32]
 Path = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, shape), ...): all places of an array
 Place = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, index), ...): one place
 

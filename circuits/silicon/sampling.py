@@ -14,11 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 
-F64 = NDArray[np.float64]
 Path = tuple[tuple[str, tuple[int, ...]], ...]
 
 _ABSENT = -1
@@ -35,9 +34,7 @@ class Sampling:
     first: int
     columns: Mapping[str, int]
     rows: F64
-    _found: dict[tuple[Path, tuple[Path, ...], str], NDArray[np.int64]] = field(
-        default_factory=dict, repr=False
-    )
+    _found: dict[tuple[Path, tuple[Path, ...], str], I64] = field(default_factory=dict, repr=False)
 
     def __reduce__(self) -> tuple[object, ...]:
         """Leave what was looked up behind."""

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64
 from circuits.checks import require_type
 from circuits.silicon.die import NOMINAL, Die, Path, Place, mismatch, shared
 from circuits.silicon.process import (
@@ -20,8 +18,6 @@ from circuits.silicon.process import (
     check_temperature,
     thermal_voltage,
 )
-
-F64 = NDArray[np.float64]
 
 
 class Deviation(NamedTuple):

@@ -16,9 +16,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from circuits.arrays import F64
 from circuits.devices import Capacitor
 from circuits.devices.source import polyline
 from circuits.errors import ParameterError, SolverError
@@ -32,8 +32,6 @@ from circuits.solver.operating_point import NUDGE, OperatingPoint, operating_poi
 from circuits.solver.outcome import Outcome
 from circuits.solver.small_signal import linearise
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 _TOGETHER = 1e-3  # ours: share of a displacement that another node grows by, from which both are one part
 _EQUAL = 0.99  # ours: nodes within this of the largest growth count as equal, so that rounding chooses none

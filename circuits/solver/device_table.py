@@ -20,13 +20,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
 from circuits.solver.operating_point import OperatingPoint
-
-F64 = NDArray[np.float64]
 
 WEAK, STRONG = 0.1, 10.0  # inversion coefficients that bound moderate inversion
 
@@ -128,7 +126,7 @@ def resistor_table_at(point: OperatingPoint) -> ResistorTable:
     return ResistorTable(tuple(flat.labels(Resistor)), np.concatenate([np.zeros(0), *drops]))
 
 
-def _output_conductance(w: TransistorWork, swapped: NDArray[np.bool_]) -> F64:
+def _output_conductance(w: TransistorWork, swapped: Bools) -> F64:
     """dI/dv of the end that acts as the drain, I the current into that end; S."""
     return np.asarray(np.where(swapped, -w.conductance[2], w.conductance[0]))
 

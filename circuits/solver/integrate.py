@@ -16,15 +16,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Sources
 from circuits.solver.newton import Work, evaluate, newton
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
@@ -41,7 +38,7 @@ class History(NamedTuple):
     rate: F64  # [columns], V/s, derivative at the last restart
     step: F64  # [1], next step, s; 0 asks for a restart
     points: I64  # [1], valid points since the last restart
-    armed: NDArray[np.bool_]  # [watched]
+    armed: Bools  # [watched]
     counts: I64  # [3]: steps accepted, rejected, iterations
 
 

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from circuits.arrays import C128, F64
 
 _CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
 ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
@@ -56,7 +55,7 @@ def charged(conductance: F64, charge: F64) -> Charged:
     )
 
 
-def natural_rates(conductance: F64, charge: F64) -> NDArray[np.complex128]:
+def natural_rates(conductance: F64, charge: F64) -> C128:
     """Eigenvalues of `charge dv/dt = -conductance v`, 1/s, those of the nodes' charges only.
 
     conductance: float64[n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite.

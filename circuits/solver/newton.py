@@ -8,15 +8,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.operational_amplifier import amplifier_currents
 from circuits.devices.transistor import TransistorWork, drain_currents
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel
-
-F64 = NDArray[np.float64]
 
 MAX_ITERATIONS = 12
 MAX_UPDATE = 1.0  # V, largest change of a node in one iteration

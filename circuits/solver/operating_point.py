@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Kernel, Machine, on_die, to_kernel
@@ -24,8 +24,6 @@ from circuits.solver.modes import ROUNDING, natural_rates
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 _DECADES = tuple(10.0**-k for k in range(3, 20))
 _TOLERANCE = 1e-9  # V, last update of a converged solve

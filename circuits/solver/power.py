@@ -8,16 +8,14 @@ charge exactly.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import Kernel
 from circuits.solver.newton import Work, allocate, evaluate
 from circuits.solver.transient import Result
-
-F64 = NDArray[np.float64]
 
 
 def delivered_energy(result: Result) -> dict[str, float]:

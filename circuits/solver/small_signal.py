@@ -11,18 +11,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
+from circuits.arrays import C128, F64, I64
 from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Kernel, Rows
 from circuits.solver.newton import allocate, evaluate
 from circuits.solver.operating_point import OperatingPoint
-
-F64 = NDArray[np.float64]
-C128 = NDArray[np.complex128]
 
 MOST_POINTS = 100_000
 
@@ -152,13 +149,13 @@ def _conductance(k: Kernel, v: F64) -> csc_array:
     return _matrix(k, *(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def _entries(rows: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64], F64]:
+def _entries(rows: Rows) -> tuple[I64, I64, F64]:
     """Row, column and value of every entry."""
     index = np.repeat(np.arange(rows.start.size - 1), np.diff(rows.start))
     return index, rows.column.astype(np.int64), rows.value
 
 
-def _matrix(k: Kernel, rows: NDArray[np.int64], columns: NDArray[np.int64], values: F64) -> csc_array:
+def _matrix(k: Kernel, rows: I64, columns: I64, values: F64) -> csc_array:
     """Matrix of the rows that are unknown nodes."""
     keep = rows < k.unknowns
     return csc_array((values[keep], (rows[keep], columns[keep])), shape=(k.unknowns, k.columns))

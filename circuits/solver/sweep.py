@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.devices.source import vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
@@ -19,8 +19,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +31,7 @@ class Sweep:
     source: str
     values: F64
     voltage: F64 = field(repr=False)
-    stable: NDArray[np.bool_] = field(repr=False)
+    stable: Bools = field(repr=False)
     nodes: tuple[str, ...] = field(repr=False)
 
     def __getitem__(self, node: str) -> F64:

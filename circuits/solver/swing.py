@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 SWINGS = 0.5  # ours: share of its threshold that a signal has to move by to be told
 

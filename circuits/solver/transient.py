@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.devices.source import Polyline, vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, Sources, pack_sources, to_kernel
@@ -26,9 +26,6 @@ from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
 from circuits.solver.swing import Swing, uncrossed
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 # ours: 99 % of the rebound neuron's spikes on 2,600 dies are within 1 us of the converged ones, and the worst
 # is 1.5 us off, at 2.1 times the CPU of 2e-5: there 7.5 and 12 us (benchmarks/spike_time_tolerance.py)
@@ -53,7 +50,7 @@ class State:
     rate: F64
     step: F64
     points: I64
-    armed: NDArray[np.bool_]
+    armed: Bools
     counts: I64
     lines: tuple[Polyline, ...]
 

@@ -20,12 +20,12 @@ from itertools import islice
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import U64, Bools
 from circuits.circuit import Circuit
 from netlists.compare.pair import Deviations, FlatDevice, Pair, pair_of
 from netlists.compare.pieces import unlike_pieces
-from netlists.compare.refinement import U64, Colours, class_count, first_colours, label, mix, refine
+from netlists.compare.refinement import Colours, class_count, first_colours, label, mix, refine
 
 TOLERANCE = 1e-9
 SHOWN = 10  # differences
@@ -140,7 +140,7 @@ def _different_connections(pair: Pair, rounds: Sequence[Colours]) -> Iterator[Di
         yield Difference("node", pair.node_names[1], "the circuits are connected otherwise")
 
 
-def _alone(pair: tuple[U64, U64], used: NDArray[np.bool_] | None = None) -> list[int]:
+def _alone(pair: tuple[U64, U64], used: Bools | None = None) -> list[int]:
     """Numbers over pair circuits of what has a colour that the other circuit does not have."""
     a, b = pair
     lone = np.concatenate([~np.isin(a, b), ~np.isin(b, a)])

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import U64, Bools
 from circuits.circuit import Circuit, split_reference
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.graph import describe_device
 from circuits.silicon.silicon import Deviation
-from netlists.compare.refinement import U64, Colours, Sides, Structure, label, labels, sides
+from netlists.compare.refinement import Colours, Sides, Structure, label, labels, sides
 from netlists.read.text.name import original_name
 
 MOST_DEVICES = 2_000_000
@@ -45,7 +45,7 @@ class Pair:
     devices_a: int
     nodes_a: int
     structure: Structure
-    used: NDArray[np.bool_]  # nodes that have a terminal or are ports
+    used: Bools  # nodes that have a terminal or are ports
 
     def parted(self, values: U64, owner: Literal["device", "node"]) -> tuple[U64, U64]:
         """Values of devices or nodes parted by circuit, unused nodes left out."""

@@ -19,13 +19,11 @@ from dataclasses import dataclass
 from functools import cache, singledispatch
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import I64, U64
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 
-U64 = NDArray[np.uint64]
-I64 = NDArray[np.int64]
 Sides = tuple[tuple[str, tuple[tuple[str, int], ...]], ...]  # ((side, ((role, terminal position), ...)), ...)
 
 _ENDS: Sides = (("end", (("end", 0),)), ("end", (("end", 1),)))

@@ -22,8 +22,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray
 from circuits.devices import Transistor
 from circuits.devices.device import Device
@@ -37,8 +37,6 @@ from netlists.foundry.process import DeviceMapping, choose_cards
 from netlists.ngspice import run as ngspice
 from netlists.write.deck import held_at_start
 from netlists.write.traversal import Definition, element, to_design
-
-F64 = NDArray[np.float64]
 
 _OPTIONS = "gmin=1e-15 abstol=1e-15 chgtol=1e-17 method=gear"
 _STEP = 1e-3  # V, of the gate's sweep

@@ -20,8 +20,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.blocks.block import Block
 from circuits.circuit import GROUND
 from circuits.lowering.supply import half_supply
@@ -33,8 +33,6 @@ from circuits.testbench import Testbench
 from netlists.ngspice import engine
 from netlists.ngspice.deadline import DEADLINE
 from netlists.registry import DEFAULT_RELTOL, POINTS, Method
-
-F64 = NDArray[np.float64]
 
 SPIKE_TIME, SPIKE_SHARE = 1e-6, 1e-4  # s, and share of the spike's time
 NODE_RMS = 1e-3  # V
@@ -264,7 +262,7 @@ def _spike_difference(one: Result, other: Result) -> tuple[bool, float, float]:
     return True, *worst
 
 
-def _kept(one: Result, other: Result) -> NDArray[np.bool_]:
+def _kept(one: Result, other: Result) -> Bools:
     """Samples that are not within the window of an edge."""
     stop = one.machine.testbench.stop
     edges = np.sort(np.concatenate([_vertices(one), _crossings(one), _crossings(other), [-np.inf, np.inf]]))

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import GROUND
 from circuits.errors import SimulatorError, SolverError
 from circuits.lowering.kernel import Machine, to_kernel
@@ -30,8 +30,6 @@ from netlists.ngspice import run as ngspice
 from netlists.ngspice.deadline import DEADLINE
 from netlists.ngspice.library import NoOperatingPointError
 from netlists.write.traversal import Definition, to_design
-
-F64 = NDArray[np.float64]
 
 _HOLD = 1e-17  # S, ours: with 5 V a twentieth of the current that ngspice takes for nothing (abstol)
 

@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import C128, F64
 from circuits.errors import SimulatorError
 
 _PATH_VARIABLE = "NGSPICE_LIBRARY_PATH"
@@ -233,7 +233,7 @@ def _library_class(shared: Any, path: Path) -> Any:  # noqa: C901 - the sum over
         def vector_names(self, plot: str) -> list[str]:
             return list(self._convert_string_array(self._ngspice_shared.ngSpice_AllVecs(plot.encode())))
 
-        def copy_complex(self, plot: str, name: str) -> NDArray[np.complex128]:
+        def copy_complex(self, plot: str, name: str) -> C128:
             """Copy a vector of an analysis over frequency; a real one gets no imaginary part."""
             info = self._ngspice_shared.ngGet_Vec_Info(f"{plot}.{name}".encode())
             if not info or not info.v_compdata:
@@ -241,7 +241,7 @@ def _library_class(shared: Any, path: Path) -> Any:  # noqa: C901 - the sum over
             raw = shared.ffi.buffer(info.v_compdata, 16 * info.v_length)
             return np.frombuffer(raw, np.complex128).copy()
 
-        def copy_vector(self, plot: str, name: str) -> NDArray[np.float64]:
+        def copy_vector(self, plot: str, name: str) -> F64:
             """Copy a vector: the library reuses its memory."""
             info = self._ngspice_shared.ngGet_Vec_Info(f"{plot}.{name}".encode())
             if not info or not info.v_realdata or not info.v_length:

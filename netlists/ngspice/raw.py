@@ -21,15 +21,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import GROUND
 from circuits.errors import DataError
 from circuits.solver.transient import Result
 from netlists.dialects.ngspice import run_name
 from netlists.write.traversal import to_design
-
-F64 = NDArray[np.float64]
 
 _MARK = b"Binary:\n"
 # ngspice writes its version here, and runs what stands here when it loads a file; other readers look for the

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import SimulatorError, unknown_name
 from netlists.ngspice.deadline import DEADLINE
 from netlists.ngspice.library import MESSAGE_LIMIT, simulated
@@ -47,8 +47,8 @@ class Waveforms:
 
     analysis: str
     axis_name: str
-    axis: NDArray[np.float64]
-    values: dict[str, NDArray[np.float64]]
+    axis: F64
+    values: dict[str, F64]
     steps: int
     messages: tuple[str, ...]
 

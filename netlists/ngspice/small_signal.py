@@ -15,8 +15,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import C128, F64
 from circuits.circuit import GROUND
 from circuits.devices.source import Source
 from circuits.errors import SimulatorError, unknown_name
@@ -28,9 +28,6 @@ from netlists.ngspice.deadline import DEADLINE
 from netlists.ngspice.library import simulated
 from netlists.ngspice.run import node_name
 from netlists.write.traversal import Definition, to_design
-
-F64 = NDArray[np.float64]
-C128 = NDArray[np.complex128]
 
 _RELTOL = 1e-6  # of the operating point
 

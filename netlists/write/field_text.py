@@ -18,8 +18,8 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Shape
 from circuits.errors import DataError
 from circuits.silicon.die import Place
@@ -199,7 +199,7 @@ def _read_numbers(words: Words) -> tuple[float, ...]:
     return tuple(float(word) for word in _many(words))
 
 
-def _read_array(words: Words) -> NDArray[np.float64]:
+def _read_array(words: Words) -> F64:
     return np.array([float(word) for word in _many(words)])
 
 
@@ -250,7 +250,7 @@ _CODECS: Mapping[Any, _Codec] = {
     tuple[float, ...]: _Codec(_numbers, _read_numbers),
     tuple[str, ...]: _Codec(lambda texts: [_text(t) for t in texts], _read_texts),
     float | tuple[float, ...]: _Codec(_bias_value, _read_bias_value),
-    NDArray[np.float64]: _Codec(_numbers, _read_array),
+    F64: _Codec(_numbers, _read_array),
     Place | None: _Codec(_place, _read_place),
     Pairs: _Codec(_pairs, _read_pairs),
     NumberPairs: _Codec(_number_pairs, _read_number_pairs),

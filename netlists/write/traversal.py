@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.circuit import GROUND, Circuit, Instance, InstanceArray, Shape, references, split_reference
 from circuits.devices import Capacitor, Transistor
 from circuits.devices.device import Device
@@ -28,8 +29,6 @@ from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.write.annotation import circuit_notes, format_annotation, instance_notes
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Overrides = Mapping[str, F64]
 Names = tuple[str, ...]
 References = NDArray[np.object_]

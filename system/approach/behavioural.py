@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.boards.centroid.model import CentroidModel
 from chips.boards.isolation.model import IsolationModel
@@ -20,13 +19,12 @@ from chips.ranging.chip import RangingChip
 from chips.ranging.kernel import MERGED as CHIP_MERGED
 from chips.ranging.kernel import Chip, doubts, new_chip, new_plan
 from chips.ranging.noise import SURE, spread
+from circuits.arrays import F64
 from system.approach.kernel import CLIPPED, COUNTS, MERGED, ROW, SOUNDS, UNDECIDED, Boards, Run, Scene, fly
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import direct_amplitude, echo_amplitude, headroom
 from system.worlds.sound.targets import Approach, Target, Waypoints, range_at
-
-F64 = NDArray[np.float64]
 
 ROWS = 4096  # of the log, worked through at once
 _BEYOND = 1.0  # s after the end up to which a target's path is laid out: longer than any echo

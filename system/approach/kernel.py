@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.board_kernel import (
     EVENT_WIDTH,
@@ -29,10 +28,8 @@ from chips.boards.vocalization.noise import OscillatorNoise, phase_after_call
 from chips.hearing.noise import HearingNoise, threshold_factors
 from chips.ranging.kernel import PULSE, Chip, Plan, next_due, on_call, on_echo, take
 from chips.ranging.law import Neurons
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 KINDS = range(5)  # of a row of the log
 CALL, PULSE_HEARD, ONSET_HEARD, SPIKE, BOARD = KINDS

@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.boards.centroid.model import CentroidModel
 from chips.boards.isolation.model import IsolationModel
@@ -31,6 +30,7 @@ from chips.cell import Cell
 from chips.hearing.model import hearing_on
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.sonar import (
     centroid_board,
@@ -66,8 +66,6 @@ from system.worlds.sound.ear import SAMPLE_RATE, Ear
 from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import range_at
-
-F64 = NDArray[np.float64]
 
 # Longest round, s; ours, a matter of speed only.
 HORIZON = 4e-3

@@ -11,9 +11,9 @@ from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.ranging import circuit as ranging_chip
+from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -26,7 +26,6 @@ from system.worlds.sound.acoustics import Air, speed_of_sound
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import Target, default_scene, range_at
 
-F64 = NDArray[np.float64]
 Law = Literal["linear", "d4"]
 LAWS: tuple[Law, ...] = ("linear", "d4")
 Level = Literal["transistor", "behavioural"]

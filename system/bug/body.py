@@ -23,13 +23,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.bug.kernel import look, slide
 from system.bug.map import Point
 from system.bug.world import SLACK, World
-
-F64 = NDArray[np.float64]
 
 RADIUS = 0.15
 RANGE = 1.0

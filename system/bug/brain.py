@@ -16,11 +16,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.bug.body import RADIUS, RANGE, RAYS, Senses
-
-F64 = NDArray[np.float64]
 
 GAIN = 0.5
 ROTATION = -np.pi / 4.0

@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import Bools
 from circuits.errors import DataError, ParameterError
 from system.registry import unknown
 
-Bool = NDArray[np.bool_]
 Point = tuple[float, float]
 
 MAPS: dict[str, str] = {
@@ -41,7 +40,7 @@ class BugMap:
     """Walls, bool[rows, columns], row 0 in the north; centres of the cells of starts and goals."""
 
     name: str
-    walls: Bool
+    walls: Bools
     starts: tuple[Point, ...]
     goals: tuple[Point, ...]
 

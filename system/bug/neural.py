@@ -5,19 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.build import Built
 from chips.nef.network.memory import apart, states
 from chips.nef.network.network import Network
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
 from system.bug import neural0 as bug_neural0
 from system.bug import neural2 as bug_neural2
 from system.bug.body import STEP, Senses
 from system.bug.brain import FOLLOW, GO, MEMORISE, STATES, nearness
-
-F64 = NDArray[np.float64]
 
 SETTLING = 0.3  # s; ours
 FEWEST, MOST = 300, 40_000  # neurons of a network; ours

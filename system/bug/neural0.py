@@ -19,13 +19,11 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.network.circuits import QUIET, basal_ganglia, oscillator, saliences, unless_selected
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Node, Probe, join
+from circuits.arrays import F64
 from system.bug.brain import CONTACT_FILTER, PULLS, TEST_RATE, TEST_SHARE
-
-F64 = NDArray[np.float64]
 
 THRESHOLD = 0.5  # of the filtered contact, above which the wall is followed
 _BASE = 0.2  # salience of the wall without contact; ours

@@ -28,7 +28,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.network.memory import (
     MemorySize,
@@ -43,10 +42,9 @@ from chips.nef.network.memory import (
     unless_active,
 )
 from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe, join
+from circuits.arrays import F64
 from system.bug.brain import CONTACT_FILTER, FOLLOW, GO, MEMORISE, STATES, STORE
 from system.bug.neural0 import behaviours
-
-F64 = NDArray[np.float64]
 
 AFTER = {MEMORISE: GO, GO: STORE, STORE: FOLLOW, FOLLOW: GO}
 DIRECTION = MemorySize(500, 250, 60, reach=0.3, near=0.05)

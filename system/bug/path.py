@@ -9,14 +9,12 @@ from __future__ import annotations
 import networkx as nx
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.bug.map import Point
 from system.bug.world import World, corners
-
-F64 = NDArray[np.float64]
 
 MOST_CORNERS = 2000  # of a map, whose pairs are all tried; ours
 _SHRUNK = 1e-6  # by which obstacles are made smaller, so that a line along a side does not cross it

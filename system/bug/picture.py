@@ -9,13 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
-from numpy.typing import NDArray
 from shapely.geometry import Polygon
 
+from circuits.arrays import F64
 from system.bug.world import World
 from system.plot import COLOURS, INK, PALE
-
-F64 = NDArray[np.float64]
 
 _INCHES = 7.0  # of the longer side of a map
 

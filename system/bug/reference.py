@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import UnknownNameError, unknown_name
 from system.bug.body import RADIUS, STEP, Senses
 from system.bug.brain import (
@@ -31,8 +31,6 @@ from system.bug.brain import (
     Brain,
     along_wall,
 )
-
-F64 = NDArray[np.float64]
 
 AWAY = 0.5  # s after it left a wall until contact counts again, unless it lost contact before; ours
 BACK = 2.0 * RADIUS  # how near a place counts as reached again, map units; ours

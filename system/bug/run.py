@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.nef.build import Built, build, moved
 from chips.nef.chip import REFERENCE_C, NefChip
 from chips.nef.network.curves import IdealCurves
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
+from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
@@ -38,9 +38,6 @@ from system.options.reader import In, Readers, number, read_route, read_texts, s
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.worlds.standing import SLOW, share_standing
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 BRAINS = ("reference", "ideal", "chip")
 SUMMARY = (

@@ -16,15 +16,13 @@ from itertools import pairwise
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError
 from system.bug.map import BugMap, Point
-
-F64 = NDArray[np.float64]
 
 PIECE = 0.25  # largest length of a piece of an outline, the paper's epsilon; ours
 SLACK = 0.25  # way after which pieces are looked up again; ours
@@ -105,7 +103,7 @@ def _polygons(bug_map: BugMap) -> MultiPolygon:
     return joined if isinstance(joined, MultiPolygon) else MultiPolygon([joined])
 
 
-def _touching(walls: NDArray[np.bool_], height: float) -> list[Point]:
+def _touching(walls: Bools, height: float) -> list[Point]:
     """Corners where two wall cells touch with two free ones between them; `walls` has a rim of 1."""
     nw, ne, sw, se = walls[:-1, :-1], walls[:-1, 1:], walls[1:, :-1], walls[1:, 1:]
     at = np.argwhere(((nw & se) & ~(ne | sw)) | ((ne & sw) & ~(nw | se)))

@@ -16,13 +16,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
 from system.openspace.law import Bat, arc_point, length_in_view
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 class Arcs(NamedTuple):

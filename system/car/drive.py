@@ -15,14 +15,13 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.car.arcs import Arcs, blocked, immediacies, moved
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
 from system.car.sonar import Sonar, ping
 from system.car.world import Pipes
 
-F64 = NDArray[np.float64]
 Pose = tuple[float, float, float]  # m, m, rad
 
 COLUMNS = ("time", "x", "y", "heading", "head", "arc", "scanning", "soft")

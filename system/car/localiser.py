@@ -20,11 +20,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.car.numbers import Robot
-
-F64 = NDArray[np.float64]
+from system.worlds.sound.acoustics import beam
 
 ANGLES, INTENSITIES = 91, 10  # the paper's
 WIDEST = math.radians(90.0)  # of the training angles, to either side; ours
@@ -41,11 +40,6 @@ class Localiser(NamedTuple):
 
     centres: F64
     weights: F64
-
-
-def beam(angle: F64, width: float) -> F64:
-    """Amplitude of a transducer's beam at an angle (rad) from its axis, relative to the axis."""
-    return np.asarray(np.exp(-0.5 * math.log(2.0) * (2.0 * angle / width) ** 2))
 
 
 def hearing(robot: Robot, angle: F64) -> F64:

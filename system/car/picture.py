@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.car.arcs import Arcs
 from system.car.numbers import PIPE_RADIUS
 from system.car.world import Pipes
 from system.openspace.picture import draw_discs
 from system.plot import COLOURS, INK, mark_end
-
-F64 = NDArray[np.float64]
 
 NAMES = ("left", "middle left", "middle", "middle right", "right")
 RAY = 0.12  # m, of the line that shows a ping's direction

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -146,7 +146,7 @@ class Trace:
     unsure: int
 
     @property
-    def path(self) -> NDArray[np.float64]:
+    def path(self) -> F64:
         """Places of the body's middle at the pings and at the end, float64[pings + 1, 2], m."""
         return np.concatenate([self.drive.log[:, 1:3], [self.drive.end[:2]]])
 

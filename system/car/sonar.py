@@ -20,15 +20,19 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from system.car.localiser import WIDEST, Localiser, beam, hearing, localise, volts
+from circuits.arrays import C128, F64, Bools
+from system.car.localiser import WIDEST, Localiser, hearing, localise, volts
 from system.car.numbers import PIPE_RADIUS, Robot
 from system.openspace.reader import STEP
 from system.openspace.reader_noise import Reader, next_ping, no_reader, read
-from system.worlds.sound.acoustics import AIR_TEMPERATURE, CARRIER_FREQUENCY, speed_of_sound, tone_envelope
-
-F64 = NDArray[np.float64]
+from system.worlds.sound.acoustics import (
+    AIR_TEMPERATURE,
+    CARRIER_FREQUENCY,
+    beam,
+    speed_of_sound,
+    tone_envelope,
+)
 
 SPEED = speed_of_sound(AIR_TEMPERATURE)  # m/s
 NOISE_SAMPLES = 65_521  # a channel, which the pings of a run take in turn
@@ -55,7 +59,7 @@ class Sonar:
 
     robot: Robot
     network: Localiser
-    noise: NDArray[np.complex128]
+    noise: C128
     reading: F64
     occlusion: bool = True
     multipath: bool = True
@@ -68,7 +72,7 @@ class _Echoes(NamedTuple):
     amplitude: F64  # float64[3, n]
 
 
-def noise_of(robot: Robot, random: np.random.Generator) -> NDArray[np.complex128]:
+def noise_of(robot: Robot, random: np.random.Generator) -> C128:
     """Noise of three envelopes' quadratures."""
     drawn = random.standard_normal((2, 3, NOISE_SAMPLES))
     return np.asarray(robot.noise * (drawn[0] + 1j * drawn[1]))
@@ -98,7 +102,7 @@ def ping(sonar: Sonar, pipes: F64, number: int, *, soft: bool, time: float = 0.0
     return Heard(place, near, missed, int((kept & ~audible).sum()), int((shown != angle).sum()))
 
 
-def shadowed(distance: F64, angle: F64) -> NDArray[np.bool_]:
+def shadowed(distance: F64, angle: F64) -> Bools:
     """Which pipes have the middle in the geometric shadow of a nearer one."""
     half = np.arcsin(np.minimum(PIPE_RADIUS / np.maximum(distance, PIPE_RADIUS), 1.0))
     behind = distance[:, None] > distance[None, :]

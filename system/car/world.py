@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.car.numbers import PIPE_RADIUS
 from system.worlds.place_file import read_places
-
-F64 = NDArray[np.float64]
 
 FORESTS = ("corridor", "open", "dense")
 PIPES = 21  # the paper's

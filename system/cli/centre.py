@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
@@ -34,8 +34,6 @@ from system.study.statistics.comparison import YieldDifference, compare_yields
 from system.study.statistics.summary import Yield, summarise_yield
 from system.study.table import Condition, Table
 from system.study.target import BlockTarget, Subject, Target
-
-F64 = NDArray[np.float64]
 
 FIRST_FRESH = 1000  # dies before it are tuned on, it and later ones reported on
 CHUNK = 32

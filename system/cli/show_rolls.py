@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.depression.power import depression_energies
 from chips.rolls.depression.program import STEP_BIAS, ShortTermDepression
@@ -15,6 +14,7 @@ from chips.rolls.portrait import MULTIPLES, Portrait, portrait
 from chips.rolls.power import TYPICAL, Energies, energies
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from system.cli.output import print_json, print_line, print_table, quantity_cell, working
 from system.cli.show_rolls_power import (
@@ -30,8 +30,6 @@ from system.options.silicon import SiliconChoice
 from system.plot import check_picture, save_picture
 from system.rolls.options import NAME, bias_table, refuse_block_options, silicon_of
 from system.rolls.picture import draw_portrait
-
-F64 = NDArray[np.float64]
 
 SUMMARY = "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses"
 ALL_TO_ALL = 1  # level of the other case; ours

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from circuits.arrays import C128, F64
 from circuits.errors import ParameterError
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac, source_column
@@ -29,8 +29,6 @@ from system.cli.small_signal_runs import (
 )
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.plot import check_picture, save_picture
-
-F64 = NDArray[np.float64]
 
 
 def ac_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool) -> None:
@@ -87,7 +85,7 @@ def _ac_run(run: Run[Response]) -> dict[str, Any]:
     return {**place_of(run), "nodes": plain(nodes)}
 
 
-def phase_deg(transfer: NDArray[np.complex128]) -> F64:
+def phase_deg(transfer: C128) -> F64:
     """Phase along the frequencies without jumps, degrees, float64[F, nodes]."""
     return np.asarray(np.degrees(np.unwrap(np.angle(transfer), axis=0)))
 

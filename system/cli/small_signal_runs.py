@@ -9,8 +9,8 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, SolverError
 from circuits.solver.noise.analysis import Noise
@@ -24,7 +24,6 @@ from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice, choose, describe_silicon
 from system.options.silicon import SiliconChoice
 
-F64 = NDArray[np.float64]
 Answer = TypeVar("Answer", Response, Noise)
 
 NOMINAL_DIE = -1  # in CSV and netCDF, where a number must stand

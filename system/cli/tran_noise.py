@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
@@ -24,8 +24,6 @@ from system.cli.small_signal_runs import Request
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon
 from system.plot import COLOURS, check_picture, save_picture
-
-F64 = NDArray[np.float64]
 
 DRAWN = 20  # trials whose waveforms a picture shows
 MOST_TRIALS = 1_000_000

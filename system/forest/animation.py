@@ -13,16 +13,14 @@ from matplotlib import animation
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.files.writing import check_folder
 from system.forest.run import Trace, account
 from system.openspace.law import arcs_of
 from system.openspace.map import SIDE
 from system.openspace.picture import draw_discs, draw_path, draw_sight
-
-F64 = NDArray[np.float64]
 
 FRAMES = 150  # first pings that are shown; ours
 HALF = 7.0  # m that are shown to each side of the bat; ours

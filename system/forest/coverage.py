@@ -13,13 +13,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from circuits.arrays import F64, I64
 from system.openspace.law import Arcs, arc_point
 from system.openspace.map import SIDE, Forest
 
-F64 = NDArray[np.float64]
 Gap = tuple[int, int]  # obstacles on its sides, the lower number first
 
 _BEYOND = 6.0  # m of copies beyond the borders: far more than between any two neighbours
@@ -72,7 +71,7 @@ def fine_path(arcs: Arcs, log: F64) -> F64:
     return np.asarray(places.reshape(2, -1).T % SIDE)
 
 
-def _mesh(forest: Forest) -> tuple[Delaunay, NDArray[np.int64]]:
+def _mesh(forest: Forest) -> tuple[Delaunay, I64]:
     """Triangulation of the obstacles and their copies; also the number of each point's obstacle."""
     shifts = SIDE * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
     points = (forest.place[None] + shifts[:, None]).reshape(-1, 2)
@@ -84,12 +83,12 @@ def _inside(point: F64) -> bool:
     return bool(((point >= 0.0) & (point < SIDE)).all())
 
 
-def _gap(number: NDArray[np.int64], a: int, b: int) -> Gap:
+def _gap(number: I64, a: int, b: int) -> Gap:
     first, second = int(number[a]), int(number[b])
     return min(first, second), max(first, second)
 
 
-def _crossed(mesh: Delaunay, number: NDArray[np.int64], path: F64) -> list[Gap]:
+def _crossed(mesh: Delaunay, number: I64, path: F64) -> list[Gap]:
     """Edges between triangles that follow each other along a path; jumps across a border are no crossing."""
     triangle = mesh.find_simplex(path)
     at = np.flatnonzero(triangle[1:] != triangle[:-1])

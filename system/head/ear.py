@@ -1,6 +1,6 @@
 """Two ears of the sonar head: an echo in, spikes of both ears' level units out.
 
-With b the beam of `system.car.localiser` and p the echo's pressure of `system.worlds.sound.acoustics`, the
+With b the beam and p the echo's pressure of `system.worlds.sound.acoustics`, the
 envelope of the ear that points to psi rises by
 
     A = volts b(theta_s) b(theta_h - psi) p(r) e^(glint g + noise n)
@@ -20,15 +20,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.lso.model import SIDES, Head, level_times
 from chips.lso.noise import LsoNoise, level_jitter
-from system.car.localiser import beam
+from circuits.arrays import F64, Bools
 from system.head.numbers import BEHIND, SonarHead
-from system.worlds.sound.acoustics import AIR_TEMPERATURE, echo_pressure, speed_of_sound
-
-F64 = NDArray[np.float64]
+from system.worlds.sound.acoustics import AIR_TEMPERATURE, beam, echo_pressure, speed_of_sound
 
 SPEED = speed_of_sound(AIR_TEMPERATURE)  # m/s
 SIGNS = np.array([1.0, -1.0])  # left, right
@@ -81,7 +78,7 @@ def listen(
     return Echo(spikes - sooner * SIGNS[:, None], clipped)
 
 
-def hearing(numbers: SonarHead, head: Head) -> NDArray[np.bool_]:
+def hearing(numbers: SonarHead, head: Head) -> Bools:
     """Which level units are at rest on the pedestal, so that they can fire, bool[SIDES, LEVELS]."""
     above = np.array(numbers.thresholds)[None, :]
     return np.asarray((above + head.offset > 0.0) & (above > head.rest))

@@ -17,15 +17,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.lso.model import SIDES, Head, side_spikes
 from chips.lso.noise import LsoNoise, head_of_ping, noisy_side_spikes
+from circuits.arrays import F64, I64
 from system.head.ear import SPEED, Echo, amplitudes, listen
 from system.head.numbers import BEHIND, SonarHead
 from system.head.world import Way
-
-F64 = NDArray[np.float64]
 
 # what the spikes of which neurons turn the head by
 WIRINGS = ("lso", "excitation", "one-ear")
@@ -66,7 +64,7 @@ class Log:
     target: F64
     head: F64
     distance: F64
-    heard: NDArray[np.int64]
+    heard: I64
     lost: tuple[str, ...]
     spikes: F64
     levels: F64
@@ -177,7 +175,7 @@ def _ping(numbers: SonarHead, chip: _Chip, way: Way, neck: Neck, t: float, noise
 def _answer(
     numbers: SonarHead, chip: _Chip, found: _Heard, t: float, wiring: str,
     spikes: list[F64], levels: list[F64],
-) -> tuple[NDArray[np.int64], int]:  # fmt: skip
+) -> tuple[I64, int]:  # fmt: skip
     """Spikes of both neurons by the decision, and how many came after it; all are added to the lists."""
     counted, late = np.zeros(SIDES, dtype=np.int64), 0
     if found.echo is None:
@@ -193,7 +191,7 @@ def _answer(
     return counted, late
 
 
-def _turn(heard: NDArray[np.int64], wiring: str, resting: int) -> int:
+def _turn(heard: I64, wiring: str, resting: int) -> int:
     """Spikes that count: of the left less those of the right, or less what is usual."""
     return int(heard[0]) - (resting if wiring == "one-ear" else int(heard[1]))
 

@@ -14,12 +14,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.head.numbers import Motion
-
-F64 = NDArray[np.float64]
 
 MOTIONS = ("sine", "step", "walk")
 EVERY = 5e-3  # s; ours

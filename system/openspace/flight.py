@@ -17,8 +17,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.openspace.kernel import COLLIDED, GOING, OVER, TRAPPED, fly
 from system.openspace.law import DIRECTIONS, Arcs
@@ -48,8 +48,6 @@ from system.openspace.state import (
 )
 from system.openspace.state import DISTANCE as WAY
 from system.openspace.state import TIME as NOW
-
-F64 = NDArray[np.float64]
 
 CLEAR = 1.0  # m about a drawn start; ours
 GETS_ON = 0.1  # of its full speed, that a bat must come on to the left; ours

@@ -10,9 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from circuits.compiled import compiled
 from system.openspace.law import ARCS, MIDDLE, Arcs
 from system.openspace.map import CELL, SIDE, Cells
@@ -42,8 +39,6 @@ from system.openspace.state import (
     Y,
 )
 from system.openspace.view import add_immediacies, blocked_at, in_view
-
-F64 = NDArray[np.float64]
 
 GOING, COLLIDED, TRAPPED, OVER = range(4)  # how a flight stands
 TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the paper's

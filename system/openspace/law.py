@@ -18,12 +18,9 @@ from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
@@ -219,7 +216,7 @@ def length_in_view(bat: Bat, curvature: float, direction: float) -> float:
     """
     last = bat.max_range if curvature == 0.0 else min(bat.max_range, math.pi / abs(curvature))
 
-    def inside(s: F64) -> NDArray[np.bool_]:
+    def inside(s: F64) -> Bools:
         bearing = 0.5 * curvature * s
         chord = s * np.sinc(bearing / math.pi)
         return np.asarray(chord <= detectable(bat, bearing - direction))
@@ -234,7 +231,7 @@ def arc_point(curvature: F64, length: F64) -> tuple[F64, F64]:
     return np.asarray(chord * np.cos(half)), np.asarray(chord * np.sin(half))
 
 
-def _first_exit(inside: Callable[[F64], NDArray[np.bool_]], last: float) -> float:
+def _first_exit(inside: Callable[[F64], Bools], last: float) -> float:
     """Where `inside` first fails between 0 and `last`, to a part in 1e12."""
     s = np.linspace(0.0, last, _SAMPLES)
     out = np.flatnonzero(~inside(s))

@@ -15,14 +15,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from system.worlds.place_file import read_places
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SIDE = 50.0  # m, the paper's
 OBSTACLES = 1400  # the paper's, where it is not varied

@@ -6,13 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, detectable
 from system.openspace.map import SIDE
 from system.plot import COLOURS, INK, PALE, mark_end
-
-F64 = NDArray[np.float64]
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
 

@@ -24,7 +24,6 @@ from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip
@@ -42,15 +41,13 @@ from chips.ranging.kernel import (
 )
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, model_of, neurons_on
+from circuits.arrays import F64, I64
 from circuits.bias import rebias
 from circuits.circuit import BiasKind
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 Calibration = Literal["nominal", "calibrated"]
 CALIBRATIONS: tuple[Calibration, ...] = ("nominal", "calibrated")

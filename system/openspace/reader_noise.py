@@ -19,11 +19,12 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chips.noise import SiliconNoise
 from chips.ranging.kernel import Chip, Plan, new_chip, new_plan, next_due, on_call, on_echo, start, take
 from chips.ranging.law import Neurons
-from chips.ranging.noise import Jitter, SiliconNoise, new_jitter, next_durations, no_jitter
+from chips.ranging.noise import Jitter, new_jitter, next_durations, no_jitter
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.compiled import compiled
 from circuits.silicon.silicon import Silicon
@@ -38,8 +39,6 @@ from system.openspace.reader import (
     silicon_of,
     values_of,
 )
-
-F64 = NDArray[np.float64]
 
 _compiled = compiled()
 

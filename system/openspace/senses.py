@@ -26,11 +26,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.selection.kernel import Selection
 from chips.selection.model import MARGIN, selection
 from chips.selection.noise import no_selection_noise, selection_noise
+from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import Params
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -43,8 +43,6 @@ from system.openspace.senses_kernel import Senses
 from system.options.noise import Noisy, check_noise, silicon_noise
 from system.worlds.sound.acoustics import AIR_TEMPERATURE, speed_of_sound
 from system.worlds.sound.ear import CALL_DURATION
-
-F64 = NDArray[np.float64]
 
 RANGES, SELECTIONS = ("exact", "sonar", "chip"), ("ideal", "chip")
 SHADOW_RADIUS, STRENGTH = 0.05, 0.2  # m

@@ -24,11 +24,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.selection.kernel import NOBODY, Selection
 from chips.selection.noise import SelectionNoise, noisy_decide
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.openspace.law import ARCS, Arcs
 from system.openspace.reader_noise import Reader, next_ping, read
@@ -58,8 +56,6 @@ from system.openspace.state import (
     Flight,
 )
 from system.openspace.view import add_immediacies
-
-F64 = NDArray[np.float64]
 
 LEAST_RISK = 0.1e-9  # A, into a port of the selection: its standing current
 SILENT, GHOST = -2.0, -1.0  # in the place of an obstacle's number

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from system.openspace.law import ARCS, MIDDLE
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 # columns of `Flight.counts`
 (

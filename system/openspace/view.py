@@ -13,13 +13,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.openspace.law import ARCS, MIDDLE, Arcs
-
-F64 = NDArray[np.float64]
 
 # their numbers are compiled in
 _compiled = compiled()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 

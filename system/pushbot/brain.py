@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.network import Network, network_program
 from chips.rolls.program.population import Population, all_to_all, neural_field
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -29,8 +29,6 @@ from system.pushbot.network.modified import field_network, modified_network
 from system.pushbot.network.modified_calibration import calibrate_modified
 from system.pushbot.network.plain import PushbotLayout
 from system.pushbot.wiring import fan_out, merged
-
-F64 = NDArray[np.float64]
 
 GYRO_ANGLE = 2e-3  # rad an event: 500 events a second at 1 rad/s; ours
 RELAYS = (254, 255)  # neurons whose synapses take a second chip's spikes; they are in no population

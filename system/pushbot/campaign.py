@@ -14,8 +14,8 @@ from importlib.metadata import version
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.pushbot.body import Pushbot
@@ -32,8 +32,6 @@ from system.study.campaign_file import Found, Key
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import COLOURS, Scene
 from system.worlds.camera.sensor import Dvs
-
-F64 = NDArray[np.float64]
 
 FIRST = 9400  # of dies and seeds that report; those below were seen while codes and levels were chosen
 DIES = 10  # of a campaign; ours

@@ -11,12 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.worlds.arena.geometry import Obstacles, clearance
 from system.worlds.arena.scene import Body, Scene
-
-F64 = NDArray[np.float64]
 
 MOST = 3  # obstacles of a line; with more, a scene is clutter
 EVERY = 4  # steps of a path between two looks for the closest approach

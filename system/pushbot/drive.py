@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.pushbot.body import (
@@ -34,8 +34,6 @@ from system.worlds.arena.motion import go_along_arc
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.event import Events, joined
 from system.worlds.camera.sensor import Dvs, Eye, Sensor, advance_along, open_eye, sensor_of, steps_of
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

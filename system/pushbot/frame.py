@@ -18,21 +18,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls.chip import ChipState, Inputs, RollsChip, Spikes
 from chips.rolls.program.address import NONPLASTIC
 from chips.rolls.program.network import Network, PopulationInput, network_program
 from chips.rolls.program.population import Population, neural_field
+from circuits.arrays import I64, Bools
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
 from system.pushbot.drive import Glance
 from system.pushbot.network.biases import STEP, pushbot_biases
 from system.pushbot.wiring import fan_out
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 RING = 180  # neurons
 NEAR, FAR = (2, 3, 3), -1  # levels of the ring, those of the target field
@@ -124,7 +121,7 @@ def ring_neurons(columns: I64, heading: float, size: int) -> I64:
     return np.asarray(np.round(angle / (2.0 * math.pi) * RING), dtype=np.int64) % RING
 
 
-def sides(neurons: I64, heading: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def sides(neurons: I64, heading: float) -> tuple[Bools, Bools]:
     """Which neurons of the ring lie left and right of a heading (rad), beyond AHEAD."""
     off = neurons * (2.0 * math.pi / RING) - heading
     off = (off + math.pi) % (2.0 * math.pi) - math.pi

@@ -15,18 +15,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import NO_INPUTS, ChipState, Inputs, RollsChip, Spikes
 from chips.rolls.program.network import Network
+from circuits.arrays import F64, I64
 from system.pushbot.drive import Glance, Run, go_on, pull, steer
 from system.pushbot.frame import Frame
 from system.pushbot.readout import LOOK, OUTPUTS, Counter, Readout, read
 from system.pushbot.wiring import COLUMNS, HALF_ROWS, Wiring, kick, merged, obstacle_inputs, target_inputs
 from system.worlds.camera.event import Events, joined
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Temperature = Callable[[float], float] | float | None
 
 Turning = Callable[[Glance, float, float], Inputs]

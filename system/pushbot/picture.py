@@ -9,15 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon as Patch
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.plot import COLOURS, INK, PALE
 from system.worlds.arena.geometry import obstacles_of, outline_at, robot_outline
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.event import Events, frame
-
-F64 = NDArray[np.float64]
 
 _INKS = {"blue": COLOURS[0], "red": COLOURS[1], "yellow": COLOURS[6], "black": INK, "grey": "#808080",
          "wood": "#C19A6B", "white": "#FFFFFF"}  # fmt: skip

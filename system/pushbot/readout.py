@@ -15,12 +15,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.pushbot.body import Factors, demand
 
-F64 = NDArray[np.float64]
 Kind = Literal["fixed", "sliding", "spikes"]
 KINDS: tuple[Kind, ...] = ("fixed", "sliding", "spikes")
 

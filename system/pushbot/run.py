@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls import circuit as rolls_circuit
+from circuits.arrays import F64
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -48,8 +48,6 @@ from system.worlds.arena.file import load_scene
 from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene, recoloured
 from system.worlds.standing import share_standing
-
-F64 = NDArray[np.float64]
 
 DEFAULT_SCENE = "single-block"
 TURN_FACTOR = 0.5  # the only one that the paper names with 0.35 m/s: Table 1, sections 3.5 and 3.7

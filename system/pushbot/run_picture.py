@@ -12,16 +12,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from system.plot import COLOURS, INK, PALE
 from system.pushbot.drive import Run
 from system.pushbot.loop import Brain, Record, all_events, all_spikes
 from system.pushbot.picture import draw_events, draw_path, draw_scene
 from system.worlds.arena.scene import Scene
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 FRAMES = 4
 FRAME = 0.5  # s of events in a frame; the paper's

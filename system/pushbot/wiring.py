@@ -15,15 +15,13 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import Inputs
 from chips.rolls.program.address import VIRTUAL_EXCITATORY
 from chips.rolls.program.network import Network
+from circuits.arrays import F64, I64
 from system.worlds.camera.event import Events
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 Wiring = Literal["plain", "graded"]
 
 ROWS, COLUMNS = 128, 128

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.portrait import Portrait
+from circuits.arrays import F64
 from system.plot import COLOURS, INK, PALE
 
-F64 = NDArray[np.float64]
 _BINS = 24
 _NAMES = {
     "excitatory": "exc. filter",

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.chip import NO_INPUTS, Inputs, RollsChip, Spikes
 from chips.rolls.circuit import chip
 from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
 from chips.rolls.program.program import Program, VirtualInput
+from circuits.arrays import F64, Bools
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -34,8 +34,6 @@ from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
-
-F64 = NDArray[np.float64]
 
 INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
 SETTLING = 0.1  # s, before rates are counted; ours
@@ -87,7 +85,7 @@ class Trace:
     scenario: Scenario
     spikes: Spikes
     rates: F64
-    restless: NDArray[np.bool_]
+    restless: Bools
     cautions: tuple[str, ...] = ()
 
 

@@ -23,12 +23,11 @@ import math
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import NEIGHBOURS
+from circuits.arrays import I64
 from system.rover.dijkstra import grid_edges
 
-I64 = NDArray[np.int64]
 Cell = tuple[int, int]
 
 

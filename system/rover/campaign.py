@@ -20,11 +20,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
 from chips.wavefront.kernel import graph_waves
 from chips.wavefront.model import chip_model, dies_delays
+from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -32,9 +32,6 @@ from circuits.silicon.silicon import Silicon
 from system.rover import dijkstra
 from system.rover.cost_map import CostMap, check_codes
 from system.study.statistics.interval import EVERYTHING, Estimate, Interval, clopper_pearson, mean_interval
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

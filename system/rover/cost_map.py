@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError
 from system.registry import unknown
 
-I64 = NDArray[np.int64]
 Cell = tuple[int, int]  # row and column, from 0, row 0 at the north
 
 CELL_SIZE = 6.0  # m, ours: 20 cells are 120 m, a fifth of the 19 acre park

@@ -7,14 +7,11 @@ of all its cells but the goal. Blocked cells are neither entered nor left.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from chips.wavefront.axon_graph import grid_graph
-
-I64 = NDArray[np.int64]
-F64 = NDArray[np.float64]
+from circuits.arrays import F64, I64
 
 _NOWHERE = -9999  # scipy's predecessor of a node without one
 

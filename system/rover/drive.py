@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from system.rover.body import Pose, Rover, bearing, move, wheel_speeds, wrapped
 from system.rover.cost_map import TREES, Cell, CostMap
 from system.rover.sensors import (
@@ -29,9 +29,6 @@ from system.rover.sensors import (
     receiver,
     stream,
 )
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 PATIENCE = 10.0  # times the time that the planned way takes, after which a drive is given up; ours
 GRACE = 120.0  # s more; ours

@@ -11,11 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 
 def discrete_frechet(first: F64, second: F64) -> float:

@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.wavefront.spiking_wavefront import learn, round_delays
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
-
-I64 = NDArray[np.int64]
-F64 = NDArray[np.float64]
 
 
 @dataclass(slots=True)

@@ -11,12 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.plot import COLOURS, INK
 from system.rover.cost_map import MAX_CODE, CostMap
-
-F64 = NDArray[np.float64]
 
 SCALE_BAR = 10.0  # m, as in the paper's Figures 7 to 10
 _BLOCKED = "#4A4A4A"

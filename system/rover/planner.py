@@ -13,16 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import I64
 from circuits.errors import ParameterError
 from system.registry import unknown
 from system.rover import a_star, dijkstra
 from system.rover.cost_map import Cell, CostMap, check_cell
 from system.rover.wave_planner import plan_discrete, plan_ideal
 
-I64 = NDArray[np.int64]
 Planner = Callable[[I64, Cell, Cell], I64 | None]  # costs, start, goal -> path, int64[n, 2]
 
 PLANNERS: Mapping[str, Planner] = {

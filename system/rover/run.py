@@ -16,11 +16,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.wavefront.chip import ChipCells
+from circuits.arrays import I64
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_delay import UNIT
@@ -43,8 +42,6 @@ from system.rover.wave_planner import ChipPlanner
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.worlds.standing import SLOW, evenly, share_standing
-
-I64 = NDArray[np.int64]
 
 DEFAULT_MAP = "map1-road-obstacles"
 ROOM_TEMPERATURE = 27.0  # degC

@@ -10,15 +10,12 @@ import math
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import graph_of, node_costs
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.readout import UnreachableError
 from circuits.errors import ParameterError
 from system.rover.cost_map import MAX_CODE
-
-I64 = NDArray[np.int64]
 
 NEIGHBOURS = 12.0  # of a place, on average; ours: enough that nearly all places hang together
 

@@ -9,17 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.kernel import integer_wave
 from chips.wavefront.paper_walk import plan_in_two_passes
 from chips.wavefront.readout import UnreachableError, pointer_path
+from circuits.arrays import I64
 from circuits.blocks.wavefront.axon_delay import UNIT
 from circuits.errors import ParameterError
 
-I64 = NDArray[np.int64]
 Cell = tuple[int, int]
 
 MOST_NEURONS = 10_000  # of the discrete model, a matter of time; ours

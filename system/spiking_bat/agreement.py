@@ -19,16 +19,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import bootstrap
 
+from circuits.arrays import F64, I64
 from system.openspace.law import DIRECTIONS
 from system.spiking_bat.bat import ping
 from system.spiking_bat.brain import Brain, NetworkBrain, Reply
 from system.spiking_bat.chip_brain import ChipBrain
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 NOBODY, EMERGENCY = DIRECTIONS, DIRECTIONS + 1  # beside the groups
 GROUPS = DIRECTIONS + 2

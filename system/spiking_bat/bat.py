@@ -18,8 +18,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from system.openspace.kernel import goal_arc
 from system.openspace.law import Arcs
@@ -28,9 +28,6 @@ from system.spiking_bat.maps import echo_delay, nearest_place, places
 from system.spiking_bat.network.kernel import NOW, State
 from system.spiking_bat.network.network import Network, Spikes, new_state, run
 from system.spiking_bat.numbers import Numbers
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 _NONE = np.empty((0, 2), dtype=np.int64)
 

@@ -10,9 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 from system.openspace.law import Arcs
 from system.spiking_bat.bat import Answer, ping, settled
@@ -21,9 +19,6 @@ from system.spiking_bat.network.kernel import State
 from system.spiking_bat.network.network import Network
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.topology import published
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 class Reply(Protocol):

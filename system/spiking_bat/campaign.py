@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from chips.latency.calibration import PARTS, calibrated
@@ -31,6 +30,7 @@ from chips.latency.chip import LatencyChip
 from chips.latency.design import Biases, Design
 from chips.latency.model import BLOCKS, lumped, only, usual_biases
 from chips.record_file import record_file
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -51,8 +51,6 @@ from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import LatencyScenario, place
 from system.study.campaign import Campaign, One
 from system.study.campaign_file import Key
-
-F64 = NDArray[np.float64]
 
 CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s
 LEVEL = 0.95

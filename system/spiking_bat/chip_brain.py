@@ -17,12 +17,12 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.chip import LatencyChip, Said, counted
 from chips.latency.design import Biases, Design
 from chips.latency.kernel import Memory
 from chips.latency.model import usual_biases
+from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.devices.source import Polyline
 from circuits.silicon.silicon import Silicon
@@ -31,9 +31,6 @@ from system.spiking_bat.brain import check_timing
 from system.spiking_bat.maps import Blocking, blocking, echo_delay, nearest_place, places
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.topology import layer_delays, passive_current
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 RECENT = 109e-3  # s, that a ping counts; the network's
 TEMPERATURE_STEP = 0.1  # K; ours

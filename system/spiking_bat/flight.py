@@ -16,8 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.flight import margin_of
 from system.openspace.kernel import advance
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs
@@ -47,8 +47,6 @@ from system.openspace.state import (
 from system.spiking_bat.bat import goal_neuron, look
 from system.spiking_bat.brain import Brain, Reply
 from system.spiking_bat.loop import stays
-
-F64 = NDArray[np.float64]
 
 _LOOK = 100  # pings between looks for a loop
 

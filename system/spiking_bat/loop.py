@@ -12,11 +12,9 @@ A flight is caught where the last `WINDOW` of it lies within `REACH` of where it
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.map import SIDE
-
-F64 = NDArray[np.float64]
 
 WINDOW = 60.0  # s; at full speed a way of 120 m
 REACH = 2.0  # m

@@ -21,16 +21,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 from system.openspace.law import ARCS, DIRECTIONS, Arcs
 from system.openspace.view import blocked_at
 from system.spiking_bat.network.network import STEP
 from system.spiking_bat.numbers import SOUND, Numbers
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 RANGES, RANGE_STEP = 25, 0.2  # m
 ANGLES, ANGLE_STEP_DEG = 31, 4.0

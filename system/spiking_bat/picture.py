@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Bat
 from system.openspace.picture import draw_forest, draw_sight
 from system.plot import COLOURS, INK, PALE
 from system.spiking_bat.scene import Story
 
-F64 = NDArray[np.float64]
 Places = Sequence[tuple[float, float]]
 
 _LAYERS = (("out", COLOURS[0], "memory", 9), ("wta1", COLOURS[1], "first layer", 26),

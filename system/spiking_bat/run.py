@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.latency.calibration import calibrated
 from chips.latency.chip import LatencyChip
 from chips.latency.design import Design
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -224,7 +224,7 @@ def account(trace: LatencyTrace) -> Account:
     )
 
 
-def progress(path: NDArray[np.float64]) -> float:
+def progress(path: F64) -> float:
     """How far (m) a path on the torus, float64[n, 2] in steps shorter than half of it, led to the left."""
     steps = np.diff(path[:, 0])
     return float(-(steps - SIDE * np.round(steps / SIDE)).sum())

@@ -12,17 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
 from system.spiking_bat.bat import Answer, goal_neuron, ping, seen_from, settled
 from system.spiking_bat.network.kernel import NOW, State
 from system.spiking_bat.network.network import Network, Spikes, run
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.topology import published
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 PING_RATE = 10.0  # Hz
 # m ahead of the bat and to its left; ours

@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.law import ARCS, DIRECTIONS, Arcs
 from system.spiking_bat.maps import blocking, places
 from system.spiking_bat.network.network import (
@@ -32,9 +32,6 @@ from system.spiking_bat.network.network import (
     wire,
 )
 from system.spiking_bat.numbers import DIRECTION_PRIORITY, Numbers
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 CUT = 3.0  # standard deviations at which the inhibition of the first layer ends; the paper's
 _ONCE = math.inf  # refractory, or on, until the next ping

@@ -15,14 +15,12 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.sampling import Sampling
-
-F64 = NDArray[np.float64]
 
 Method = Literal["random", "lhs", "sobol"]
 METHODS: tuple[Method, ...] = ("random", "lhs", "sobol")

@@ -17,15 +17,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.units import format_quantity, parse_quantity
 from system.registry import unknown
 from system.study.table import FAILED
 from system.system import SUCCEEDED
-
-F64 = NDArray[np.float64]
 
 CLASS = "class"
 _GRAMMAR = re.compile(r"\s*([\w-]+)\s+(in|is)\s+(.*?)\s*", re.DOTALL)
@@ -76,7 +74,7 @@ class Verdict:
     causes: tuple[str, ...]
 
     @property
-    def passed(self) -> NDArray[np.bool_]:
+    def passed(self) -> Bools:
         """bool[n]."""
         return np.array([not cause for cause in self.causes], dtype=np.bool_)
 

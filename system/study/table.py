@@ -22,13 +22,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import CORNERS
 from circuits.silicon.process import check_temperature
 from system.files.writing import write_netcdf_atomic
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 FAILED = "failed"
 MOST = 1_000_000  # samples of a table; ours
@@ -102,7 +100,7 @@ def join(tables: Sequence[Table]) -> Table:
     )
 
 
-def select(table: Table, mask: NDArray[np.bool_]) -> Table:
+def select(table: Table, mask: Bools) -> Table:
     """The samples that `mask` keeps."""
     keep = np.flatnonzero(mask)
     return Table(

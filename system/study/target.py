@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
 from circuits.errors import CircuitError, ParameterError
@@ -39,7 +39,6 @@ from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
 
-F64 = NDArray[np.float64]
 Option = str | int | float | bool | tuple[float, ...] | None
 
 

@@ -6,11 +6,9 @@ import csv
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import DataError
-
-F64 = NDArray[np.float64]
 
 HEADER = ("x_m", "y_m")
 _SHOWN = 30  # characters of an offending value that an error repeats

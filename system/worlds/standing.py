@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 SLOW = 0.1  # of its full speed, below which it stands; ours
 

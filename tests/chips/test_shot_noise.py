@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
 from circuits.devices.noise import WHITE_ONLY
 from circuits.silicon.silicon import Silicon

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from circuits.errors import TopologyError
 from system.loop import AnalogWire, EventWire, Loop, Part
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

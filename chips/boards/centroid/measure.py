@@ -22,7 +22,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from chips.boards.centroid.model import CentroidModel
@@ -34,11 +33,10 @@ from chips.table_record import (
     Quantities,
     measure_over,
 )
+from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-5
 SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 7))  # V

@@ -14,18 +14,16 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.board_kernel import EVENT_WIDTH, Centroid, centroid_run
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
 from chips.table_record import all_on_silicon, check_box, matching_tables
+from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 _ROOM = 64  # vertices worked out at once
 _PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second event merges into the first

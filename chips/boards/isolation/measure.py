@@ -18,7 +18,6 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from chips.boards.isolation.model import IsolationModel
 from chips.cell import PULSE_WIDTH, Cell, Event, Output
@@ -29,13 +28,13 @@ from chips.table_record import (
     Quantities,
     measure_over,
 )
+from circuits.arrays import F64
 from circuits.blocks.sonar import first_target_isolation
 from circuits.blocks.sonar.centroid_board import NEURONS
 from circuits.devices.source import Polyline
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
-F64 = NDArray[np.float64]
 S = TypeVar("S")
 
 RTOL = 1e-4

@@ -17,7 +17,6 @@ import math
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from chips.boards.vocalization.model import VocalizationModel, mirror_mismatch
@@ -30,12 +29,11 @@ from chips.table_record import (
     Quantities,
     measure_over,
 )
+from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.devices.source import Polyline
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-4
 SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 7))  # V

@@ -15,21 +15,19 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.board_kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
 from chips.cell import Event, Output
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 _SILENT: Polyline = (np.zeros(1), np.zeros(1))
 

@@ -35,14 +35,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from chips.board_kernel import Vocalization, table_at
 from chips.boards.centroid.noise import proximity_noise
+from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from chips.ranging.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
+from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.compiled import compiled
 from circuits.devices import Transistor
@@ -50,8 +50,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_place
-
-F64 = NDArray[np.float64]
 
 KNOTS = 5  # rates at which the spread is worked out; ours
 AHEAD = 1.6e-3  # V below the threshold at which the comparator's way begins, beyond its 1.3 mV; ours

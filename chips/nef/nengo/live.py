@@ -8,14 +8,12 @@ from typing import Any
 
 import nengo
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.nengo.plan import Plan, matrix_of, slice_of_probe, tau_of
 from chips.nef.network.kernel import DT
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from circuits.errors import ParameterError, TopologyError
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(slots=True)

@@ -12,13 +12,11 @@ from nengo.builder.ensemble import gen_eval_points, get_gain_bias
 from nengo.builder.network import seed_network
 from nengo.dists import Distribution, get_samples
 from nengo.utils.builder import full_transform
-from numpy.typing import NDArray
 
 from chips.nef.network.curves import IdealCurves
 from chips.nef.network.network import Connection, Drawn, Ensemble, Network, Neurons, Node, Probe
+from circuits.arrays import F64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 
 class Plan:

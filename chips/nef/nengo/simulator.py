@@ -18,7 +18,6 @@ from typing import Any
 
 import nengo
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.build import build
 from chips.nef.chip import REFERENCE_C, NefChip
@@ -26,9 +25,8 @@ from chips.nef.nengo.live import Live, size_of_probe
 from chips.nef.nengo.plan import Plan
 from chips.nef.network.kernel import DT
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from circuits.errors import ParameterError, TopologyError
-
-F64 = NDArray[np.float64]
 
 NOMINAL_CHIP = NefChip()
 

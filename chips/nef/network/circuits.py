@@ -13,11 +13,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Function, Network, Neurons
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 # of the basal ganglia: thresholds of each nucleus and weights between them
 D, STN, GPE, GPI = 0.2, -0.25, -0.2, -0.2

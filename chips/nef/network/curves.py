@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 TAU_RC, TAU_REF = 0.02, 0.002  # s; nengo's, with which the paper simulates
 

@@ -14,12 +14,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 DT = 1e-3  # s; nengo's
 _compiled = compiled()

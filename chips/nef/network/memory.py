@@ -20,12 +20,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.nef.network.circuits import SUPPRESSION
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Function, Network, Neurons
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 FITTED = 4000  # points where what draws to the circle is fitted; ours
 LONGEST = 1.1  # that is stored; ours

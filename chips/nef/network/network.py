@@ -15,11 +15,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError, TopologyError, UnknownNameError, unknown_name
 
-F64 = NDArray[np.float64]
 Function = Callable[[F64], F64]  # float64[points, dimensions] -> float64[points, results]
 REGULARISATION = 0.1  # nengo's default
 Solver = Callable[[F64, F64], F64]

@@ -37,7 +37,8 @@ from chips.rolls.depression.layout import (
     DepressionScratch,
     DepressionTables,
 )
-from chips.rolls.layout import F32, HALF, LAST, ONE, READ, TWO, VIRTUAL, ZERO, Scratch, Traffic
+from chips.rolls.layout import HALF, LAST, ONE, READ, TWO, VIRTUAL, ZERO, Scratch, Traffic
+from circuits.arrays import F32
 from circuits.compiled import compiled
 
 _compiled = compiled(fastmath={"contract", "nsz", "arcp"})

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.noise_draw import Draws
-from chips.rolls.layout import F32, F64, I64
-
-I32 = NDArray[np.int32]
+from circuits.arrays import F32, F64, I32, I64
 
 COEFFICIENTS = 4  # of a charge over the share of the weight's current
 

@@ -37,20 +37,18 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Part, capacitance_matrix, devices_on, interpolation, part_of
 from chips.rolls.synapse.charge import charge_of, draw_of, mirror_of, pulse_length
 from chips.rolls.synapse.model import SynapseModel, model_of
 from chips.rolls.synapse.weight import BITS, branches
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls.depressing_synapse import WEIGHTS, Params, build
 from circuits.circuit import Bias
 from circuits.errors import ParameterError
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 DEVICES = dict(zip(WEIGHTS, ("me2", "me4", "me6"), strict=True))
 CELL_DEVICES = ("ms1", "ms2", "ms3", "mr1", "mr2", "mr3")

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import RollsChip
 from chips.rolls.cut import Cut, cut_row, silicon_of, testbench
@@ -18,13 +17,13 @@ from chips.rolls.depression.kernel import deliver_depressed
 from chips.rolls.depression.state import depressing_of
 from chips.rolls.layout import COUNTS, VIRTUAL, Traffic, new_scratch
 from chips.rolls.program.address import NEURONS
+from circuits.arrays import F64
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.errors import ParameterError
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 
-F64 = NDArray[np.float64]
 Events = Mapping[int, F64]  # times (s, rising) by column, which is the presynaptic neuron
 
 WINDOW = 0.3e-3  # s, ours: from an event on, in which its pulse ends

@@ -9,15 +9,14 @@ import numpy as np
 
 from chips.rolls.depression.kernel import recover
 from chips.rolls.depression.layout import (
-    I32,
     BuiltDepression,
     Depressing,
     DepressionArrays,
     new_depression_scratch,
 )
 from chips.rolls.depression.program import STEP_BIAS
-from chips.rolls.layout import F32
 from chips.rolls.program.program import Program
+from circuits.arrays import F32, I32
 from circuits.errors import ParameterError
 
 DEEPEST_MEASURED = 2.5  # step of a pulse over U_T

@@ -6,16 +6,14 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, interpolation
+from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws
-from chips.ranging.noise import SiliconNoise
 from chips.rolls.circuit import NAME, Params, chip
 from chips.rolls.depression.circuit import CELLS, RECOVERY, STD, check_cell, depressing_chip
 from chips.rolls.depression.layout import (
     COEFFICIENTS,
-    I32,
     BuiltDepression,
     DepressionNoise,
     DepressionTables,
@@ -31,14 +29,12 @@ from chips.rolls.program.program import Program, level_current
 from chips.rolls.synapse.charge import taken
 from chips.rolls.synapse.weight import BITS
 from chips.rolls.tables import Built, prepare, synapse_devices
+from circuits.arrays import F64, I32, I64
 from circuits.blocks.rolls.depressing_synapse import Params as CellParams
 from circuits.blocks.rolls.depressing_synapse import depression
 from circuits.circuit import BiasKind
 from circuits.silicon.process import ELEMENTARY_CHARGE, Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 LEVELS = (1, 2, 3, 4)
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.depression.layout import BuiltDepression
@@ -21,14 +20,13 @@ from chips.rolls.depression.reference import Events, drawn, gates, simulated, st
 from chips.rolls.program.address import NEURONS, NONPLASTIC
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
+from circuits.arrays import F64
 from circuits.blocks.rolls.depressing_synapse import STEP
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 CHIP_STEP = 0.2e-3  # s: all intervals are whole numbers of it
 SETTLED = 6.0  # time constants of a train

@@ -10,14 +10,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.static import pair_share
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 GRID = 257  # points of a table over v_mem
 LARGEST = 3e-3  # V, by which v_mem moves in a part of a step; ours

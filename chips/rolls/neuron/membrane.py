@@ -6,12 +6,10 @@ Everything but v_mem is at rest: each chain of devices is solved with the EKV la
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, interpolation
 from chips.static import amplifier, diode, pair, stack
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64, Bools
 
 
 class Membrane:
@@ -38,7 +36,7 @@ class Membrane:
     def _new(self) -> F64:
         return np.empty(self.v.size)
 
-    def leak(self, select: NDArray[np.bool_]) -> F64:
+    def leak(self, select: Bools) -> F64:
         """Both branches; the switch of one is on."""
         total = np.zeros(self.v.shape)
         for bias, low, switch, on in (

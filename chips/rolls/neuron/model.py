@@ -23,20 +23,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Part, capacitance_matrix, devices_on, interpolation, part_of
 from chips.rolls.neuron.kernel import GRID, NEURON_COLUMNS, Neurons, advance_neurons, rest_of
 from chips.rolls.neuron.membrane import Membrane, balance, membrane_capacitance
 from chips.rolls.neuron.spike import START, run_spikes
 from chips.static import pair, stack
+from circuits.arrays import F64, Bools
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 NODES = (
     "v_mem", "sodium.nf", "i_in", "v_ref", "v_ahp", "v_o1", "reset.k1", "reset.kp",
@@ -63,7 +61,7 @@ def model_of(circuit: Circuit, process: Process, array: str = "") -> NeuronModel
 
 
 def neurons_on(
-    model: NeuronModel, silicon: Silicon, select: NDArray[np.bool_] | None = None, i_nmda: float = RESTING
+    model: NeuronModel, silicon: Silicon, select: Bools | None = None, i_nmda: float = RESTING
 ) -> Neurons:
     """All neurons of the model on `silicon`.
 
@@ -73,9 +71,7 @@ def neurons_on(
     return neurons_of(devices_on(model.part, silicon), model.capacitance, select, i_nmda)
 
 
-def neurons_of(
-    d: DieDevices, c: F64, select: NDArray[np.bool_] | None = None, i_nmda: float = RESTING
-) -> Neurons:
+def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float = RESTING) -> Neurons:
     """Neurons of the devices `d`; c: capacitances of NODES, F; the others as in `neurons_on`."""
     n, u_t = d.copies, d.u_t
     latch = np.zeros(n, np.bool_) if select is None else select
@@ -113,7 +109,7 @@ def neurons_of(
     )
 
 
-def _table(d: DieDevices, membrane: Membrane, latch: NDArray[np.bool_], i_nmda: float, c_ahp: float) -> F64:
+def _table(d: DieDevices, membrane: Membrane, latch: Bools, i_nmda: float, c_ahp: float) -> F64:
     """Columns over v_mem, float64[n, GRID, COLUMNS]."""
     ground = np.broadcast_to(d.pinch("leak.ml1", d.below("v_thr")), d.copies)[:, None]
     kappa = d.fet["leak.ml2"].kappa

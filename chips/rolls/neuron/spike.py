@@ -18,13 +18,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, inverter_lag, inverter_threshold_of
 from chips.static import amplifier, diode, law, stack, stack_current
+from circuits.arrays import F64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
 
 START = 0.5e-3  # V, ours: below the balance of the comparator, where a spike begins
 FASTER = 8.0  # drive of the second spike that is run, by the first one's; ours

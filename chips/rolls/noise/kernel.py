@@ -16,10 +16,8 @@ from chips.noise_draw import bring, draw
 from chips.rolls.layout import (
     BASE,
     COARSE,
-    F64,
     FINE,
     FINE_POINTS,
-    I64,
     LOW,
     ONE,
     SHIFT,
@@ -51,6 +49,7 @@ from chips.rolls.noise.layout import (
     NoiseTables,
 )
 from chips.rolls.plastic.layout import Plastic
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 
 MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added, behind them the plastic array's filters

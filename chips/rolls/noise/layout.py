@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chips.noise_draw import Draws, Slow
-
-F32 = NDArray[np.float32]
+from circuits.arrays import F32
 
 # Columns of a neuron's rows: D without input (1/s), what an ampere that flows in and one that is drawn add
 # to it (1/C), what stands for 1/h while the neuron rises (1/s), what a whole change of the leak, the

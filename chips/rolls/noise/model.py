@@ -25,11 +25,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices
+from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws, new_slow
-from chips.ranging.noise import SiliconNoise
 from chips.rolls.circuit import NAME, Params
 from chips.rolls.layout import OCTAVE_BITS, SIGNS, VOLTAGE
 from chips.rolls.layout import STATIC as OWN
@@ -54,6 +53,7 @@ from chips.rolls.plastic.tables import BuiltPlastic
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.program import Program
 from chips.rolls.tables import Built
+from circuits.arrays import F32, F64, Bools
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import Circuit
@@ -62,9 +62,6 @@ from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
 from circuits.lowering.flatten import flatten
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 MIRRORED = 2.0  # electrons of noise that two more devices of a mirror add
 
@@ -93,7 +90,7 @@ def with_noise(
     return replace(built, noise=tables)
 
 
-def membrane_rows(built: Built, d: DieDevices, slow: NDArray[np.bool_], step: float) -> F64:
+def membrane_rows(built: Built, d: DieDevices, slow: Bools, step: float) -> F64:
     """What a step of `step` s needs of the neurons `d`, float64[n, rows, NOISE_COLUMNS], see the columns.
 
     slow: bool[n], which of the leaks is on.

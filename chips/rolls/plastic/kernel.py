@@ -22,21 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.rolls.layout import (
-    BASE,
-    F32,
-    F64,
-    I64,
-    LAST,
-    NEVER,
-    ONE,
-    SHIFT,
-    SHUT,
-    WAIT,
-    ZERO,
-    ZETA,
-    Traffic,
-)
+from chips.rolls.layout import BASE, LAST, NEVER, ONE, SHIFT, SHUT, WAIT, ZERO, ZETA, Traffic
 from chips.rolls.plastic.layout import (
     CALCIUM,
     LEAST,
@@ -49,6 +35,7 @@ from chips.rolls.plastic.layout import (
     PlasticTables,
 )
 from chips.rolls.synapse.step import step_filters
+from circuits.arrays import F32, F64, I64
 from circuits.compiled import compiled
 
 _compiled = compiled(fastmath={"contract", "nsz", "arcp"})

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from chips.rolls.layout import F32, F64, I64, FilterBank, Scratch
-
-I32 = NDArray[np.int32]
+from chips.rolls.layout import FilterBank, Scratch
+from circuits.arrays import F32, F64, I32, I64
 
 # Rows of the state: those of the two filters as in `chips.rolls.layout`, and the three nodes (V) that
 # are high where calcium is above SL_THMIN, SL_THDN and SL_THUP

@@ -22,15 +22,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Fet, capacitance_matrix, inverter_threshold_of, part_of
 from chips.rolls.lumped import Filter, filter_of, line_voltage
 from chips.static import sink_over_line, stack
+from circuits.arrays import F64
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
 from circuits.silicon.process import Process
-
-F64 = NDArray[np.float64]
 
 CELL_DEVICES = (
     *(f"mu{k}" for k in (1, 2, 3)), *(f"md{k}" for k in (1, 2, 3)), *(f"mr{k}" for k in (1, 2, 3, 4)),

@@ -21,12 +21,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.plastic.biases import CELL_BIASES, GATE_BIASES, PULSE
 from chips.rolls.plastic.circuit import Learning
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
 from circuits.blocks.sonar.rebound_neuron import pulse
@@ -38,8 +38,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.power import delivered_energy
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-5
 EVENTS, RATE = (1, 3), 500.0  # of two runs, and their rate, Hz; ours

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.rolls.program.address import NEURONS
+from circuits.arrays import Bools
 from circuits.errors import ParameterError
-
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,20 +22,20 @@ class PlasticArray:
     Raises `ParameterError` for what is not a square of at most 256, and for values that are not 0 or 1.
     """
 
-    latches: Flags
-    weights: Flags | None = None
+    latches: Bools
+    weights: Bools | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "latches", binary("latches", self.latches))
         start = np.zeros((1, 1), np.bool_) if self.weights is None else self.weights
         object.__setattr__(self, "weights", binary("weights", start))
 
-    def start(self) -> Flags:
+    def start(self) -> Bools:
         """Weights to begin with, bool[post, pre]."""
         return binary("weights", np.zeros((1, 1)) if self.weights is None else self.weights)
 
 
-def binary(name: str, values: ArrayLike) -> Flags:
+def binary(name: str, values: ArrayLike) -> Bools:
     """Values of 0 or 1 as bool[256, 256]; raises `ParameterError` for others."""
     given = np.asarray(values)
     if given.ndim != 2 or given.shape[0] != given.shape[1] or given.shape[0] > NEURONS:

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Fet, devices_on, part_of
 from chips.rolls.chip import STEP
@@ -31,6 +30,7 @@ from chips.rolls.plastic.state import arrays_of, rest_of_plastic, scratch_of, se
 from chips.rolls.plastic.tables import Parts, assemble
 from chips.rolls.synapse.charge import pulse_length
 from chips.rolls.synapse.model import model_of
+from circuits.arrays import F64
 from circuits.bias import bias_voltages, rebias
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import calcium_gate, dpi_synapse, plastic_synapse
@@ -42,7 +42,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 
-F64 = NDArray[np.float64]
 COPIES = 8  # of the one synapse: what the kernel's working space wants
 LINE = 0.9  # V, ours: ideal voltage of the synapse's line
 EDGE = 1e-6  # s, in which the membrane changes

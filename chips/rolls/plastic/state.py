@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.rolls.layout import SINCE, TAKEN, ZERO, Scratch, Z
 from chips.rolls.lumped import settled
@@ -20,13 +20,10 @@ from chips.rolls.plastic.layout import (
     PlasticArrays,
     PlasticScratch,
 )
-from chips.rolls.plastic.program import Flags, binary
+from chips.rolls.plastic.program import binary
 from chips.rolls.plastic.tables import BuiltPlastic
 from chips.rolls.program.bias_file import BiasTable
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
-I32 = NDArray[np.int32]
+from circuits.arrays import F32, F64, I32, Bools
 
 LONGEST = 1 << 30  # steps that a weight's age is counted up to, five days
 
@@ -44,7 +41,7 @@ class PlasticState:
     pending: I32
 
 
-def rest_of_plastic(built: BuiltPlastic, weights: Flags, step: float) -> PlasticState:
+def rest_of_plastic(built: BuiltPlastic, weights: Bools, step: float) -> PlasticState:
     """State without input, calcium empty, each weight at a rail: bool[post, pre]."""
     filters = np.zeros((PLASTIC_ROWS, weights.shape[0]))
     for k, bank in enumerate(built.tables.banks):
@@ -68,7 +65,7 @@ def voltages(built: BuiltPlastic, state: PlasticState) -> F32:
     return np.ascontiguousarray(found.T)
 
 
-def bits_of(built: BuiltPlastic, state: PlasticState) -> Flags:
+def bits_of(built: BuiltPlastic, state: PlasticState) -> Bools:
     """Whether the comparators hold the weights high, bool[post, pre]."""
     return np.asarray(state.weights > built.tables.middle.T)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, capacitance_matrix, part_of
 from chips.rolls.circuit import Params
@@ -39,15 +38,13 @@ from chips.rolls.program.program import Program
 from chips.rolls.synapse.charge import pulse_length
 from chips.rolls.synapse.model import SynapseModel
 from chips.rolls.synapse.model import model_of as synapse_model_of
+from circuits.arrays import F32, F64, Bools
 from circuits.blocks.rolls import calcium_gate, dpi_synapse, plastic_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import BiasKind
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-F32 = NDArray[np.float32]
 
 FILTER = "plastic"
 NMDA_DEVICES = tuple(f"nmda_gate.mg{k}" for k in (1, 2, 4, 5, 6, 7))
@@ -162,7 +159,7 @@ class Parts:
     gates: Gates
     lengths: F64
     spikes: F64
-    latched: NDArray[np.bool_]
+    latched: Bools
     share: F32
     membrane: F64
     v_dd: float
@@ -240,7 +237,7 @@ def _extenders(
     return devices_at(dpi_synapse.pulse_extender(sizes), place, silicon, gates, None, "extender.")
 
 
-def _drawn(current: F64, latched: NDArray[np.bool_]) -> F64:
+def _drawn(current: F64, latched: Bools) -> F64:
     """Mean current of each filter's latched synapses, A, of all where it has none."""
     count = latched.sum(axis=1)
     own = np.where(latched, current, 0.0).sum(axis=1) / np.maximum(count, 1)

@@ -8,7 +8,7 @@ rail.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.rolls.plastic.program import PlasticArray, binary
 from chips.rolls.program.address import (
@@ -19,9 +19,8 @@ from chips.rolls.program.address import (
     latch_words,
     read_latch_words,
 )
+from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError
-
-I64 = NDArray[np.int64]
 
 
 def plastic_words(array: PlasticArray | None, since: PlasticArray | None = None) -> I64:
@@ -59,7 +58,7 @@ def weight_words(weights: ArrayLike) -> I64:
     return _weight_words(post, pre, found[post, pre])
 
 
-def _weight_words(post: I64, pre: I64, weights: NDArray[np.bool_]) -> I64:
+def _weight_words(post: I64, pre: I64, weights: Bools) -> I64:
     return latch_words(PLASTIC_WEIGHTS, post, pre, np.zeros_like(post), weights.astype(np.int64))
 
 

@@ -29,11 +29,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError
-
-I64 = NDArray[np.int64]
 
 NEURONS = 256
 PLASTIC, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY = 0, 256, 512, 516  # first columns
@@ -145,10 +144,10 @@ def read_latch_words(region: Region, words: ArrayLike) -> LatchWrites:
     return LatchWrites(inner & 255, inner >> 8 & 255, inner >> _LATCH, inner >> _BIT & 1)
 
 
-def in_region(region: Region, words: ArrayLike) -> NDArray[np.bool_]:
+def in_region(region: Region, words: ArrayLike) -> Bools:
     """Whether each word writes a latch of `region`."""
     found = np.asarray(words, dtype=np.int64)
-    inside: NDArray[np.bool_] = (found >= region.offset) & (found < region.end)
+    inside: Bools = (found >= region.offset) & (found < region.end)
     return inside
 
 

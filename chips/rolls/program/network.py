@@ -9,15 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.program.address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import BiasTable, resting_biases
 from chips.rolls.program.population import Population, Projection
 from chips.rolls.program.program import Program, VirtualInput
+from circuits.arrays import I8
 from circuits.errors import ParameterError, unknown_name
-
-I8 = NDArray[np.int8]
 
 
 @dataclass(frozen=True, slots=True)

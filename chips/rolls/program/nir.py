@@ -33,7 +33,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
@@ -44,12 +43,11 @@ from chips.rolls.program.program import (
     check_unlearned,
     level_current,
 )
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import ROLLS_180, at_temperature
-
-F64 = NDArray[np.float64]
 
 REFERENCE_C = 27.0
 LOST = (

@@ -19,18 +19,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.rolls.depression.program import STEP_BIAS, ShortTermDepression
 from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.program.address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import BiasTable, resting_biases
+from circuits.arrays import I8, I64, Bools
 from circuits.blocks.rolls.bias import current_of
 from circuits.errors import ParameterError
-
-I64 = NDArray[np.int64]
-I8 = NDArray[np.int8]
-Flags = NDArray[np.bool_]
 
 HIGHEST_LEVEL = 4
 _CONSTANT = {1: "NPA_WEIGHT_EXC_P", -1: "NPA_WEIGHT_INH_N"}
@@ -86,7 +83,7 @@ class Program:
         if self.depression is not None:
             _check_depression(self, self.depression)
 
-    def slow_leak(self) -> Flags:
+    def slow_leak(self) -> Bools:
         """Whether the leak of a neuron is IF_TAU1, bool[256]."""
         chosen = np.zeros(NEURONS, dtype=np.bool_)
         chosen[list(self.tau1)] = True

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chips.rolls.depression.program import ShortTermDepression
 from chips.rolls.plastic.words import plastic_of_words, plastic_words
@@ -34,10 +34,8 @@ from chips.rolls.program.address import (
 )
 from chips.rolls.program.bias_file import BiasTable, resting_biases
 from chips.rolls.program.program import Program, VirtualInput
+from circuits.arrays import I64
 from circuits.errors import ParameterError
-
-I64 = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 CELL_PAUSE = 10e-6  # s, after each synapse; aerctl.cpp
 

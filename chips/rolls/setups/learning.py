@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import NO_INPUTS, ChipState, Inputs, RollsChip
 from chips.rolls.plastic.biases import LEARNING_CODES, MOVES, with_learning
@@ -26,14 +25,11 @@ from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.setups.populations import QUIET, table
+from circuits.arrays import F32, F64, I64, Bools
 from circuits.blocks.rolls.bias import Code
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 FIRST_COLUMN = 192  # of the plastic columns that carry a pattern: their neurons get no input
 BACKGROUND, VETO = 128, 129  # presynaptic neurons whose columns bring strong events, and inhibition
@@ -93,7 +89,7 @@ class Answers:
     rates: F64
     lost: int
 
-    def right(self, task: Task) -> Flags:
+    def right(self, task: Task) -> Bools:
         """Whether the population of the class spiked more, bool[tests]."""
         sums = np.stack([self.rates[:, list(task.neurons(c))].sum(axis=1) for c in range(CLASSES)])
         each = np.arange(self.shown.size)
@@ -118,7 +114,7 @@ def held(biases: BiasTable) -> BiasTable:
     return biases
 
 
-def patterns(task: Task, seed: int) -> tuple[Flags, Flags]:
+def patterns(task: Task, seed: int) -> tuple[Bools, Bools]:
     """Which columns are active in the pattern of each class."""
     draw = np.random.default_rng((seed, 0))
     found = np.zeros((CLASSES, task.columns), np.bool_)
@@ -140,7 +136,7 @@ def learning_program(task: Task, seed: int, biases: BiasTable) -> Program:
 
 
 def presentation(
-    task: Task, pattern: Flags, taught: int | None, start: float, draw: np.random.Generator
+    task: Task, pattern: Bools, taught: int | None, start: float, draw: np.random.Generator
 ) -> Inputs:
     """Events of one presentation that begins at `start` s; taught: the class, None in a test."""
     active = pattern ^ (draw.random(task.columns) < task.flipped)
@@ -217,10 +213,10 @@ class Lesson:
     before: Answers
     after: Answers
     learning: Answers | None
-    weights: NDArray[np.float32]
-    start: Flags
-    bits: Flags
-    later: Flags
+    weights: F32
+    start: Bools
+    bits: Bools
+    later: Bools
     spikes: tuple[F64, I64]
 
 

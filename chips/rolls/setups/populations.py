@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.calibration import Calibration, Knob, Target, Task, code_for, neuron_rates
 from chips.rolls.chip import Inputs, RollsChip
@@ -19,10 +18,9 @@ from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import BiasTable, default_biases
 from chips.rolls.program.population import Population, neural_field
 from chips.rolls.program.program import Program, VirtualInput
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 POPULATIONS, SIZE = 8, 16
 RATES = (20.0, 50.0, 100.0)  # Hz, of levels 1, 2, 3; the populations take them in turn

@@ -10,14 +10,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.synapse.model import SynapseModel, pulse_of
 from chips.rolls.synapse.weight import BITS, branches, held_leak
 from chips.static import degenerated_sum, diode, sink_over_line
-
-F64 = NDArray[np.float64]
+from circuits.arrays import F64, I64
 
 WEIGHT_DEVICES = (*(f"me{k}" for k in range(1, 10)), *(f"mi{k}" for k in (1, 2, 3, 4, 5, 6, 7)))
 
@@ -32,7 +30,7 @@ class Draw(NamedTuple):
     switched: F64
 
 
-def taken(d: DieDevices, index: NDArray[np.int64]) -> DieDevices:
+def taken(d: DieDevices, index: I64) -> DieDevices:
     """The copies `index` of devices."""
     fets = {name: Fet(f.current[index], f.threshold[index], f.kappa) for name, f in d.fet.items()}
     return d._replace(copies=index.size, fet=fets)

@@ -27,14 +27,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.bias import default_current
 from circuits.silicon.process import ROLLS_180, thermal_voltage
 
-F64 = NDArray[np.float64]
 Growth = Callable[[F64], F64]  # tau dlnI_mem/dt over I_mem
 
 POINTS = 20_001  # of ln I in a period

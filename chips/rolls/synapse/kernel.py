@@ -19,12 +19,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.static import law
+from circuits.arrays import F64, Bools
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
 
 V_SYN, V_LINE, STEP, OUTPUT = range(4)  # columns of a filter's state: V, V, s, A
 FILTER_COLUMNS = 4
@@ -52,7 +50,7 @@ class Filters(NamedTuple):
     t6: F64
     i7: F64
     t7: F64
-    mirrored: NDArray[np.bool_]
+    mirrored: Bools
     mirror_capacitance: F64  # F, at the mirror's gate
     inverse: F64  # float64[3], 1/F: C^-1, (syn syn), (syn line), (line line)
     off: F64  # A, drawn from the line between pulses

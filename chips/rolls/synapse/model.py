@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import (
     DieDevices,
@@ -31,12 +30,11 @@ from chips.devices_on_die import (
 )
 from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
+from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-F64 = NDArray[np.float64]
 
 EVENT_LENGTH, EVENT_EDGE = 10e-6, 0.1e-6  # s, of an event at a circuit's port, and of its edges
 

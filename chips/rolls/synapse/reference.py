@@ -10,7 +10,6 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.chip import Inputs, RollsChip
@@ -19,9 +18,9 @@ from chips.rolls.program.address import NEURONS, NONPLASTIC
 from chips.rolls.synapse.charge import taken
 from chips.rolls.synapse.model import SynapsesOnDie, respond, synapses_of
 from chips.rolls.tables import prepare
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 
-F64 = NDArray[np.float64]
 _FINE = 8  # points of the reference a step of the chip
 
 

@@ -12,8 +12,6 @@ from chips.rolls.layout import (
     C32,
     C35,
     COARSE,
-    F32,
-    F64,
     FINE,
     FINE_POINTS,
     HALF,
@@ -32,6 +30,7 @@ from chips.rolls.layout import (
     Scratch,
     Z,
 )  # fmt: skip
+from circuits.arrays import F32, F64
 from circuits.compiled import compiled
 
 _inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)

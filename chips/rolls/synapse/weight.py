@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.devices_on_die import DieDevices, interpolation
 from chips.static import degenerated_sum, diode, sink_over_line, stack
+from circuits.arrays import F64
 
-F64 = NDArray[np.float64]
 BITS = ((False, False), (True, False), (False, True), (True, True))  # w0, w1 of levels 1 to 4
 GRID = 257  # points of a table over the line's voltage
 

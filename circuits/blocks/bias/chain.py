@@ -26,8 +26,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Source, Transistor
@@ -40,8 +40,6 @@ from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-F64 = NDArray[np.float64]
 
 NEURONS = 13
 BIASED_SIZE = 6e-6  # m, width and length of mi5 and me4

@@ -16,8 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
@@ -126,7 +126,7 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def output_current(result: Result) -> NDArray[np.float64]:
+def output_current(result: Result) -> F64:
     """Current out of `i_out`, A, float64[T]: pFETs' less the mirror's."""
     return np.asarray(
         np.abs(drain_current(result, "mx1"))

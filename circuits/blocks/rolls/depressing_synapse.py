@@ -27,8 +27,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import mos
 from circuits.blocks.rolls import dpi_synapse
@@ -45,8 +45,6 @@ from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-F64 = NDArray[np.float64]
 
 WEIGHTS = ("exc", "exc0", "exc1")  # the gates, each with a capacitor
 STEP, RECOVERY = (5, 36), (7, 27)  # codes, ours: R falls to 0.6 at a spike; tau 50 ms

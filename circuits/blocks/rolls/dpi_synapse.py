@@ -26,8 +26,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.rest import started_at_rest
@@ -291,7 +291,7 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def _decay(time: NDArray[np.float64], current: NDArray[np.float64]) -> float | None:
+def _decay(time: F64, current: F64) -> float | None:
     peak = int(current.argmax())
     after, later = current[peak:], time[peak:]
     high, low = (falling_crossing(later, after, share * after[0]) for share in (DECAY_FROM, DECAY_TO))

@@ -41,8 +41,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
@@ -57,8 +57,6 @@ from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-F64 = NDArray[np.float64]
 
 CELLS = 33  # of the selection: the motor choices of the paper
 PROJECTION = (30.0, 12.0)  # um, of the diode that takes a risk, and of the mirror at distance 0
@@ -228,7 +226,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     return started_at_rest(bench, AMI_1500)
 
 
-def lines_high(result: Result) -> NDArray[np.int64]:
+def lines_high(result: Result) -> I64:
     """Cells whose line is high at the end."""
     half = half_supply(result.machine)
     n = result.machine.testbench.circuit.port("line").shape[0]

@@ -20,8 +20,8 @@ from enum import Enum
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.bias import die_current, saturation_current
 from circuits.blocks.sonar.rebound_neuron import NOMINAL_RELEASE
 from circuits.circuit import Circuit
@@ -35,8 +35,6 @@ from circuits.solver.beginning import beginning
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner, State
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 RESOLUTION = 10e-6  # s, of the edges
 TUNING_RTOL = 1e-5  # ours: at 1e-4 edges of nearly grazing neurons move by 50 us, and some change their class

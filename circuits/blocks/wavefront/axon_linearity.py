@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.metric import Metric
 from circuits.blocks.wavefront.axon_delay import BITS, HIGHEST, code_voltages
 from circuits.circuit import Circuit
@@ -24,8 +24,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import DEFAULT_RTOL, Runner
 from circuits.testbench import Testbench
-
-F64 = NDArray[np.float64]
 
 FIRE_TIME = 1e-6  # s
 EDGE = 1e-9  # s, of `fired`: what a cell gives

@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.blocks.wavefront import axon_delay
@@ -110,7 +110,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def plan_testbench(
-    circuit: Circuit, codes: NDArray[np.float64] | NDArray[np.int64], start: tuple[int, int], stop: float,
+    circuit: Circuit, codes: F64 | I64, start: tuple[int, int], stop: float,
     v_dd: float,
 ) -> Testbench:  # fmt: skip
     """One plan from cell `start` on a grid of codes, [rows, columns]; a cell of code 0 is blocked."""
@@ -129,7 +129,7 @@ def plan_testbench(
     return Testbench("wavefront grid", circuit, tuple(sources), stop, watch=("fired", "first"))
 
 
-def firing_times(result: Result) -> NDArray[np.float64]:
+def firing_times(result: Result) -> F64:
     """When every cell fired, float64[rows, columns], s; inf where it did not."""
     shape = result.machine.testbench.circuit.port("fired").shape
     found = np.full(shape, np.inf)
@@ -139,7 +139,7 @@ def firing_times(result: Result) -> NDArray[np.float64]:
     return found
 
 
-def pointers(result: Result) -> NDArray[np.int64]:
+def pointers(result: Result) -> I64:
     """Lowest first-arrival bit of every cell at the end, int64[rows, columns]; -1 where none is set."""
     half = half_supply(result.machine)
     shape = result.machine.testbench.circuit.port("first").shape

@@ -17,8 +17,8 @@ from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.noise import (
@@ -34,9 +34,6 @@ from circuits.lowering.flatten import DeviceGroup
 from circuits.silicon.process import kelvin
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import ac, linearise, transistors_at
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 
 class NoiseSources(NamedTuple):

@@ -37,9 +37,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices.noise import NoiseModel, channel_noise, gate_flicker, noise_model
 from circuits.errors import ParameterError
@@ -50,9 +50,6 @@ from circuits.solver.noise.analysis import noise_sources, transistor_areas
 from circuits.solver.noise.transient import relaxations
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_dense, write_dense
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 DRIVEN = 0.01  # share of an event that sources made, from which on the way is taken as it is; ours
 LONGEST = 0.05  # of the time to the event, of a step; ours

@@ -21,8 +21,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, U32, Bools
 from circuits.compiled import compiled
 from circuits.devices.noise import channel_noise
 from circuits.devices.transistor import drain_currents
@@ -37,10 +37,6 @@ from circuits.solver.integrate import (
     source_values,
 )
 from circuits.solver.newton import Work, newton
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-U32 = NDArray[np.uint32]
 
 DEEPEST = 24  # halvings of a grid step, of which a failing step is the last
 DEEPEST_BEND = 10  # halvings for a bend of a stimulus inside a step
@@ -78,7 +74,7 @@ class NoiseState(NamedTuple):
     step: F64  # [1], s, that step
     relaxation: F64  # [m, r], unit normals
     threshold: F64  # [m], V, of the transistors without flicker
-    armed: NDArray[np.bool_]  # [watched]
+    armed: Bools  # [watched]
     counts: I64  # [3]: steps accepted, rejected, iterations
 
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, U32
 from circuits.circuit import Shape
 from circuits.devices import Resistor, Transistor
 from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
@@ -46,8 +46,6 @@ from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import Result, Steps
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 T = TypeVar("T")
 
 GRID_STEPS = 20_000  # of a run, unless the step is given; ours
@@ -200,7 +198,7 @@ def noise_place(silicon: Silicon, circuit: str) -> str:
     return ".".join(_element(*part) for part in place)
 
 
-def noise_keys(seed: int, trial: int, paths: Sequence[str]) -> NDArray[np.uint32]:
+def noise_keys(seed: int, trial: int, paths: Sequence[str]) -> U32:
     """Philox keys of noise currents at instance paths, uint32[2, n]."""
     digests = [
         hashlib.blake2b(repr((seed, trial, p)).encode(), digest_size=8, person=b"noctule-noise").digest()

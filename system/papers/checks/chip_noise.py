@@ -17,7 +17,6 @@ from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.latency.model import charges_on
 from chips.latency.noise import charge_spread
@@ -26,11 +25,12 @@ from chips.nef.chip import FIFO, NefChip
 from chips.nef.kernel import advance_chip, new_chip_state
 from chips.nef.network.kernel import DT
 from chips.nef.network.network import Ensemble, Network
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls.chip import RollsChip
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.latency import tap as latency_tap
 from circuits.blocks.nef import neuron as nef_neuron
@@ -55,8 +55,6 @@ from system.papers.checks.chip_noise_sonar import (
 )
 from system.papers.checks.jitter_beside import Beside, known
 from system.plot import COLOURS
-
-F64 = NDArray[np.float64]
 
 ALLOWED = 0.1  # of the transistors' deviation
 LEFT_OUT = 0.05  # of it, by what the sonar's models leave out; and three deviations of what the trials know

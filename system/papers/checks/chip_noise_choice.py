@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.boards.isolation.model import circuits as isolation_circuits
 from chips.cell import PULSE_WIDTH
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.selection.model import selection
 from chips.selection.noise import noisy_decide, selection_noise
 from chips.table_record import matching_tables
+from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params, build, decision_testbench
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Port
@@ -33,8 +33,6 @@ from circuits.solver.noise.transient import NoiseRun, map_trials
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from system.experiment import Row
 from system.papers.checks.jitter_beside import Beside, known
-
-F64 = NDArray[np.float64]
 
 SEED = 1000
 DRAWS = 4000  # of the model

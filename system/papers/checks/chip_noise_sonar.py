@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.boards.vocalization.model import VocalizationModel
 from chips.boards.vocalization.noise import AHEAD, comparator_jitter, interval_spread
@@ -24,7 +23,8 @@ from chips.lso.law import ramp_delay
 from chips.lso.measure import LEVELS, THRESHOLD, crossing, ramp_bench
 from chips.lso.model import SIDES, head_on
 from chips.lso.noise import head_of_ping, level_spread, noise_of, noisy_side_spikes
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.lso import lso_neuron
 from circuits.blocks.sonar import high_threshold_neuron, vocalization_controller
@@ -40,8 +40,6 @@ from circuits.solver.noise.transient import NoiseRun, map_trials, simulate_noisy
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from system.papers.checks.jitter_beside import Beside, known
-
-F64 = NDArray[np.float64]
 
 SEED = 1000
 DRAWS = 4000  # of a model

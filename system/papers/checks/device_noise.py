@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from chips.noise import SiliconNoise
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip
-from chips.ranging.noise import SiliconNoise, spread
+from chips.ranging.noise import spread
+from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Device, Resistor, Source, Transistor
@@ -40,8 +41,6 @@ from circuits.testbench import Testbench
 from netlists.ngspice import small_signal as peer
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, PALE
-
-F64 = NDArray[np.float64]
 
 KTC, AC, NOISE, JITTER = 0.05, 0.01, 0.03, 0.10  # shares that are allowed
 NEURON = 12  # the longest inhibition, 27.4 ms at 40.1 pA

@@ -27,8 +27,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report, Row
 from system.forest.campaign import Case, Limits, Tally, differ_p, fly_case, own_mismatch
@@ -36,8 +36,6 @@ from system.forest.sweep import P
 from system.openspace.senses import Sensing, with_area
 from system.plot import COLOURS
 from system.study.statistics.interval import LEVEL, Interval
-
-F64 = NDArray[np.float64]
 
 AREAS = (1.0, 4.0, 16.0, 64.0)
 TEMPERATURES = (10.0, 20.0, 27.0, 34.0, 44.0)  # degC

@@ -13,8 +13,8 @@ from contextlib import closing
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.openspace.law import Arcs, Bat, arcs_of
 from system.papers.wen2022.fig5 import NAMES
@@ -91,7 +91,7 @@ def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
     return recorder
 
 
-def _draw(table: NDArray[np.float64], figure: Figure) -> None:
+def _draw(table: F64, figure: Figure) -> None:
     """How often the network (rows) and the chip (columns) named each group."""
     figure.set_size_inches(6.0, 5.4)
     ax = figure.subplots()

@@ -15,18 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.latency.chip import LatencyChip
 from chips.latency.law import evaluation_latency
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.openspace.law import Bat, arcs_of
 from system.plot import COLOURS
 from system.spiking_bat.campaign import Build
 from system.spiking_bat.chip_brain import design_of
 from system.spiking_bat.numbers import Numbers
-
-F64 = NDArray[np.float64]
 
 FIRST, DIES = 1006, 40  # ours
 SEED = 1000

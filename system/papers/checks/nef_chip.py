@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.nef.build import Built, build, exchanged
 from chips.nef.chip import NefChip
 from chips.nef.model import PLACE, neurons_on
 from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.nef.neuron import LEAK
@@ -34,8 +34,6 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report, Row
-
-F64 = NDArray[np.float64]
 
 FIRST, DIES = 3000, 20
 TEMPERATURES = (0.0, 27.0, 60.0)

@@ -14,18 +14,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.calibration import calibrate
 from chips.rolls.setups.populations import population_errors, populations_task
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-
-F64 = NDArray[np.float64]
 
 FIRST_DIE, DIES, DRIFTING = 1000, 50, 10
 KINDS: tuple[BiasKind, ...] = ("generator", "gate")

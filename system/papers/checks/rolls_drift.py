@@ -24,9 +24,9 @@ from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.synapse.model import EVENT_LENGTH
+from circuits.arrays import F64
 from circuits.bias import bias_voltages, rebias, saturation_current
 from circuits.blocks.block import Block
 from circuits.blocks.rolls import dpi_synapse
@@ -40,8 +40,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
-
-F64 = NDArray[np.float64]
 
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")
 BELOW, ABOVE, REFERENCE = 22.0, 32.0, 27.0  # degC

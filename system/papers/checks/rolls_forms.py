@@ -20,7 +20,6 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.circuit import Params
 from chips.rolls.program.bias_file import default_biases
@@ -28,6 +27,7 @@ from chips.rolls.program.program import level_current
 from chips.rolls.synapse import forms
 from chips.rolls.synapse.forms import NeuronForm, SynapseForm
 from chips.rolls.tables import prepare
+from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices import Source
@@ -38,8 +38,6 @@ from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
-
-F64 = NDArray[np.float64]
 
 LEVELS = (1, 2, 4)
 TRAINS = ((10.0, 3), (100.0, 10), (1000.0, 60))  # Hz, events; ours

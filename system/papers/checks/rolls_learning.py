@@ -24,7 +24,6 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.chip import STEP, RollsChip
 from chips.rolls.plastic.reference import Stimulus, moves, simulated, stepped
@@ -35,8 +34,6 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
-
-F64 = NDArray[np.float64]
 
 FIRST_DIE, DIES = 1000, 20
 GATE_DIES = 10

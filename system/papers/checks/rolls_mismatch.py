@@ -18,17 +18,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.spread import RATES, Spread, correlation, parts_of, predicted, sampled
+from circuits.arrays import F64
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
-
-F64 = NDArray[np.float64]
 
 PUBLISHED = 0.094  # open-neuromorphic.org, attributed to Qiao et al. 2015
 DIES = (1000, 1001, 1002, 1003)

@@ -15,17 +15,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.ranging.circuit import BEST_DELAYS
+from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board, vocalization_controller
 from circuits.errors import SolverError
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
-
-F64 = NDArray[np.float64]
 
 POINTS = 15
 RTOL = 1e-5

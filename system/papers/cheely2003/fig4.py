@@ -16,15 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-6
 DURATION = 17e-3  # s

@@ -27,8 +27,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor, Transistor
@@ -39,8 +39,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
-
-F64 = NDArray[np.float64]
 
 RTOL = 1e-7  # displacement currents are differences of recorded voltages
 ECHO_TIME = rebound_neuron.CALL_TIME  # s; the paper's transients are at 1 ms, too
@@ -171,12 +169,12 @@ def _decay(current: Current) -> Decay:
     return Decay(first_rate, rate, math.exp(intercept), decades)
 
 
-def _decade(current: Current, log: F64, below: tuple[float, float]) -> NDArray[np.bool_]:
+def _decade(current: Current, log: F64, below: tuple[float, float]) -> Bools:
     top = math.log(_largest(current))
     return (log <= top - math.log(below[0])) & (log >= top - math.log(below[1]))
 
 
-def _line(time: F64, log: F64, inside: NDArray[np.bool_]) -> tuple[float, float]:
+def _line(time: F64, log: F64, inside: Bools) -> tuple[float, float]:
     """Rate (1/s) and logarithm at time 0 of the exponential through the points inside."""
     slope, intercept = np.polyfit(time[inside], log[inside], 1)
     return -float(slope), float(intercept)

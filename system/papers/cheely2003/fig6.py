@@ -21,10 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from chips.ranging import circuit as ranging_chip
+from circuits.arrays import F64, Bools
 from circuits.bias import rebias
 from circuits.blocks.bias import chain as bias_chain
 from circuits.blocks.sonar import rebound_neuron
@@ -37,9 +37,6 @@ from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-
-F64 = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 PAIRS = 100
 STEP, LONGEST = 0.25e-3, 30e-3  # s

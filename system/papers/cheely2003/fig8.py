@@ -23,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.polyline import thin
 from chips.ranging.circuit import BEST_DELAYS
+from circuits.arrays import F64
 from circuits.blocks.sonar import (
     centroid_board,
     envelope_detector,
@@ -48,8 +48,6 @@ from system.worlds.sound.acoustics import Call, speed_of_sound, two_way_delay
 from system.worlds.sound.ear import CALL_DURATION, SAMPLE_RATE
 from system.worlds.sound.targets import ConstantVelocity, Target
 from system.worlds.sound.waveform import waveform
-
-F64 = NDArray[np.float64]
 
 STOP = 16e-3  # s
 CALL_START = 1e-3  # s

@@ -31,9 +31,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.ranging import circuit as ranging_chip
+from circuits.arrays import F64, Bools
 from circuits.bias import rebias
 from circuits.blocks.sonar import centroid_board, rebound_neuron
 from circuits.circuit import Circuit
@@ -47,7 +47,6 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
 from system.worlds.sound.acoustics import speed_of_sound
 
-F64 = NDArray[np.float64]
 Spikes = tuple[tuple[float, int], ...]  # (s after the call, neuron)
 
 STEP = 0.5e-3  # s, between delays
@@ -75,12 +74,12 @@ class Curve:
         return tuple(frozenset(k for _, k in spikes) for spikes in self.spikes)
 
     @property
-    def silent(self) -> NDArray[np.bool_]:
+    def silent(self) -> Bools:
         """Where no neuron fires, bool[T]."""
         return np.array([not fired for fired in self.fired])
 
     @property
-    def near(self) -> NDArray[np.bool_]:
+    def near(self) -> Bools:
         """The near half, bool[T]."""
         middle = 0.5 * (ranging_chip.BEST_DELAYS[0] + ranging_chip.BEST_DELAYS[-1])
         return self.delay < middle + 1e-9
@@ -173,7 +172,7 @@ def _end_line(curve: Curve) -> F64:
     )
 
 
-def _fitted_line(curve: Curve, inside: NDArray[np.bool_]) -> F64:
+def _fitted_line(curve: Curve, inside: Bools) -> F64:
     """Least-squares line through the points inside, at every distance, V."""
     return np.asarray(
         np.polyval(np.polyfit(curve.distance[inside], curve.proximity[inside], 1), curve.distance)

@@ -23,9 +23,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
 from chips.lso.model import LEAST_AREA
+from circuits.arrays import F64
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report, Row
 from system.head.loop import LOST
@@ -34,7 +34,6 @@ from system.head.run import SUMMARY, SYSTEM, Trace
 from system.plot import COLOURS, INK
 from system.study.statistics.interval import mean_interval
 
-F64 = NDArray[np.float64]
 Found = Mapping[str, F64]
 
 DIES = tuple(range(1000, 1020))  # those below 1000 chose the numbers

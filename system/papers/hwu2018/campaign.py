@@ -21,17 +21,15 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import grid_graph
+from circuits.arrays import I64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
 from system.rover.campaign import Case, Outcome, first_failure, regrets, run_case
 from system.rover.cost_map import MAX_CODE, CostMap, load_map, random_pairs
-
-I64 = NDArray[np.int64]
 
 DIES, FIRST_DIE, ROUTES, SEED = 200, 1000, 20, 1000
 PARK, ANY = "map1-road-obstacles", "random-1-to-31"

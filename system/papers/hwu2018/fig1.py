@@ -19,17 +19,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.wavefront.paper_walk import TwoPasses, plan_in_two_passes
+from circuits.arrays import Bools
 from system.experiment import Experiment, Progress, Report, Row
 from system.rover.cost_map import CostMap, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
 from system.rover.planner import path_cost, plan_path, planner_named
-
-I64 = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 START, GOAL = (2, 10), (19, 10)
 STEPS = (3, 18)  # the paper's
@@ -45,14 +42,14 @@ class Wave:
     cost_map: CostMap
     passes: TwoPasses
 
-    def firing(self, step: int) -> Flags:
+    def firing(self, step: int) -> Bools:
         """Neurons that spike in a step, bool[rows, columns]."""
         table = self.passes.first_table
         found = np.zeros(self.cost_map.costs.size, dtype=np.bool_)
         found[table.neurons[table.steps == step]] = True
         return found.reshape(self.cost_map.shape)
 
-    def fired(self, step: int) -> Flags:
+    def fired(self, step: int) -> Bools:
         """Neurons that have spiked by a step, bool[rows, columns]."""
         return self.passes.first_table.first_spikes() <= step
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.wavefront.paper_walk import plan_in_two_passes
+from circuits.arrays import I64
 from system.experiment import Experiment, Progress, Report, Row
 from system.papers.hwu2018.table1 import PAIRS, SEED
 from system.rover import dijkstra
@@ -29,8 +29,6 @@ from system.rover.cost_map import MAPS, Cell, CostMap, load_map, random_pairs
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
 from system.rover.planner import path_cost
-
-I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

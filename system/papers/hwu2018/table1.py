@@ -21,15 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy import stats
 
+from circuits.arrays import I64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.rover.cost_map import MAPS, CostMap, load_map, random_pairs
 from system.rover.planner import plan_path, planner_named
-
-I64 = NDArray[np.int64]
 
 PAIRS = 100
 SEED = 1000

@@ -16,15 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.rover.cost_map import MAPS, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
 from system.rover.run import Scenario, Trace, run, summarise
-
-F64 = NDArray[np.float64]
 
 ROUTES = (
     ((2, 10), (19, 10)), ((10, 10), (5, 3)), ((16, 3), (10, 10)),

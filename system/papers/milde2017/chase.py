@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.pushbot.campaign import Drive, Summary, drive_again, drive_all, mean_sd, trials
 from system.pushbot.loop import all_spikes
@@ -21,8 +21,6 @@ from system.pushbot.run import Scenario, Trace
 from system.pushbot.run_picture import draw_run
 from system.study.campaign import ALONE, Campaign
 from system.worlds.arena.geometry import outline_at
-
-F64 = NDArray[np.float64]
 
 RUNS, DIES = 5, 5
 DURATION = 15.0  # s

@@ -23,9 +23,9 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.stats import CensoredData, binomtest, ecdf
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
@@ -33,8 +33,6 @@ from system.pushbot.campaign import FIRST, Drive, Summary, drive_all, share_of, 
 from system.pushbot.run import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, stood, summarise
 from system.study.campaign import ALONE, Campaign
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
-
-F64 = NDArray[np.float64]
 
 SPEEDS = (0.35, 0.5)  # m/s; the paper's
 SCENES, DIES = 100, 25

@@ -17,8 +17,8 @@ from math import hypot
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
@@ -28,8 +28,6 @@ from system.pushbot.run import Scenario, scene_of
 from system.study.campaign import ALONE, Campaign
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import Body, Motion, Scene
-
-F64 = NDArray[np.float64]
 
 RUNS, DIES = 100, 10
 FACTORS = (0.1, 0.5, 1.0, 2.0)  # of speed; the paper's ends, and two between; ours

@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
@@ -24,8 +24,6 @@ from system.pushbot.run import Scenario
 from system.study.campaign import ALONE, Campaign
 from system.study.statistics.share import Share
 from system.worlds.arena.file import load_scene
-
-F64 = NDArray[np.float64]
 
 SCENES = ("pair", "triple", "triple-loose")
 AROUND = ("pair", "triple")

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_all, trials
@@ -23,8 +23,6 @@ from system.study.campaign import ALONE, Campaign
 from system.study.statistics.share import share_where
 from system.worlds.arena.file import load_scene
 from system.worlds.arena.geometry import clearance
-
-F64 = NDArray[np.float64]
 
 SCENES = ("target", "obstacle-against-target")
 RUNS, DIES = 50, 10

@@ -12,19 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.nef.build import build
 from chips.nef.network.curves import IdealCurves
 from chips.nef.network.memory import state_machine, states
 from chips.nef.network.network import Connection, Network, Node, Probe, join
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from system.bug.brain import STATES
 from system.bug.neural2 import AFTER, PUBLISHED
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK, PALE
-
-F64 = NDArray[np.float64]
 
 SEED, PULSES, PERIOD, HIGH = 1000, 6, 1.0, 0.5  # s
 SAMPLE = 0.01  # s

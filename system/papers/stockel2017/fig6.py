@@ -8,17 +8,13 @@ two radii of the robot. Five networks; all must do as the paper says.
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from system.bug.body import RADIUS
 from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
 from system.bug.run import Scenario, Trace, run
 from system.experiment import Experiment, Progress, Report, Row
-
-F64 = NDArray[np.float64]
 
 MAP = "bug-spiral"
 SEEDS = (1000, 1001, 1002, 1003, 1004)

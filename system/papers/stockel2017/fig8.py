@@ -9,18 +9,15 @@ direction and distance, which must reach the goal in at least 90 % of the networ
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.bug.body import RADIUS
 from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
 from system.bug.run import Scenario, Trace, run, summarise
 from system.experiment import Experiment, Progress, Report, Row
 from system.study.statistics.share import Share, share_where
-
-F64 = NDArray[np.float64]
 
 MAP = "bug-field"
 FIRST, NETWORKS, DURATION = 1000, 40, 150.0  # first seed, how many, s

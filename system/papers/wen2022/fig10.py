@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.forest.campaign import FIRST_SEED
 from system.forest.coverage import Coverage, coverage, fine_path
@@ -20,8 +20,6 @@ from system.openspace.flight import fly_sample
 from system.openspace.law import Bat, arcs_of
 from system.openspace.map import OBSTACLES, Forest, plant
 from system.openspace.picture import draw_forest, draw_path
-
-F64 = NDArray[np.float64]
 
 SEED, PINGS = FIRST_SEED, 20_000
 MOST, SPREAD = 0.5, 0.1

@@ -14,14 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.openspace.law import ARCS, MIDDLE, Bat, arcs_of
 from system.openspace.view import add_immediacies
 from system.plot import COLOURS
-
-F64 = NDArray[np.float64]
 
 CONTROL, STEEP, FLAT, SQUARED = "control", "Steep", "Flat", "Squared"
 TOLERANCE = 1e-9

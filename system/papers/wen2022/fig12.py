@@ -13,9 +13,9 @@ are ours, near those of our Figure 5, for whose rows they do as well. They and t
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.latency.law import evaluation_latency, race_latency
+from circuits.arrays import F64, I64
 from system.experiment import Experiment, Progress, Report, Row
 from system.openspace.law import ARCS, DIRECTIONS, Bat
 from system.papers.wen2022.fig5 import NAMES
@@ -24,9 +24,6 @@ from system.spiking_bat.maps import blocking, places
 from system.spiking_bat.picture import draw_figure_12
 from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE, Story, tell
 from system.spiking_bat.topology import goal_charge, passive_current, suppression
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 WINDOW = 3e-3  # s, of a coincidence; the paper's
 SILENCE, SILENCE_RANGE = 0.15, 0.2  # s, of INH after a spike of CD: "about 150 ms"; share, ours

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from chips.latency.chip import LatencyChip
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
+from circuits.arrays import F64, I64
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
@@ -29,8 +29,6 @@ from system.spiking_bat.bat import goal_neuron, seen_from
 from system.spiking_bat.chip_brain import ChipBrain, ChipReply, brain_with, design_of
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE
-
-F64 = NDArray[np.float64]
 
 NODES = ("seen[0]", "seen[1]", "cd.sum", "spike", "inh.cell.v_mem", "inh.hold.timer")
 LABELS = ("A", "B", "sum of CD", "CD", "INH", "hold of INH")
@@ -135,7 +133,7 @@ def _view(arcs: Arcs, head: int, flown: float) -> F64:
     return seen_from(arcs, place, HEADING, head)
 
 
-def _named(found: Sequence[int] | NDArray[np.int64]) -> str:
+def _named(found: Sequence[int] | I64) -> str:
     return ", ".join(NAMES[int(g)] for g in found) if len(found) else "none"
 
 

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.car.picture import draw_robot
 from system.car.run import ENDS, Scenario, Trace, account, run, side_share
 from system.car.world import FORESTS
@@ -45,7 +45,7 @@ class Found:
     """Runs of one kind in one forest: how many ended how, share of side pings of each, and the first run."""
 
     ends: Mapping[str, int]
-    side: NDArray[np.float64]
+    side: F64
     first: Trace
 
     @property

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.openspace.flight import margin_of
 from system.openspace.kernel import advance, choose, ping
@@ -25,8 +25,6 @@ from system.openspace.map import Forest, cells_of
 from system.openspace.picture import draw_bars, draw_forest, draw_sight
 from system.openspace.senses import EXACT
 from system.openspace.state import ARC, HEAD, SCANNING, SEEN, WINNER, Flight, X, Y, new_flight
-
-F64 = NDArray[np.float64]
 
 AT = (25.0, 25.0)  # m; the bat flies left, towards the goal
 # m ahead of the bat and to its left; ours

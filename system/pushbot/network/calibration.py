@@ -31,7 +31,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.calibration import Calibration, Knob, Target, Task, calibrate, code_for
 from chips.rolls.chip import Inputs
@@ -39,14 +38,12 @@ from chips.rolls.program.address import VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.network import Network, PopulationInput, network_program
 from chips.rolls.program.population import Population, Projection
+from circuits.arrays import F64, I64
 from circuits.blocks.rolls.bias import current_of
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.biases import STEP
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 CELSIUS = 27.0  # degC, of the calibration
 ROUNDS = 10  # runs of the chip at most

@@ -10,12 +10,10 @@ not in it: the chip takes about 4 mW in the paper's experiments, which is theirs
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chips.rolls.chip import RollsChip
 from chips.rolls.program.program import level_current
-
-I64 = NDArray[np.int64]
+from circuits.arrays import I64
 
 
 def activity_power(chip: RollsChip, neurons: I64, events: int, duration: float) -> float:

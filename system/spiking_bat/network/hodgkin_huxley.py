@@ -28,11 +28,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
 
 LANES = 64  # neurons of a block, side by side
 # rows of a block: state, then constants of each neuron, then whether it has just spiked

@@ -26,9 +26,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from system.spiking_bat.network.hodgkin_huxley import (
     BLOCK,
@@ -39,9 +37,6 @@ from system.spiking_bat.network.hodgkin_huxley import (
     V,
     step_blocks,
 )
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 LATCHED = -1  # as `hold`: until the next release
 FOREVER = 1 << 62  # steps; as `refractory`: until the next release
@@ -72,7 +67,7 @@ class Wiring(NamedTuple):
     gain: F64
     drive: F64
     refractory: I64
-    released: NDArray[np.bool_]
+    released: Bools
 
 
 class State(NamedTuple):
@@ -93,7 +88,7 @@ class State(NamedTuple):
     wait: I64
     active: I64
     place: I64
-    latched: NDArray[np.bool_]
+    latched: Bools
     slot: I64
     after: I64
     event: I64

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError, SolverError
 from system.spiking_bat.network.hodgkin_huxley import CURRENT, DECAY_E, DECAY_I, LANES, ROWS, new_blocks
 from system.spiking_bat.network.kernel import (
@@ -29,10 +29,8 @@ from system.spiking_bat.network.kernel import (
     advance,
 )
 
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-Ints = NDArray[np.int64] | int
-Floats = NDArray[np.float64] | float
+Ints = I64 | int
+Floats = F64 | float
 
 STEP = 0.02e-3  # s, the paper's
 _EVENTS = 2  # that may be put off at once, a synapse
@@ -260,9 +258,7 @@ def _synapses(
     return s, t, np.concatenate(weight), d, h
 
 
-def _integrators(
-    populations: Mapping[str, Population], step: float
-) -> tuple[F64, F64, F64, I64, NDArray[np.bool_]]:
+def _integrators(populations: Mapping[str, Population], step: float) -> tuple[F64, F64, F64, I64, Bools]:
     """Decay, gain, drive, refractory steps and whether released, of all integrate-and-fire neurons."""
     found = [p for p in populations.values() if isinstance(p, Integrators)]
     count = np.array([math.prod(p.shape) for p in found], dtype=np.int64)

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.study.manifest import Study
 from system.study.metric import is_own
 from system.study.report.result import judge_table
 from system.study.specification import Limits, Specification
 from system.study.table import FAILED, Table
-
-F64 = NDArray[np.float64]
 
 _FAR = 3  # rank of samples that have nothing but their distance
 

@@ -12,10 +12,11 @@ from typing import final
 
 from chips.ranging.model import ReboundModel, model_of, neurons_on
 from chips.ranging.response import UNDECIDED, Tunings, tune
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.study.table import Condition
-from system.study.target import F64, BlockTarget, Measurement, Quantity, Target
+from system.study.target import BlockTarget, Measurement, Quantity, Target
 
 CIRCUIT = "rebound_neuron"
 METRICS = ("best_delay", "width", "t_inh")

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.options.block import read_die
 from system.registry import unknown
@@ -38,8 +38,6 @@ from system.study.statistics.contribution import (
 from system.study.statistics.regression import SAMPLES_A_TERM, enough
 from system.study.table import Condition, Table, select
 from system.study.target import BlockTarget, Target
-
-F64 = NDArray[np.float64]
 
 FEWEST = 20  # defined samples, ours: R^2 of fewer is known to no better than +-0.1 or so
 TEMPERATURE = "temperature"

@@ -35,10 +35,10 @@ from functools import partial
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, differential_evolution, minimize
 from scipy.special import ndtr
 
+from circuits.arrays import F64
 from circuits.errors import CircuitError, ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
@@ -46,7 +46,6 @@ from system.study.specification import Limits, Specification, judge
 from system.study.table import FAILED, Condition
 from system.study.target import Measurement, Target, measure_safely
 
-F64 = NDArray[np.float64]
 Open = Callable[[F64], Target]  # what coordinates stand for; raises `CircuitError` where they cannot be
 
 SCALES = (1.0, 1.5, 2.0, 3.0, 4.0)  # s; beyond, what fails is too far from any die to matter

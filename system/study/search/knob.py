@@ -11,15 +11,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from circuits.errors import ParameterError
 from circuits.units import format_quantity
 from system.options.block import Choice, Value, bias_unit, parameters
 from system.registry import unknown
 from system.study.target import Subject
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

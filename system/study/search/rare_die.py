@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from system.options.block import read_die
 from system.study.manifest import Study
 from system.study.search.sensitivity import measure_rows, varying_labels
@@ -22,9 +22,6 @@ from system.study.statistics.mean_shift import mean_shift
 from system.study.statistics.rare import Fails, RareFailure
 from system.study.statistics.scaled_sigma import scaled_sigma
 from system.study.target import open_target
-
-F64 = NDArray[np.float64]
-
 
 Method = Callable[[Fails, int, int, np.random.Generator], RareFailure]
 
@@ -70,7 +67,7 @@ def rare_failure(
         if progress is not None:
             progress(min(1.0, share))
 
-    def fails(rows: F64) -> NDArray[np.bool_]:
+    def fails(rows: F64) -> Bools:
         found = measure_rows(target, die, condition, labels, rows, threads, count)
         values = np.array([m.values for m in found]).reshape(len(rows), len(target.quantities))
         columns = {q.name: values[:, k] for k, q in enumerate(target.quantities)}

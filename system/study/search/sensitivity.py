@@ -15,15 +15,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
 from system.study.statistics.contribution import kind
 from system.study.table import Condition
 from system.study.target import Measurement, Target, measure_safely
-
-F64 = NDArray[np.float64]
 
 STEP = 0.5  # sigma, ours
 

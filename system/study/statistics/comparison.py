@@ -18,17 +18,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ndtri
 from scipy.stats import binomtest
 
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
 from system.study.statistics.interval import LEVEL, Estimate, Interval, mean_interval
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 _BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by itself
 

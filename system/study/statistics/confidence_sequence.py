@@ -22,14 +22,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaln, xlog1py, xlogy
 
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
 from system.study.statistics.interval import LEVEL, Interval
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 _A = 0.5
 _HALVINGS = 60  # to the resolution of a float
@@ -95,7 +92,7 @@ def ended(rule: StopRule, interval: Interval) -> bool:
     return narrow or (rule.required is not None and rule.required not in interval)
 
 
-def first_stop(passed: NDArray[np.bool_], rule: StopRule) -> Stop | None:
+def first_stop(passed: Bools, rule: StopRule) -> Stop | None:
     """First number of samples, in their order, at which the rule ends the study; None where it never does.
 
     passed: bool[n], one a sample. The answer does not depend on how the samples come in chunks.

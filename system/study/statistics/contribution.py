@@ -24,13 +24,12 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.plot import COLOURS, INK, PALE
 from system.study.statistics.regression import Fit, enough, fit_linear, fit_quadratic
 
-F64 = NDArray[np.float64]
 Model = Literal["gradients", "linear", "quadratic"]
 Key = Callable[[str], str]
 

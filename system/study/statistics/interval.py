@@ -23,14 +23,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import brentq
 from scipy.special import betaincc, ndtri, stdtrit
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 
-F64 = NDArray[np.float64]
 Reduction = Callable[..., Any]  # f(array, axis) -> array with one axis less
 
 LEVEL = 0.95

@@ -26,16 +26,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 from scipy.special import logsumexp, ndtri
 
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
 from system.study.statistics.interval import LEVEL, Interval
 from system.study.statistics.rare import Fails, RareFailure, check_budget
-
-F64 = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 LEAST_EFFECTIVE = 50.0
 NOMINAL_PART = 0.1

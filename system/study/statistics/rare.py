@@ -10,14 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError
 from system.study.statistics.interval import Interval
 
-F64 = NDArray[np.float64]
-Fails = Callable[[F64], NDArray[np.bool_]]
+Fails = Callable[[F64], Bools]
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,13 +19,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SAMPLES_A_TERM = 2
 _CHANCE = 0.05

@@ -23,14 +23,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError, SolverError
 from system.study.statistics.interval import LEVEL, Interval
 from system.study.statistics.rare import Fails, RareFailure, check_budget
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 SCALES: Mapping[float, float] = MappingProxyType({1.4: 0.4, 1.8: 0.3, 2.5: 0.2, 4.0: 0.1})
 FEWEST_FAILURES = 5  # at a scale, for it to count as one of the three that the model needs

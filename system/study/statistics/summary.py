@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.study.specification import Verdict
 from system.study.statistics.interval import (
     EVERYTHING,
@@ -27,8 +27,6 @@ from system.study.statistics.interval import (
     skewness,
 )
 from system.study.statistics.share import percent
-
-F64 = NDArray[np.float64]
 
 _UNKNOWN = EVERYTHING, Interval(0.0, math.inf)  # of mean and sigma
 PROBABILITIES = (0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975)

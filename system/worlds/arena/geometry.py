@@ -7,17 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely import affinity
 from shapely.geometry import LineString, Polygon, box
 from shapely.geometry import Point as Spot
 
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError
 from system.worlds.arena.furniture import ROBOT_HEIGHT, ROBOT_SIZE
 from system.worlds.arena.motion import STRIDES, Motions, motions_of, place_bodies
 from system.worlds.arena.scene import Body, Scene
 
-F64 = NDArray[np.float64]
 Pose = tuple[float, float, float]  # m, m, rad
 
 REACH = 0.5 * math.hypot(*ROBOT_SIZE)  # m from a robot's middle to its corners
@@ -39,7 +38,7 @@ class Obstacles:
     motions: Motions
     outlines: tuple[Polygon, ...]
     radius: F64
-    solid: NDArray[np.bool_]
+    solid: Bools
     floor: Polygon
     middle: Polygon
     partitions: tuple[LineString, ...]

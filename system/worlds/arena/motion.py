@@ -6,13 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from system.worlds.arena.scene import Body
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 STRIDES = 0.9  # Hz, of walking legs; ours
 

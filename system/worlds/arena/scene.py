@@ -15,12 +15,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 
-F64 = NDArray[np.float64]
 Point = tuple[float, float]
 Repeat = Literal["stop", "shuttle", "loop"]
 REPEATS: tuple[Repeat, ...] = ("stop", "shuttle", "loop")

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 _INSTANT = 1e-12  # s, in which events are too close to be told apart by equal bins
 _CROWD = 64  # events beside each in its bin, from where on sorting by comparison is as fast; ours
@@ -30,13 +27,13 @@ class Events:
     time: F64
     x: I64
     y: I64
-    on: NDArray[np.bool_]
+    on: Bools
     lost: int = 0
 
     def __len__(self) -> int:
         return len(self.time)
 
-    def where(self, chosen: NDArray[np.bool_]) -> Events:
+    def where(self, chosen: Bools) -> Events:
         """The events where `chosen`, bool[n], is true."""
         return Events(self.time[chosen], self.x[chosen], self.y[chosen], self.on[chosen], self.lost)
 
@@ -129,7 +126,7 @@ def read_out(bus: Bus, rows: int, time: F64, code: I64, free: F64) -> Events:
 
 
 @_compiled
-def _pass(bus: Bus, rows: int, time: F64, code: I64, free: F64, x: I64, y: I64, on: NDArray[np.bool_]) -> int:
+def _pass(bus: Bus, rows: int, time: F64, code: I64, free: F64, x: I64, y: I64, on: Bools) -> int:
     """Keep what the bus carries at the begin of the arrays; how many."""
     passed = 0
     for i in range(time.size):

@@ -16,14 +16,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.worlds.camera.lamp import ON, PERIOD, Glow, is_on
 from system.worlds.camera.noise import add_noise, leak
 from system.worlds.camera.pixel import ACTIVE, Beat, Desk, Memory, Pixels, Raw, Tone, bandwidth, note_event
-
-F64 = NDArray[np.float64]
 
 SETTLED = 1e-7  # of log light, below which a pixel counts as steady
 _PIECES = 8  # of a light's period, over which a lit pixel's V is taken as straight; ours

@@ -11,15 +11,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from system.worlds.camera.project import NEAR, Camera, Sketch
 from system.worlds.camera.render import meet
 from system.worlds.camera.stage import Stage
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 MOST = 4096  # pixels; those beyond stay dark
 REACH = 4.0  # sigma of the blur that count; a millionth is beyond

@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.worlds.camera.pixel import Memory, Pixels, Raw, noise_rate, note_event
-
-F64 = NDArray[np.float64]
 
 LEAK_TURNS = 8  # steps in which every column is leaked once; ours
 SPARE = 2.0  # times the rate of a mean pixel: thresholds below half of the mean are no noisier

@@ -6,12 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 ACTIVE = -1.0  # in the place of the light on a pixel that is not steady, so that it differs from any light
 _compiled = compiled()

@@ -14,13 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from system.worlds.camera.stage import LAMP, SHADING, Stage
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 NEAR = 0.01  # m; nothing nearer is seen
 EDGES = 24  # in one column; those beyond are left out

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.worlds.camera.project import (
     ALONG_X,
@@ -31,8 +31,6 @@ from system.worlds.camera.project import (
     project_solid,
 )
 from system.worlds.camera.stage import CELLS, Stage
-
-F64 = NDArray[np.float64]
 
 _compiled = compiled()
 # without a call, for which the hundred numbers that say where all arrays are would be copied each time

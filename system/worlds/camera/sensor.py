@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die, standard_normals
@@ -36,8 +36,6 @@ from system.worlds.camera.pixel import Beat, Memory, Pixels, Raw, raw_of, settle
 from system.worlds.camera.project import Camera, Sketch, sketch_of
 from system.worlds.camera.render import render
 from system.worlds.camera.stage import Stage, darkest, stage_of
-
-F64 = NDArray[np.float64]
 
 BUFFER = 1 << 17  # events of one call, more than any bus carries; those beyond count as lost
 _LEAST_THRESHOLD = 0.01  # of log light; v2e's

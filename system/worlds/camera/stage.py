@@ -11,15 +11,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from shapely.geometry import Point as Spot
 from shapely.geometry import Polygon
 
+from circuits.arrays import F64, I64
 from system.worlds.arena.motion import Motions, motions_of
 from system.worlds.arena.scene import Body, Scene, Tape, Wall
-
-F64 = NDArray[np.float64]
-I64 = NDArray[np.int64]
 
 CELLS = 256  # of a texture, after which it repeats
 SHADING = 0.08  # share of the light that a side facing away from the lamp lacks; ours

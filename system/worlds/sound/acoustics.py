@@ -25,8 +25,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from circuits.arrays import F64, U64
 from circuits.errors import ParameterError, SolverError
 from system.worlds.sound.targets import Trajectory, range_at
 
@@ -114,12 +115,12 @@ def speed_of_sound(temperature: float) -> float:
     return SPEED_AT_ICE_POINT * math.sqrt(temperature / ICE_POINT)
 
 
-def two_way_delay(range_m: ArrayLike, speed: float) -> NDArray[np.float64]:
+def two_way_delay(range_m: ArrayLike, speed: float) -> F64:
     """Delay in s of the echo of a resting target at `range_m` in m, with sound at `speed` in m/s."""
     return 2.0 * np.asarray(range_m, dtype=np.float64) / speed
 
 
-def echo_delay(trajectory: Trajectory, emission_time: ArrayLike, speed: float) -> NDArray[np.float64]:
+def echo_delay(trajectory: Trajectory, emission_time: ArrayLike, speed: float) -> F64:
     """Delay in s of the echo of what leaves the speaker at `emission_time`, in its shape.
 
     The sound meets the target where the target is by then: r(t_e + d / 2) = c d / 2. Iterating
@@ -145,7 +146,7 @@ def echo_delay(trajectory: Trajectory, emission_time: ArrayLike, speed: float) -
     )
 
 
-def echo_pressure(range_m: ArrayLike, absorption: float = 0.0) -> NDArray[np.float64]:
+def echo_pressure(range_m: ArrayLike, absorption: float = 0.0) -> F64:
     """Pressure amplitude of an echo from `range_m` in m relative to the same reflector at 1 m.
 
     Spreading out and back gives 1 / r^2; `absorption` in dB/m one way acts on the path beyond 1 m.
@@ -155,12 +156,12 @@ def echo_pressure(range_m: ArrayLike, absorption: float = 0.0) -> NDArray[np.flo
     return np.asarray((REFERENCE_RANGE / distance) ** 2 * 10.0 ** (-loss / 20.0))
 
 
-def echo_intensity(range_m: ArrayLike, absorption: float = 0.0) -> NDArray[np.float64]:
+def echo_intensity(range_m: ArrayLike, absorption: float = 0.0) -> F64:
     """Intensity of an echo relative to the same reflector at 1 m: 1 / r^4 without absorption."""
     return echo_pressure(range_m, absorption) ** 2
 
 
-def tone_envelope(time_since_onset: ArrayLike, duration: float, rise_time: float) -> NDArray[np.float64]:
+def tone_envelope(time_since_onset: ArrayLike, duration: float, rise_time: float) -> F64:
     """Envelope, 0 to 1, of a tone through narrowband transducers, in the shape of the times in s.
 
     Raised-cosine rise from 0 to `rise_time` and the mirrored fall up to `duration`; 0 outside. The shape
@@ -171,9 +172,7 @@ def tone_envelope(time_since_onset: ArrayLike, duration: float, rise_time: float
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * progress))
 
 
-def carrier(
-    frequency: float, first: int, stop: int, sample_rate: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def carrier(frequency: float, first: int, stop: int, sample_rate: float) -> tuple[F64, F64]:
     """Cosine and sine of 2 pi f k / sample_rate for k = first to stop - 1, each of shape (stop - first,).
 
     By the angle sum from the start of each block of `CARRIER_BLOCK` samples: products and sums round
@@ -192,7 +191,7 @@ def carrier(
     return cosine, sine
 
 
-def baseband_noise(seed: int, channel: int, first: int, stop: int) -> NDArray[np.float64]:
+def baseband_noise(seed: int, channel: int, first: int, stop: int) -> F64:
     """In-phase and quadrature Gaussian samples k = first to stop - 1, shape (2, stop - first), variance 1.
 
     Block b of `NOISE_BLOCK` samples is Philox with a hash of (seed, channel) as key and b as counter.
@@ -205,9 +204,7 @@ def baseband_noise(seed: int, channel: int, first: int, stop: int) -> NDArray[np
     return np.concatenate(drawn, axis=1)[:, first - origin : stop - origin]
 
 
-def interpolate_noise(
-    samples: NDArray[np.float64], first: int, position: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def interpolate_noise(samples: F64, first: int, position: F64) -> tuple[F64, F64]:
     """In-phase and quadrature noise of variance 1 at `position`, in baseband samples from k = 0, shape (n,).
 
     `samples` are those of `baseband_noise` from `first` on, and reach one past the last position. Only
@@ -229,6 +226,11 @@ def interpolate_noise(
     return x, y
 
 
-def _noise_block(key: NDArray[np.uint64], block: int) -> NDArray[np.float64]:
+def _noise_block(key: U64, block: int) -> F64:
     counter = np.array([0, block, 0, 0], dtype=np.uint64)  # the low word counts within the block
     return np.random.Generator(np.random.Philox(key=key, counter=counter)).standard_normal((2, NOISE_BLOCK))
+
+
+def beam(angle: F64, width: float) -> F64:
+    """Amplitude of a transducer's beam at an angle (rad) from its axis, relative to the axis."""
+    return np.asarray(np.exp(-0.5 * math.log(2.0) * (2.0 * angle / width) ** 2))

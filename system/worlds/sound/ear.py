@@ -10,15 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from system.worlds.sound import microphone as mic
 from system.worlds.sound.acoustics import Call
 from system.worlds.sound.targets import Target
 from system.worlds.sound.waveform import clipped_samples, waveform
-
-F64 = NDArray[np.float64]
 
 SAMPLE_RATE = 1e6  # Hz, ours: 25 samples a cycle of 40 kHz, 0.3 % amplitude error of the straight lines
 CALL_DURATION = 1e-3  # s, ours

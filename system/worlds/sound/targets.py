@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import NoReturn, assert_never
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from circuits.arrays import F64
 from circuits.errors import DataError, ParameterError
 
 MAX_SPEED = 100.0  # m/s, ours: well below sound, so an echo's delay has one solution
@@ -132,7 +133,7 @@ class Target:
         _require_positive(f"{self.name}.target_strength", self.target_strength, "")
 
 
-def range_at(trajectory: Trajectory, time_s: ArrayLike) -> NDArray[np.float64]:
+def range_at(trajectory: Trajectory, time_s: ArrayLike) -> F64:
     """Range in m at the times `time_s` in s, in their shape.
 
     Raises
@@ -352,7 +353,7 @@ def _require_speed(where: str, value: float) -> None:
         )
 
 
-def _require_in_front(distance: NDArray[np.float64], time: NDArray[np.float64]) -> None:
+def _require_in_front(distance: F64, time: F64) -> None:
     behind = distance <= 0.0
     if np.any(behind):
         when = float(time[behind].flat[0])

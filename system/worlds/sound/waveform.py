@@ -14,8 +14,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.worlds.sound.acoustics import baseband_noise, carrier, interpolate_noise, tone_envelope
 from system.worlds.sound.microphone import Microphone, MicrophoneState, SoundPath, merged_intervals, prune
@@ -26,7 +27,7 @@ GRID_SLACK = 1e-6  # samples: a time this little past a grid point counts as on 
 
 def waveform(
     parameters: Microphone, state: MicrophoneState, start_s: float, stop_s: float, sample_rate: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[F64, F64]:
     """Sample the amplifier's output.
 
     Sample k lies at k / sample_rate; the segment has those with start_s <= k / sample_rate < stop_s, so
@@ -71,7 +72,7 @@ def waveform(
 
 def listen(
     parameters: Microphone, state: MicrophoneState, stop_s: float, sample_rate: float
-) -> tuple[MicrophoneState, NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[MicrophoneState, F64, F64]:
     """Give the state at `stop_s` in s, and the `waveform` from the state's time to there.
 
     Clipped samples are added to the state's count, and finished paths are dropped.
@@ -81,12 +82,12 @@ def listen(
     return prune(replace(state, clipped=clipped), stop_s), time, voltage
 
 
-def clipped_samples(parameters: Microphone, voltage: NDArray[np.float64]) -> int:
+def clipped_samples(parameters: Microphone, voltage: F64) -> int:
     """How many samples of `voltage` in V are at a rail."""
     return int(np.count_nonzero((voltage <= 0.0) | (voltage >= parameters.supply)))
 
 
-def envelope(parameters: Microphone, state: MicrophoneState, time: ArrayLike) -> NDArray[np.float64]:
+def envelope(parameters: Microphone, state: MicrophoneState, time: ArrayLike) -> F64:
     """Envelope in V of the superposed paths at `time` in s, in its shape: |sum A e exp(-i 2 pi f d)|.
 
     Before clipping and without noise; what an ideal envelope detector would follow.
@@ -104,9 +105,7 @@ def _path_phasor(parameters: Microphone, path: SoundPath) -> tuple[float, float]
     return path.amplitude * math.cos(angle), path.amplitude * math.sin(angle)
 
 
-def _draw_noise(
-    parameters: Microphone, begin: int, end: int, sample_rate: float
-) -> tuple[NDArray[np.float64], int]:
+def _draw_noise(parameters: Microphone, begin: int, end: int, sample_rate: float) -> tuple[F64, int]:
     if parameters.noise_rms == 0.0:
         return np.zeros((2, 0)), 0
     step = parameters.noise_rate / sample_rate
@@ -117,11 +116,11 @@ def _draw_noise(
 
 def _noise_part(
     parameters: Microphone,
-    noise: NDArray[np.float64],
+    noise: F64,
     first_noise: int,
     span: tuple[int, int],
     sample_rate: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[F64, F64]:
     if parameters.noise_rms == 0.0:
         return np.zeros(span[1] - span[0]), np.zeros(span[1] - span[0])
     position = np.arange(*span, dtype=np.float64) * (parameters.noise_rate / sample_rate)
@@ -134,8 +133,8 @@ def _add_path(
     span: tuple[int, int],
     low: int,
     sample_rate: float,
-    in_phase: NDArray[np.float64],
-    quadrature: NDArray[np.float64],
+    in_phase: F64,
+    quadrature: F64,
 ) -> None:
     """Add to the baseband samples from `low` on, in place.
 

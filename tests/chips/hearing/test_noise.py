@@ -8,7 +8,7 @@ import pytest
 from chips.board_kernel import table_at
 from chips.hearing.model import HearingState, hear, hearing_on
 from chips.hearing.noise import ONSET, RATIOS, REST, chain_machine, threshold_factors, threshold_spread
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die

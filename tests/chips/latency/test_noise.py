@@ -8,7 +8,7 @@ import pytest
 from chips.latency.chip import LatencyChip
 from chips.latency.model import SIZE, charges_on
 from chips.latency.noise import CHARGES, TIMES, charge_spread, noise_of, numbers_of_ping
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share, steepness
 from circuits.blocks.latency import tap as latency_tap
 from circuits.devices.noise import WHITE_ONLY

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from chips.latency.chip import LatencyChip
 from chips.latency.errors import usual_design
 from chips.latency.kernel import recall
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
@@ -38,7 +38,7 @@ def test_the_unit_stores_repeats_and_forgets_as_the_model_does() -> None:
     assert circuit == pytest.approx(model, abs=5e-6)
 
 
-def rises(time: NDArray[np.float64], volts: NDArray[np.float64]) -> list[float]:
+def rises(time: F64, volts: F64) -> list[float]:
     return [float(t) for t in time[1:][(volts[1:] >= 2.5) & (volts[:-1] < 2.5)]]
 
 

@@ -7,7 +7,7 @@ from chips.lso.law import ramp_delay
 from chips.lso.measure import LEVELS, THRESHOLD, crossing, ramp_bench
 from chips.lso.model import SIDES, head_on, side_spikes
 from chips.lso.noise import head_of_ping, level_spread, noise_of, noisy_side_spikes
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from circuits.bias import rebias
 from circuits.blocks.latency.tonic import START
 from circuits.blocks.lso import lso_neuron

@@ -14,7 +14,7 @@ from chips.nef.network.kernel import DT
 from chips.nef.network.network import Ensemble, Network
 from chips.nef.noise import copied
 from chips.nef.simulation import Simulation
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.nef.neuron import LEAK
 from circuits.devices.noise import WHITE_ONLY

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from chips.nef.network.curves import IdealCurves
 from chips.nef.network.network import Ensemble
 from chips.nef.population import evaluate, populate
+from circuits.arrays import F64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from chips.nef.build import build
 from chips.nef.network.curves import IdealCurves
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Node, Probe
 from chips.nef.simulation import Simulation
+from circuits.arrays import F64
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 NOISE = 0.06  # of 100 neurons' decoded value through 50 ms, and of the fit; three of its standard deviations
 

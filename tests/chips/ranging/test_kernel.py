@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from chips.ranging.chip import RangingChip
 from chips.ranging.kernel import (
@@ -24,6 +23,7 @@ from chips.ranging.kernel import (
 )
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import advance_all, call, echo
+from circuits.arrays import F64
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
@@ -59,7 +59,7 @@ def _asleep(m: Neurons, plan: Plan, inputs: list[Input]) -> tuple[list[Spike], C
     return sorted(found), chip
 
 
-def _awake(m: Neurons, states: NDArray[np.float64], inputs: list[Input]) -> list[Spike]:
+def _awake(m: Neurons, states: F64, inputs: list[Input]) -> list[Spike]:
     saved, fired = np.empty_like(states), np.full(len(states), math.inf)
     found, now = [], 0.0
     for time, what, level in inputs:

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.noise import SiliconNoise
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip
 from chips.ranging.kernel import new_chip, new_plan, next_due, on_call, on_echo, take
 from chips.ranging.neuron_kernel import RELEASE
-from chips.ranging.noise import SiliconNoise, next_durations, no_jitter, spread
+from chips.ranging.noise import next_durations, no_jitter, spread
 from circuits.devices.noise import WHITE_ONLY, NoiseModel
 from circuits.errors import ParameterError
 from circuits.silicon.process import ELEMENTARY_CHARGE

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.selection.kernel import NOBODY
 from chips.selection.model import selection
 from chips.selection.noise import no_selection_noise, noisy_decide, selection_noise

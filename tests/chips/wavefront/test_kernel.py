@@ -8,29 +8,27 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from chips.wavefront.axon_graph import AxonGraph, edge_weights, graph_of, grid_graph
 from chips.wavefront.kernel import Wave, graph_wave, graph_waves, integer_wave, real_wave
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
-
-F64 = NDArray[np.float64]
 
 FEW = settings(max_examples=60, deadline=None)
 shapes = st.tuples(st.integers(1, 9), st.integers(1, 9))
 seeds = st.integers(0, 2**32 - 1)
 
 
-def _draw(shape: tuple[int, int], seed: int, highest: int) -> tuple[NDArray[np.int64], tuple[int, int]]:
+def _draw(shape: tuple[int, int], seed: int, highest: int) -> tuple[I64, tuple[int, int]]:
     """A map with about a fifth of its cells blocked, and a start that may be blocked, too."""
     draw = np.random.default_rng(seed)
     costs = draw.integers(1, highest + 1, shape) * (draw.random(shape) > 0.2)
     return costs, (int(draw.integers(shape[0])), int(draw.integers(shape[1])))
 
 
-def _distances(graph: AxonGraph, delays: F64, start: int, blocked: NDArray[np.bool_]) -> F64:
+def _distances(graph: AxonGraph, delays: F64, start: int, blocked: Bools) -> F64:
     if blocked[start]:
         return np.full(graph.cells, np.inf)
     sources = graph.sources()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.model import axon_delays, chip_model

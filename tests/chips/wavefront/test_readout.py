@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import graph_of, grid_graph
 from chips.wavefront.kernel import graph_wave, integer_wave, real_wave
@@ -17,15 +16,14 @@ from chips.wavefront.readout import (
     pointer_path,
     spike_times,
 )
+from circuits.arrays import I64
 from circuits.errors import DataError
-
-F64 = NDArray[np.float64]
 
 FEW = settings(max_examples=60, deadline=None)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def _is_walk(path: NDArray[np.int64], start: tuple[int, int], goal: tuple[int, int]) -> bool:
+def _is_walk(path: I64, start: tuple[int, int], goal: tuple[int, int]) -> bool:
     steps = np.abs(np.diff(path, axis=0)).max(axis=1, initial=0)
     return tuple(path[0]) == start and tuple(path[-1]) == goal and bool((steps == 1).all())
 

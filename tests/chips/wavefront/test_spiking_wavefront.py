@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from chips.wavefront.axon_graph import grid_graph
 from chips.wavefront.spiking_wavefront import initial_delays, learn, round_delays, run_spikes
+from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError
 
 
-def _by_synapse(delays: NDArray[np.int64], start: tuple[int, int], steps: int) -> list[tuple[int, int]]:
+def _by_synapse(delays: I64, start: tuple[int, int], steps: int) -> list[tuple[int, int]]:
     """(step, neuron) of all spikes, with a d_ij for each pair, as printed."""
     graph, flat = grid_graph(*delays.shape), delays.ravel()
     j, i = graph.sources(), graph.targets
@@ -19,7 +19,7 @@ def _by_synapse(delays: NDArray[np.int64], start: tuple[int, int], steps: int) -
     v, u, received, d = (np.zeros(k, dtype=np.int64) for k in (n, n, n, graph.edges))
     found = []
 
-    def fire(which: NDArray[np.bool_], step: int) -> None:
+    def fire(which: Bools, step: int) -> None:
         v[which], u[which] = 1, -5
         d[which[j]] = flat[j][which[j]]
         found.extend((step, int(k)) for k in np.flatnonzero(which))

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices.operational_amplifier import OperationalAmplifier, amplifier_currents
 from circuits.errors import ParameterError
 
-F64 = NDArray[np.float64]
 GAIN, RESISTANCE = 40.0, 100.0
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.softplus import LIMIT, exp_negative, inverse_softplus, softplus, softplus_five
 
@@ -19,7 +19,7 @@ FIVE_TOLERANCE = 1e-12
 
 
 @compiled()
-def fives(x: NDArray[np.float64], value: NDArray[np.float64], slope: NDArray[np.float64]) -> None:
+def fives(x: F64, value: F64, slope: F64) -> None:
     """Both of 5 n numbers, five at a time."""
     for i in range(0, x.size, 5):
         y = softplus_five(x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4])
@@ -27,7 +27,7 @@ def fives(x: NDArray[np.float64], value: NDArray[np.float64], slope: NDArray[np.
             value[i + k], slope[i + k] = y[k], y[5 + k]
 
 
-def both(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def both(x: F64) -> tuple[F64, F64]:
     value, slope = np.empty_like(x), np.empty_like(x)
     softplus(x, value, slope)
     return value, slope

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices.transistor import (
     Transistor,
     TransistorWork,
@@ -27,7 +27,6 @@ from circuits.silicon.process import (
     at_temperature,
 )
 
-F64 = NDArray[np.float64]
 UM = 1e-6
 LAWS = {
     "ekv": AMI_1500.n,

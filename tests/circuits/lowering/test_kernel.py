@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.circuit import Circuit, InstanceArray, Port
 from circuits.devices import (
     Capacitor,
@@ -27,7 +27,6 @@ from circuits.solver.operating_point import write_dense
 from circuits.solver.power import _conduction
 from circuits.testbench import Testbench
 
-F64 = NDArray[np.float64]
 UM = 1e-6
 FULL: Process = replace(
     AMI_1500,

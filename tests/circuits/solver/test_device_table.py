@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Resistor, Source, Transistor
@@ -16,8 +15,6 @@ from circuits.solver.device_table import TransistorTable, resistor_table_at, tra
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.testbench import Testbench
 from tests.circuits.solver.examples import UM, V_DD, neuron
-
-F64 = NDArray[np.float64]
 
 
 def device(polarity: Polarity = "n", name: str = "m") -> Transistor:

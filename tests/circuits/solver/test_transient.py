@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Polyline, Pulse, Sampled
 from circuits.errors import ParameterError, SolverError, UnknownNameError
@@ -23,7 +23,6 @@ from circuits.solver.power import delivered_energy, supply_power
 from circuits.solver.transient import DEFAULT_RTOL, Result, Runner, Segment, State, simulate
 from tests.circuits.solver.examples import TAU, C, R, latch, low_pass, neuron
 
-F64 = NDArray[np.float64]
 BEGIN, RISE = 1e-6, 1e-7  # s
 STEP = PiecewiseLinear((0.0, BEGIN, BEGIN + RISE), (0.0, 0.0, 1.0))
 STOP = 10e-6  # s

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import SimulatorError, UnknownNameError
 from netlists.ngspice import library as ngspice_library
 from netlists.ngspice import run as ngspice
@@ -258,8 +258,8 @@ def _transistor(source: float) -> str:
     return f"b1 d 0 i={SPECIFIC_CURRENT!r}*({forward}^2-{reverse}^2)"
 
 
-def _current(gate: NDArray[np.float64], drain: float, source: float) -> NDArray[np.float64]:
-    def half(voltage: float) -> NDArray[np.float64]:
+def _current(gate: F64, drain: float, source: float) -> F64:
+    def half(voltage: float) -> F64:
         return np.logaddexp(0.0, (KAPPA * (gate - THRESHOLD) - voltage) / (2 * U_T)) ** 2
 
     return SPECIFIC_CURRENT * (half(source) - half(drain))

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 CORNERS = (0.0, 0.1e-6, 10.1e-6, 10.2e-6)  # s, of an event's pulse
 FREE = ("v_mem", "v_r", "v_ex", "inhibit", "fill", "fire")

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.registry import load_block
@@ -20,7 +20,6 @@ from netlists.ngspice.engine import node_names, upward_crossings
 from netlists.registry import Settings, load_dialect
 from netlists.write import bsim3
 
-F64 = NDArray[np.float64]
 SIZE = 6e-6
 NONE = Deviation(0.0, 0.0)
 GAMMA = replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma"), p=replace(AMI_1500.p, law="ekv-gamma"))

@@ -10,7 +10,7 @@ import pytest
 from chips.boards.vocalization.model import VocalizationModel
 from chips.boards.vocalization.noise import phase_after_call
 from chips.hearing.model import hearing_on
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon

@@ -9,13 +9,11 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.bug.kernel import look, printed_stopping_distance, slide, stopping_distance
 from system.bug.map import load_map
 from system.bug.world import World, build_world
-
-F64 = NDArray[np.float64]
 
 WALL = np.array([[-10.0, 0.0, 0.0, 0.0], [0.0, 0.0, 10.0, 0.0]])  # along x, in two pieces
 RADIUS = 0.15

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.bug.map import MAPS, load_map, read_map
 from system.bug.world import PIECE, World, build_world, check_place, corners
-
-F64 = NDArray[np.float64]
 
 BLOCK = "S    G\n      \n  ##  \n  ##  \n      \n"
 CORNER = "S  \n # \n#  \n  G\n"

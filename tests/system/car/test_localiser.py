@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from system.car.localiser import beam, hearing, localise, trained, training_echoes, volts
+from system.car.localiser import hearing, localise, trained, training_echoes, volts
 from system.car.numbers import Robot
+from system.worlds.sound.acoustics import beam
 
 ROBOT = Robot()
 

@@ -6,15 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.car.localiser import trained
 from system.car.numbers import Robot
 from system.car.sonar import SPEED, Sonar, noise_of, ping, shadowed
 from system.openspace.reader import STEP
 
 ROBOT = Robot()
-F64 = NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")

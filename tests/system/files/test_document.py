@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circuits.errors import DataError, ParameterError
-from system.files.document import document_bytes, from_json, from_toml
 from system.files import document
+from system.files.document import document_bytes, from_json, from_toml
 
 REMEDY = "name another"
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.kernel import COLLIDED, OVER, TRAPPED, advance, choose, fly, goal_arc, ping
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of, detectable
 from system.openspace.map import SIDE, Cells, Forest, cells_of, clearance, plant
@@ -32,8 +32,6 @@ from system.openspace.state import (
     Y,
     new_flight,
 )
-
-F64 = NDArray[np.float64]
 
 BAT = Bat()
 ARCS_OF = arcs_of(BAT)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chips.ranging.noise import SiliconNoise, spread
+from chips.noise import SiliconNoise
+from chips.ranging.noise import spread
 from circuits.devices.noise import WHITE_ONLY
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon

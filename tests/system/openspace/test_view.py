@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, arcs_of
 from system.openspace.view import add_immediacies
-
-F64 = NDArray[np.float64]
 
 BAT = Bat()
 STEPS = 40_001  # of an arc that is sampled

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls.layout import ZETA
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError

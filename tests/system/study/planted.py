@@ -9,10 +9,9 @@ inverted by Gil-Pelaez: P(y > x) = 1/2 + 1/pi integral over t > 0 of Im(exp(-i t
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-F64 = NDArray[np.float64]
+from circuits.arrays import F64
 
 DIMENSIONS = 68
 _STEP = 0.02

@@ -10,7 +10,7 @@ from chips.boards.vocalization.noise import (
     no_oscillator_noise,
     phase_after_call,
 )
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, steepness
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.devices.noise import WHITE_ONLY

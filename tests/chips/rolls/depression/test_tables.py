@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chips.devices_on_die import interpolation
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.depression.kernel import deliver_depressed
 from chips.rolls.depression.layout import DepressionTables

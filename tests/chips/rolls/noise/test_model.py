@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws, new_slow
-from chips.ranging.noise import SiliconNoise
 from chips.rolls.calibration import code_for
 from chips.rolls.chip import RollsChip
 from chips.rolls.layout import SINCE, STATIC, WAIT, ZETA, Z

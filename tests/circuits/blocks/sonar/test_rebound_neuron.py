@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron as block
@@ -21,7 +20,6 @@ from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
-F64 = NDArray[np.float64]
 V_DD = AMI_1500.v_dd
 TABLE = """
 MI1 p callb call vdd 6/1.5

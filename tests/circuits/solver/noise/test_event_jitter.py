@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.blocks.latency import tap as latency_tap
 from circuits.circuit import Circuit, Port

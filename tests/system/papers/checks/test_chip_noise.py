@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from chips.ranging.noise import SiliconNoise
+from chips.noise import SiliconNoise
 from circuits.devices.noise import WHITE_ONLY
 from system.papers.checks import chip_noise
 from system.papers.checks.chip_noise import (

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import labels
@@ -19,8 +19,6 @@ from system.study.search.centre import Budget, Centred, Problem, centre, objecti
 from system.study.specification import Classes, Limits, Specification
 from system.study.table import Condition
 from system.study.target import BlockTarget, Measurement, Quantity, Subject, Target
-
-F64 = NDArray[np.float64]
 
 HERE = Condition("random", 27.0, 0)
 BEST = np.array([0.5, -0.4])

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.sampling import labels
 from system.study.statistics.contribution import (
@@ -24,7 +24,6 @@ from system.study.statistics.contribution import (
     standardise,
 )
 
-F64 = NDArray[np.float64]
 NAMES = (
     *(f"chip.neuron[{k // 5}].part.m{k % 5}.{q}" for k in range(15) for q in ("v_t0", "beta")),
     *(f"process.{polarity}.shared.{q}" for polarity in "np" for q in ("v_t0", "beta")),

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy import stats
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.study.statistics.interval import (
     EVERYTHING,
@@ -23,7 +23,6 @@ from system.study.statistics.interval import (
     skewness,
 )
 
-F64 = NDArray[np.float64]
 DISTRIBUTIONS = {
     "normal": stats.norm(2.0, 0.5),
     "lognormal": stats.lognorm(0.5),

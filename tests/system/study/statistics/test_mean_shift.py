@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
 from system.study.statistics.mean_shift import LEAST_EFFECTIVE, mean_shift
 from tests.system.study.planted import DIMENSIONS, planted
 
-F64 = NDArray[np.float64]
 SAMPLES = 5000
 TRUTH = 1e-4
 
@@ -24,7 +23,7 @@ def test_a_planted_failure_is_within_a_factor_of_one_and_a_half(seed: int) -> No
     metric, called = planted(), 0
     limit = metric.limit(TRUTH)
 
-    def fails(z: F64) -> NDArray[np.bool_]:
+    def fails(z: F64) -> Bools:
         nonlocal called
         called += len(z)
         return metric.value(z) > limit
@@ -39,7 +38,7 @@ def test_a_planted_failure_is_within_a_factor_of_one_and_a_half(seed: int) -> No
 def test_both_sides_are_found() -> None:
     direction = planted().linear
 
-    def fails(z: F64) -> NDArray[np.bool_]:
+    def fails(z: F64) -> Bools:
         return np.abs(z @ direction) > 3.8906  # 1e-4 in all
 
     found = mean_shift(fails, DIMENSIONS, SAMPLES, np.random.default_rng(0))
@@ -70,8 +69,8 @@ def test_the_same_generator_gives_the_same_answer() -> None:
 def test_a_small_effective_size_is_refused() -> None:
     """A shell all around is no region that a shift can reach."""
 
-    def fails(z: F64) -> NDArray[np.bool_]:
-        outside: NDArray[np.bool_] = (z * z).sum(axis=1) > 60.0
+    def fails(z: F64) -> Bools:
+        outside: Bools = (z * z).sum(axis=1) > 60.0
         return outside
 
     with pytest.raises(SolverError, match=r"effective sample size \d+ .* must be >= 50"):

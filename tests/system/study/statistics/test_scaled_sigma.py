@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
 from system.study.statistics.scaled_sigma import SCALES, extrapolate, scaled_sigma
-
-F64 = NDArray[np.float64]
 
 
 def test_exact_counts_of_the_model_give_its_probability() -> None:
@@ -23,8 +21,8 @@ def test_exact_counts_of_the_model_give_its_probability() -> None:
 def test_a_flat_boundary_with_many_samples() -> None:
     """P(z > 3.09) = 1e-3: at a million samples what is left is the model's own error, some 20 %."""
 
-    def fails(z: F64) -> NDArray[np.bool_]:
-        beyond: NDArray[np.bool_] = z @ np.array([0.6, 0.8]) > 3.0902
+    def fails(z: F64) -> Bools:
+        beyond: Bools = z @ np.array([0.6, 0.8]) > 3.0902
         return beyond
 
     found = scaled_sigma(fails, 2, 1_000_000, np.random.default_rng(1))

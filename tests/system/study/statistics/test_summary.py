@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.study.specification import Verdict
 from system.study.statistics.interval import EVERYTHING, Interval, quantile_interval
 from system.study.statistics.summary import PROBABILITIES, summarise, summarise_share, summarise_yield
@@ -92,7 +92,7 @@ def test_a_share_of_no_sample() -> None:
 
 
 @pytest.mark.parametrize("values", [np.zeros(20), -np.zeros(20), np.full(5, 3.0)])
-def test_of_equal_values_no_interval_of_mean_or_spread_is_known(values: NDArray[np.float64]) -> None:
+def test_of_equal_values_no_interval_of_mean_or_spread_is_known(values: F64) -> None:
     found = summarise(values, np.random.default_rng(0))
     assert found.mean.interval == EVERYTHING
     assert found.sigma.interval == Interval(0.0, math.inf)

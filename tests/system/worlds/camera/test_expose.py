@@ -6,13 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64
 from system.worlds.camera.expose import expose
 from system.worlds.camera.lamp import no_glow
 from system.worlds.camera.pixel import Beat, Memory, Pixels, raw_of, settle
-
-F64 = NDArray[np.float64]
 
 COUNT, THETA_ON, THETA_OFF, DARK = 64, 0.2, 0.15, 0.1
 FAST = 1e9  # Hz: no low-pass to speak of

@@ -7,16 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from circuits.arrays import F64, Bools
 from system.worlds.arena.motion import place_bodies
 from system.worlds.arena.scene import Body, Scene, Shade, Tape, Wall
 from system.worlds.camera.project import sketch_of
 from system.worlds.camera.render import render
 from system.worlds.camera.sensor import Dvs, camera_of
 from system.worlds.camera.stage import darkest, stage_of
-
-F64 = NDArray[np.float64]
 
 FLOOR = ((-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0))
 EMPTY = Scene("empty", "", 1.0, FLOOR, (0.0, 0.0, 0.0), (), (), floor=0.8, sky=0.8)
@@ -207,7 +205,7 @@ def by_rays(scene: Scene, pose: tuple[float, float, float], dvs: Dvs, fine: int)
     return mean
 
 
-def keep(nearest: F64, image: F64, hit: NDArray[np.bool_], t: F64, value: float) -> None:
+def keep(nearest: F64, image: F64, hit: Bools, t: F64, value: float) -> None:
     first = hit & (t < nearest)
     nearest[first] = t[first]
     image[first] = value
