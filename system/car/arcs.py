@@ -19,6 +19,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
+from system.openspace.choice import grouped, ping_directions, weights
 from system.openspace.law import Bat, arc_point, length_in_view
 
 
@@ -55,10 +56,9 @@ def arcs_of(robot: Robot, mind: Mind) -> Arcs:
     lever = 0.5 * robot.wheelbase
     curvature = rear / np.sqrt(1.0 + (rear * lever) ** 2)
     slip = np.arctan(rear * lever)
-    direction = robot.direction_step * (DIRECTIONS // 2 - np.arange(DIRECTIONS, dtype=np.float64))
+    direction = ping_directions(robot.direction_step, DIRECTIONS)
     length, group = _views(robot, mind, curvature, slip, direction)
-    place = np.arange(ARCS, dtype=np.float64)
-    apart = (place[:, None] - place[None, :]) ** 2
+    spread, hold = weights(mind, ARCS)
     return Arcs(
         steering=steering,
         curvature=curvature,
@@ -68,8 +68,8 @@ def arcs_of(robot: Robot, mind: Mind) -> Arcs:
         bias=mind.default - mind.sharp_turn_cost * (steering / robot.most_steering) ** 2,
         group=group,
         direction=direction,
-        spread=mind.suppression * np.exp(-apart / mind.suppression_sigma**2),
-        hold=mind.hysteresis * np.exp(-apart / mind.hysteresis_sigma**2),
+        spread=spread,
+        hold=hold,
     )
 
 
@@ -127,6 +127,4 @@ def _views(robot: Robot, mind: Mind, curvature: F64, slip: F64, direction: F64) 
     reach = np.array(
         [[length_in_view(bat, k, psi - b) for psi in direction] for k, b in zip(curvature, slip, strict=True)]
     )
-    order = np.argsort(np.abs(direction), kind="stable")
-    group = order[np.argmax(reach[:, order], axis=1)]
-    return reach[np.arange(ARCS), group], group
+    return grouped(reach, direction)

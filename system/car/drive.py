@@ -21,6 +21,7 @@ from system.car.arcs import Arcs, blocked, immediacies, moved
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
 from system.car.sonar import Sonar, ping
 from system.car.world import Pipes
+from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
 
 Pose = tuple[float, float, float]  # m, m, rad
 
@@ -134,25 +135,23 @@ def _sense(
 def _remember(mind: Mind, arcs: Arcs, state: _State, fresh: F64) -> None:
     """Equation (4), with the decay of the time since the last ping."""
     decay = 0.0 if state.scanning else mind.decay * (state.time - state.last)
-    old = state.risk - decay - mind.inhibition * (arcs.group == state.head)
-    state.risk = np.maximum(np.maximum(old, 0.0), np.minimum(fresh, mind.max_risk))
+    remember(state.risk, fresh, arcs.group, state.head, decay, mind.inhibition, mind.max_risk)
     state.sensed[state.head], state.last = state.time, state.time
 
 
 def desirabilities(mind: Mind, arcs: Arcs, risk: F64, heading: float, head: int, arc: int) -> F64:
     """Equation (6), float64[ARCS]; the goal lies in the direction 0."""
-    bearing = -math.remainder(heading, 2.0 * math.pi)
-    aim = min(max(MIDDLE - bearing * MIDDLE / mind.goal_span, 0.0), ARCS - 1.0)
-    goal = mind.goal_gain * np.exp(-((np.arange(ARCS) - aim) ** 2) / mind.goal_sigma**2)
-    return np.asarray(
-        arcs.bias + goal + mind.ping_bias * (arcs.group == head) + arcs.hold[arc] - risk @ arcs.spread
-    )
+    wish, aim = np.empty(ARCS), aimed_arc(-heading, MIDDLE / mind.goal_span, ARCS)
+    excite(wish, arcs.bias, arcs.hold[arc], arcs.group, head, mind.ping_bias)
+    add_goal(wish, aim, mind.goal_gain, mind.goal_sigma)
+    inhibit(wish, risk, arcs.spread)
+    return wish
 
 
 def _choose(mind: Mind, arcs: Arcs, state: _State, counts: dict[str, int]) -> bool:
     """Direct head and wheels; whether it is an emergency."""
     wish = desirabilities(mind, arcs, state.risk, state.pose[2], state.head, state.arc)
-    winner = int(np.argmax(wish))
+    winner = best(wish)
     if wish[winner] < mind.emergency_below:
         counts["retreats"] += 1
         return True

@@ -11,20 +11,11 @@ import math
 from dataclasses import dataclass, fields
 
 from circuits.errors import ParameterError
+from system.openspace.choice import SIGNED, check_number
 
 ARCS, DIRECTIONS = 15, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
 PIPE_RADIUS = 0.025  # m; the paper's pipes are 5 cm wide
-
-_SIGNED = (
-    "sharp_turn_cost",
-    "emergency_below",
-    "goal_gain",
-    "ping_bias",
-    "hysteresis",
-    "decay",
-    "inhibition",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +147,4 @@ class Mind:
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
         for each in fields(self):
-            value = getattr(self, each.name)
-            low = -math.inf if each.name in _SIGNED else 0.0
-            if not (math.isfinite(value) and value > low):
-                rule = "must be finite" if each.name in _SIGNED else "must be above 0 and finite"
-                raise ParameterError(f"robot_mind.{each.name}: {value:g}, {rule}; choose another")
+            check_number(f"robot_mind.{each.name}", getattr(self, each.name), signed=each.name in SIGNED)

@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 
 from circuits.compiled import compiled
-from system.openspace.law import ARCS, MIDDLE, Arcs
+from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
+from system.openspace.law import ARCS, Arcs
 from system.openspace.map import CELL, SIDE, Cells
 from system.openspace.senses_kernel import NO_CHOICE, Senses, collect, hear, note_difference, select_on_chip
 from system.openspace.state import (
@@ -73,9 +74,7 @@ def ping(a: Arcs, s: Senses, c: Cells, f: Flight) -> None:
         f.fresh[p] = 0.0
     _look(a, s, c, f, head)
     decay = 0.0 if f.counts[SCANNING] else a.decay
-    for p in range(ARCS):
-        old = f.risk[p] - decay - (a.inhibition if a.group[p] == head else 0.0)
-        f.risk[p] = max(old, min(f.fresh[p], a.max_risk))
+    remember(f.risk, f.fresh, a.group, head, decay, a.inhibition, a.max_risk)
     f.sensed[head], f.counts[PINGED] = f.pose[TIME], head
     f.counts[PINGS] += 1
 
@@ -128,14 +127,11 @@ def choose(a: Arcs, s: Senses, f: Flight) -> None:
     winner, emergency = 0, False
     if s.selecting:
         winner, emergency = select_on_chip(a, s, f)
-    _inhibit(a, f)
-    best = 0
-    for p in range(1, ARCS):
-        if f.wish[p] > f.wish[best]:
-            best = p
-    f.counts[WINNER] = best
+    inhibit(f.wish, f.risk, a.spread)
+    largest = best(f.wish)
+    f.counts[WINNER] = largest
     if not s.selecting:
-        winner, emergency = best, f.wish[best] < a.emergency_below
+        winner, emergency = largest, f.wish[largest] < a.emergency_below
     elif winner == NO_CHOICE:
         return
     else:
@@ -161,50 +157,15 @@ def _follow(a: Arcs, f: Flight, winner: int) -> None:
 
 @_compiled
 def _excite(a: Arcs, f: Flight) -> None:
-    """Terms of the desirability, equation (6), without the inhibition."""
-    head, held = f.counts[HEAD], f.counts[ARC]
-    for p in range(ARCS):
-        f.wish[p] = a.bias[p] + a.hold[held, p] + (a.ping_bias if a.group[p] == head else 0.0)
-    _add_goal(a, f)
-
-
-@_compiled
-def _inhibit(a: Arcs, f: Flight) -> None:
-    """Inhibition by the evaluation memory, the last term of equation (6)."""
-    for q in range(ARCS):
-        risk = f.risk[q]
-        if risk == 0.0:
-            continue
-        for p in range(ARCS):
-            f.wish[p] -= risk * a.spread[q, p]
+    """Terms of the desirability without the memory; the goal lies due west."""
+    excite(f.wish, a.bias, a.hold[f.counts[ARC]], a.group, f.counts[HEAD], a.ping_bias)
+    add_goal(f.wish, goal_arc(a, f.pose[HEADING]), a.goal_gain, a.goal_sigma)
 
 
 @_compiled
 def goal_arc(a: Arcs, heading: float) -> float:
     """p_g, which need not be whole: where the goal lies, due west, from a heading (rad)."""
-    bearing = math.pi - heading
-    bearing -= 2.0 * math.pi * math.floor(bearing / (2.0 * math.pi) + 0.5)
-    return min(max(MIDDLE - bearing * a.arcs_per_rad, 0.0), ARCS - 1.0)
-
-
-@_compiled
-def _add_goal(a: Arcs, f: Flight) -> None:
-    """Add G exp(-(p - p_g)^2 / sigma_g^2), by its recurrence away from the arc nearest to the goal."""
-    aim = goal_arc(a, f.pose[HEADING])
-    nearest = int(aim + 0.5)
-    apart, width = nearest - aim, a.goal_sigma * a.goal_sigma
-    top = a.goal_gain * math.exp(-apart * apart / width)
-    shrink = math.exp(-2.0 / width)
-    factor, value = math.exp(-(2.0 * apart + 1.0) / width), top
-    for p in range(nearest, ARCS):
-        f.wish[p] += value
-        value *= factor
-        factor *= shrink
-    factor, value = math.exp((2.0 * apart - 1.0) / width), top
-    for p in range(nearest - 1, -1, -1):
-        value *= factor
-        factor *= shrink
-        f.wish[p] += value
+    return aimed_arc(math.pi - heading, a.arcs_per_rad, ARCS)
 
 
 @_compiled

@@ -21,19 +21,11 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
+from system.openspace.choice import SIGNED, check_number, grouped, ping_directions, weights
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
 IMMEDIACIES = ("linear", "squared")  # equation (11), and the paper's "Squared"
-_SIGNED = (
-    "sharp_turn_cost",
-    "emergency_below",
-    "goal_gain",
-    "ping_bias",
-    "hysteresis",
-    "decay",
-    "inhibition",
-)
 _SAMPLES = 20_000  # of an arc, to see where it leaves a field of view
 
 
@@ -107,13 +99,8 @@ class Bat:
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
         for each in fields(self):
-            value = getattr(self, each.name)
-            if each.name == "immediacy":
-                continue
-            low = -math.inf if each.name in _SIGNED else 0.0
-            if not (math.isfinite(value) and value > low):
-                rule = "must be finite" if each.name in _SIGNED else "must be above 0 and finite"
-                raise ParameterError(f"bat.{each.name}: {value:g}, {rule}; choose another")
+            if each.name != "immediacy":
+                check_number(f"bat.{each.name}", getattr(self, each.name), signed=each.name in SIGNED)
         if self.immediacy not in IMMEDIACIES:
             known = " or ".join(IMMEDIACIES)
             raise ParameterError(f"bat.immediacy: {self.immediacy}, must be {known}")
@@ -166,13 +153,10 @@ def arcs_of(bat: Bat) -> Arcs:
     place = np.arange(ARCS, dtype=np.float64)
     share = (MIDDLE - place) / MIDDLE
     curvature = share / bat.least_radius
-    direction = bat.direction_step * (DIRECTIONS // 2 - np.arange(DIRECTIONS, dtype=np.float64))
+    direction = ping_directions(bat.direction_step, DIRECTIONS)
     reach = np.array([[length_in_view(bat, k, psi) for psi in direction] for k in curvature])
-    # arcs in the order of their nearness to the middle: argmax takes the first of equals
-    order = np.argsort(np.abs(direction), kind="stable")
-    group = order[np.argmax(reach[:, order], axis=1)]
-    length = reach[np.arange(ARCS), group]
-    apart = (place[:, None] - place[None, :]) ** 2
+    length, group = grouped(reach, direction)
+    spread, hold = weights(bat, ARCS)
     return Arcs(
         curvature=curvature,
         length=length,
@@ -181,8 +165,8 @@ def arcs_of(bat: Bat) -> Arcs:
         group=group,
         bias=bat.default - bat.sharp_turn_cost * share**2,
         direction=direction,
-        spread=bat.suppression * np.exp(-apart / bat.suppression_sigma**2),
-        hold=bat.hysteresis * np.exp(-apart / bat.hysteresis_sigma**2),
+        spread=spread,
+        hold=hold,
         curvature_step=1.0 / (MIDDLE * bat.least_radius),
         max_range=bat.max_range,
         view_sigma=bat.view_sigma,
