@@ -90,7 +90,7 @@ def lengthen(document: bytes, random: np.random.Generator, seeds: Sequence[bytes
     """A word, or the words of a line, many times over."""
     words = document.split(b" ")
     at = int(random.integers(len(words)))
-    times = int(10 ** random.uniform(1, 5))
+    times = min(int(10 ** random.uniform(1, 5)), 1 + LONGEST // max(len(words[at]), 1))
     words[at] = words[at] * times if random.random() < 0.5 else b" ".join([words[at]] * times)
     return b" ".join(words)[:LONGEST]
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import shutil
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,6 +17,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+import xarray as xr
 
 from _damage import COMMON, Damage
 from _fuzz_netlist import DAMAGE, make_root, netlist_seeds, read_deck
@@ -24,6 +26,7 @@ from chips.rolls.program.bias_file import default_biases, format_biases, read_bi
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.errors import DataError, ParameterError
+from circuits.seal import sealed
 from circuits.silicon.process import AMI_1500, at_temperature
 from circuits.units import parse_quantity
 from netlists.foundry.process import read_mapping
@@ -100,16 +103,6 @@ COMMANDS = (
     "run head --motion sine --gain 1.5deg --ping-rate 10Hz --azimuth 40deg --period 10s --swing 0.4m",
     "run robot --forest dense --vmax 1m/s --ping-rate 12Hz --pings 20",
     "run pushbot --scene pair --window 500ms --drop 0.8 --light 500lux --way 2m --duration 5s",
-)
-
-
-# Commands that are short as they stand, for a process each.
-BY_HAND = (
-    *COMMANDS[:3],
-    "montecarlo rebound-neuron --metric t_inh -n 2 --temperature 0 --corner ff --chunk 4",
-    "run approach --level behavioural --amplitude-law d4 --noise 5mV --seed 3 --duration 0.2s",
-    "run forest --obstacles 1000 --vmax 1.5m/s --pings 5 --start 3m,4m",
-    "run robot --forest dense --vmax 1m/s --pings 3",
 )
 
 
@@ -213,6 +206,35 @@ def _read_samples(path: Path) -> None:
     study_table(path.parent)
 
 
+def _columns(folder: Path) -> list[bytes]:
+    """Columns and attributes of a study's samples as JSON."""
+    with xr.open_dataset(io.BytesIO(_samples(folder)[0]), engine="h5netcdf") as data:
+        columns = {name: data[name].values.tolist() for name in data}
+        told = {name: np.asarray(value).tolist() for name, value in data.attrs.items()}
+    return [json.dumps({"columns": columns, "attributes": told}).encode()]
+
+
+VALUES = {name: COMMON[name] for name in ("spliced words", "swapped words", "numbers")}
+
+
+def _read_columns(path: Path) -> None:
+    """Samples in a file that is whole and sealed, with other columns."""
+    try:
+        document = json.loads(path.read_bytes())
+        data = xr.Dataset({k: (f"of {k}", np.array(v)) for k, v in document["columns"].items()})
+        made = sealed(data.assign_attrs(document["attributes"]).to_netcdf(engine="h5netcdf"))
+    except Exception as error:  # no such file can be made: there is nothing to read
+        raise DataError("no file") from error
+    path.with_name("samples.nc").write_bytes(made)
+    _read_samples(path)
+
+
+def _read_record(path: Path) -> None:
+    """A record that was sealed as it is: unsealed ones are refused unread."""
+    path.write_bytes(sealed(path.read_bytes()))
+    read_record(path)
+
+
 KEYS = [("forest", 1000), ("die", 3)]
 
 
@@ -278,7 +300,7 @@ PROCESSES = (
 )
 
 ALL = (
-    Input("netlist", "root/deck.cir", _decks, read_deck, DAMAGE, 2.0, 500.0),
+    Input("netlist", "root/deck.cir", _decks, read_deck, DAMAGE, 2.0),
     Input("command", "words", _commands, _read_command),
     Input("command line", "words", _by_hand, _read_command),
     Input("quantity", "text", _texts(*QUANTITIES), _read_quantity),
@@ -286,6 +308,7 @@ ALL = (
     Input("course", "text", _texts(*COURSES), lambda p: read_course(p.read_text(errors="surrogateescape"))),
     Input("study", "study/study.json", _study, _read_study),
     Input("samples", "study/samples.nc", _samples, _read_samples),
+    Input("columns", "study/columns.json", _columns, _read_columns, VALUES),
     Input("campaign", "runs.jsonl", _campaign, _read_campaign),
     Input("cost map", "map.txt", _files("system/rover/maps/map*.txt"), lambda p: cost_map.load_map(str(p))),
     Input("bug map", "map.txt", _files("system/bug/maps/*.txt"), lambda p: bug_map.load_map(str(p))),
@@ -302,6 +325,6 @@ ALL = (
         "mapping", "mapping.toml", _files("netlists/foundry/mappings/*.toml"), lambda p: read_mapping(str(p))
     ),
     Input("process", "values", _texts(*PROCESSES), _read_process),
-    Input("record", "record.nc", _files("chips/records/rebound_neuron.nc"), read_record),
+    Input("record", "record.nc", _files("chips/records/rebound_neuron.nc"), _read_record),
 )
 INPUTS = {each.name: each for each in ALL}

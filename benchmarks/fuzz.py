@@ -32,6 +32,7 @@ from circuits.errors import CircuitError
 
 HANG = 2.0 * SECONDS  # s, after which a case is given up
 QUICK = 20  # cases a kind of input
+BY_HAND = "command line"  # the kind that has a process a case
 SHOWN = 20  # broken cases of a kind that are printed
 
 
@@ -106,9 +107,9 @@ class Reader:
         return Reading(tuple(done), seconds, peak, refused, broken)
 
 
-def _megabytes() -> float:
-    """Peak memory of this process so far, MB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+def _megabytes(who: int = resource.RUSAGE_SELF) -> float:
+    """Peak memory so far, MB: of this process, or of the largest of those that it ran."""
+    return resource.getrusage(who).ru_maxrss / 1024
 
 
 class Apart:
@@ -176,14 +177,20 @@ def run_apart(kind: str, cases: Iterable[int], seed: int) -> Tally:
     return tally
 
 
-def run_commands(cases: Iterable[int], seed: int) -> Tally:
+def run_commands(cases: Sequence[int], seed: int, workers: int) -> Tally:
     """Damage commands and run each as it is run by hand; status 0 to 2, and one line where it is not 0."""
     tally = Tally()
-    with tempfile.TemporaryDirectory() as folder:
-        reader = Reader(INPUTS["command line"], seed, Path(folder))
-        for k in cases:
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(workers) as pool:
+        reader = Reader(INPUTS[BY_HAND], seed, Path(folder))
+        for command in reader.seeds:  # as they are: kernels are compiled once, before the clock
+            _by_hand(command_words(command), (), folder)
+
+        def one(k: int) -> Reading:
             document, done = damaged((*reader.key, k), reader.seeds, reader.kind.damage)
-            tally.add(k, _by_hand(command_words(document), tuple(done), folder))
+            return _by_hand(command_words(document), tuple(done), folder)
+
+        for k, found in zip(cases, pool.map(one, cases), strict=True):
+            tally.add(k, found)
     return tally
 
 
@@ -203,7 +210,8 @@ def _by_hand(words: Sequence[str], done: tuple[str, ...], folder: str) -> Readin
     broken = (
         None if fine and "Traceback" not in found.stderr else f"{words}: {found.returncode}, {lines[-1:]}"
     )
-    return Reading(done, time.perf_counter() - start, 0.0, refused=found.returncode != 0, broken=broken)
+    seconds, peak = time.perf_counter() - start, _megabytes(resource.RUSAGE_CHILDREN)
+    return Reading(done, seconds, peak, refused=found.returncode != 0, broken=broken)
 
 
 def rows_of(kind: str, tally: Tally, cores: int) -> Iterator[Row]:
@@ -228,8 +236,10 @@ def main() -> int:
     parser.add_argument("--only", choices=list(INPUTS), help="a kind of input")
     parser.add_argument("--command-line", type=int, default=0, metavar="N", help="commands as by hand")
     options = parser.parse_args()
-    kinds = [options.only] if options.only else [name for name in INPUTS if name != "command line"]
-    each = QUICK if options.quick else -(-options.count // len(kinds))
+    kinds = [name for name in ([options.only] if options.only else INPUTS) if name != BY_HAND]
+    if not kinds and not options.command_line:
+        parser.error(f"--only: {BY_HAND!r} needs --command-line N, how many")
+    each = QUICK if options.quick else -(-options.count // max(len(kinds), 1))
     cases = range(options.first, options.first + each)
     if options.quick:  # here: a process takes seconds to begin
         tallies = {kind: run(kind, cases, options.seed) for kind in kinds}
@@ -238,7 +248,8 @@ def main() -> int:
             found = pool.map(lambda kind: run_apart(kind, cases, options.seed), kinds)
             tallies = dict(zip(kinds, found, strict=True))
     if options.command_line:
-        tallies["command line"] = run_commands(range(options.command_line), options.seed)
+        commands = range(options.first, options.first + options.command_line)
+        tallies[BY_HAND] = run_commands(commands, options.seed, options.workers)
     for kind, tally in tallies.items():
         for case, text in tally.broken[:SHOWN]:
             print(f"{kind}, case {case}: {text}", file=sys.stderr)

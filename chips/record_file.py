@@ -15,6 +15,7 @@ import h5py
 import xarray as xr
 
 from circuits.errors import DataError
+from circuits.seal import check_sealed, sealed
 
 ENVIRONMENT = "NOCTULE_CACHE_DIR"
 _MEASURE = "run noctule characterise"
@@ -53,8 +54,16 @@ def record_file(block: str) -> Path:
     raise DataError(f"{block}: no record; {_MEASURE}")
 
 
+def save_record(data: xr.Dataset, path: Path) -> None:
+    """Write a record's file, sealed."""
+    path.write_bytes(sealed(data.to_netcdf(engine="h5netcdf")))  # in memory: HDF5 crashes on a full disk
+
+
 def load_record(path: Path) -> xr.Dataset:
-    """Contents of a record's file; raises `DataError` for one that is none."""
+    """Contents of a record's file; raises `DataError` for one that is none.
+
+    Outside the package it must be as it was written, which its seal tells.
+    """
     try:
         _check(path)
         with xr.open_dataset(path, engine="h5netcdf") as data:
@@ -66,6 +75,9 @@ def load_record(path: Path) -> xr.Dataset:
 
 def _check(path: Path) -> None:
     """Raise `ValueError`, or what h5py raises, for a damaged file, which xarray would leave half open."""
+    if path.resolve().parent != shipped_file("").resolve().parent:
+        with path.open("rb") as contents:
+            check_sealed(contents)
     sizes: list[int] = []
     with h5py.File(path, "r") as file:
         file.visititems(lambda _, item: sizes.append(getattr(item, "size", None) or 0))

@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 
 from chips.board_kernel import monotone_cubic
-from chips.record_file import load_record, record_file, stale
+from chips.record_file import load_record, record_file, save_record, stale
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
@@ -92,7 +92,7 @@ def measure_over(
 def write_board_record(data: xr.Dataset, errors: Mapping[str, float], path: Path) -> None:
     """Write a record with its errors on dies that were not used to build it."""
     whole = data.assign_attrs({f"error_{n}": v for n, v in errors.items()})
-    path.write_bytes(whole.to_netcdf(engine="h5netcdf"))  # in memory: HDF5 crashes on a full disk
+    save_record(whole, path)
 
 
 @cache

@@ -6,7 +6,6 @@ kept. Machine code is taken only with its digest, since a flipped bit of it woul
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,8 +14,7 @@ from typing import Any, final
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 
-_DIGEST = hashlib.sha256
-_LENGTH = _DIGEST().digest_size  # bytes of it, before the data
+from circuits.seal import sealed, unsealed
 
 
 def kernel_cache(function: Callable[..., Any], stamp: bytes) -> Any:
@@ -31,18 +29,16 @@ def kernel_cache(function: Callable[..., Any], stamp: bytes) -> Any:
 
 @final
 class _File(IndexDataCacheFile):
-    """Data behind their digest."""
+    """Data with their digest."""
 
     def _save_data(self, name: str, data: Any) -> None:
         text = self._dump(data)  # type: ignore[no-untyped-call]
         with self._open_for_write(self._data_path(name)) as file:  # type: ignore[no-untyped-call]
-            file.write(_DIGEST(text).digest() + text)
+            file.write(sealed(text))
 
     def _load_data(self, name: str) -> Any:
         found = Path(self._data_path(name)).read_bytes()  # type: ignore[no-untyped-call]
-        if _DIGEST(found[_LENGTH:]).digest() != found[:_LENGTH]:
-            raise pickle.UnpicklingError(f"{name}: is not what was written")
-        return pickle.loads(found[_LENGTH:])  # noqa: S301 - numba's own form, in the user's own cache
+        return pickle.loads(unsealed(found))  # noqa: S301 - numba's own form, in the user's own cache
 
     def discard(self) -> None:
         """Forget what is there."""

@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from system.cli.command_line import BAD_INPUT, main
@@ -51,11 +52,19 @@ def test_whatever_is_damaged_gives_a_result_or_one_line(fuzz: Any) -> None:
         ("mapping", (110,)),
         ("process", (63, 138)),
         ("record", (3074, 3161)),
+        ("columns", (57, 281)),
     ],
 )
 def test_cases_that_once_were_a_traceback(fuzz: Any, kind: str, cases: tuple[int, ...]) -> None:
     tally = fuzz.run(kind, cases, seed=0)
     assert (tally.broken, tally.refusals) == ([], len(cases))
+
+
+def test_no_damage_makes_a_document_longer_than_the_longest(fuzz: Any) -> None:
+    damage = sys.modules["_damage"]
+    for k in range(40):
+        found = damage.lengthen(b"x" * 2**20, np.random.default_rng(k), ())  # once: times 100,000
+        assert 2**20 < len(found) <= damage.LONGEST
 
 
 def test_every_deck_is_read_as_it_is(fuzz: Any, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from chips.record_file import load_record, record_file
+from chips.record_file import load_record, record_file, save_record
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
@@ -111,7 +111,7 @@ def write_record(record: Record, path: Path) -> None:
         data[f"{name}_gradient"] = ((*plane, f"{name}_parameter"), q.gradient.astype(np.float32))
         data[f"{name}_curvature"] = ((*plane, f"{name}_parameter"), q.curvature.astype(np.float32))
         data = data.assign_coords({f"{name}_parameter": list(q.parameters)})
-    path.write_bytes(data.to_netcdf(engine="h5netcdf"))  # in memory: HDF5 crashes on a full disk
+    save_record(data, path)
 
 
 def read_record(path: Path) -> Record:

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from chips.record_file import load_record, record_file
+from chips.record_file import load_record, record_file, save_record
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
@@ -101,7 +101,7 @@ def write_axon_record(record: AxonRecord, path: Path) -> None:
         },
         {"key": record.key, "version": VERSION} | {f"error_{n}": v for n, v in record.errors.items()},
     )
-    path.write_bytes(data.to_netcdf(engine="h5netcdf"))  # in memory: HDF5 crashes on a full disk
+    save_record(data, path)
 
 
 def read_axon_record(path: Path) -> AxonRecord:

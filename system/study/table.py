@@ -2,15 +2,13 @@
 
 A sample is one die at one corner and temperature in one trial. Rows stand in the order of dies, then corners,
 temperatures and trials, whatever the order in which they were measured. A file carries the key of the study
-that it is of and a digest of key and samples: another study's file, or one that was edited, is not believed.
+that it is of and is sealed: another study's file, or one that was edited, is not believed.
 """
 
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,13 +22,14 @@ from numpy.typing import NDArray
 
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import DataError, ParameterError
+from circuits.seal import check_sealed, sealed
 from circuits.silicon.die import CORNERS
 from circuits.silicon.process import check_temperature
-from system.files.writing import write_netcdf_atomic
+from system.files.writing import write_bytes_atomic
 
 FAILED = "failed"
 MOST = 1_000_000  # samples of a table; ours
-_FORMAT = 2  # 1 had neither key nor digest
+_FORMAT = 2  # 1 had no key of its study
 _BROKEN = (
     OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, OverflowError, MemoryError,
 )  # what HDF5 and its arrays raise for contents that are none  # fmt: skip
@@ -125,27 +124,16 @@ def to_dataset(table: Table, units: Sequence[str], key: str = "") -> xr.Dataset:
         "outcome": ("sample", np.array(table.outcome, dtype=object)),
         "reason": ("sample", np.array(table.reason, dtype=object)),
     }
-    attributes = {"format": _FORMAT, "metrics": list(table.metrics), "study": key}
-    data = xr.Dataset(columns, attrs={**attributes, "digest": digest(table, key)})
+    data = xr.Dataset(columns, attrs={"format": _FORMAT, "metrics": list(table.metrics), "study": key})
     for k, (name, unit) in enumerate(zip(table.metrics, units, strict=True)):
         data[f"metric_{name}"] = ("sample", table.values[:, k])
         data[f"metric_{name}"].attrs["units"] = unit
     return data
 
 
-def digest(table: Table, key: str) -> str:
-    """Hash of a study's key and of all samples; all values that are not a number count as one."""
-    words = (key, table.metrics, table.corner, table.outcome, table.reason)
-    found = hashlib.sha256(json.dumps(words).encode())
-    numbers = np.where(np.isnan(table.values), np.nan, table.values)
-    for column in (table.die, table.trial, table.temperature_c, numbers):
-        found.update(np.ascontiguousarray(column, column.dtype.newbyteorder("<")).tobytes())
-    return found.hexdigest()
-
-
 def write_table(path: Path, table: Table, units: Sequence[str], key: str) -> None:
     """Write a study's table as netCDF, whole or not at all; `DataError` where it cannot be written."""
-    write_netcdf_atomic(path, to_dataset(table, units, key))
+    write_bytes_atomic(path, sealed(to_dataset(table, units, key).to_netcdf(engine="h5netcdf")))
 
 
 def read_table(path: Path, key: str) -> Table:
@@ -154,9 +142,11 @@ def read_table(path: Path, key: str) -> Table:
     Raises `DataError` for a file that is missing, broken, of another kind or study, or was changed since.
     """
     try:
+        with path.open("rb") as contents:
+            check_sealed(contents)
         with h5py.File(path, "r") as file:
             found = _read(path, file)
-            written_for, signed = (_text(file.attrs[name]) for name in ("study", "digest"))
+            written_for = _text(file.attrs["study"])
     except _BROKEN as error:
         if isinstance(error, DataError):
             raise
@@ -164,32 +154,36 @@ def read_table(path: Path, key: str) -> Table:
         raise DataError(f"{path}: cannot be read, {text[:200]}; measure it again") from None
     if written_for != key:
         raise DataError(f"{path}: is of another study; measure it again")
-    if signed != digest(found, key):
-        raise DataError(f"{path}: was changed since it was written; measure it again")
     return found
 
 
 def _read(path: Path, file: Any) -> Table:
     version = np.asarray(file.attrs.get("format", 0)).item()
     if version != _FORMAT:
-        what = "has no key of its study" if version == 1 else "is no table of samples"
-        raise DataError(f"{path}: {what}, format {version}; measure it again")
-    count = int(file["die"].shape[0])
+        raise DataError(f"{path}: is no table of samples, format {version}; measure it again")
+    count = int(file["die"].size)
     if count > MOST:
         raise DataError(f"{path}: {count} samples, must be at most {MOST}; measure it again")
     metrics = tuple(_text(m) for m in np.atleast_1d(file.attrs["metrics"]))
-    words = {k: tuple(file[k].asstr()[:count]) if count else () for k in ("corner", "outcome", "reason")}
+    words = {k: _words(file, k, count) for k in ("corner", "outcome", "reason")}
     values = np.empty((count, len(metrics)))
     for k, metric in enumerate(metrics):
-        values[:, k] = file[f"metric_{metric}"][:count]
-    return Table(
-        metrics, _column(file["die"], np.int64), words["corner"], _column(file["temperature_C"], np.float64),
-        _column(file["trial"], np.int64), words["outcome"], words["reason"], values,
-    )  # fmt: skip
+        values[:, k] = _column(file, f"metric_{metric}", np.float64, count)
+    die, trial = (np.array(_column(file, k, np.int64, count)) for k in ("die", "trial"))
+    temperature = np.array(_column(file, "temperature_C", np.float64, count))
+    return Table(metrics, die, words["corner"], temperature, trial, words["outcome"], words["reason"], values)
 
 
-def _column(column: Any, kind: type) -> NDArray[Any]:
-    return np.asarray(column[:MOST]).astype(kind)
+def _words(file: Any, name: str, count: int) -> tuple[str, ...]:
+    return tuple(_column(file, name, object, count).asstr()[:]) if count else ()
+
+
+def _column(file: Any, name: str, kind: type, count: int) -> Any:
+    """A column, held against what a table has; `TypeError` for one that is not of its kind and length."""
+    column = file[name]
+    if column.dtype != kind or column.shape != (count,):
+        raise TypeError(f"{name} is {column.dtype}{column.shape}, must be {np.dtype(kind)}({count},)")
+    return column
 
 
 def _text(value: Any) -> str:

@@ -15,7 +15,7 @@ from chips.ranging.model import model_of, stimulated
 from chips.ranging.record import Record, read_record, record_of, write_record
 from chips.record_file import ENVIRONMENT, cache_folder, record_file, shipped_file
 from circuits.blocks.sonar import rebound_neuron
-from circuits.errors import DataError
+from circuits.errors import DataError, SolverError
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.cli import characterise as command
@@ -89,6 +89,28 @@ def test_the_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureF
     assert "has no named sets" in capsys.readouterr().err
     assert main(["characterise", "rebound-neuron", "-o", str(tmp_path)]) == 2
     assert "must be a file" in capsys.readouterr().err
+
+
+def test_a_block_without_any_die_that_can_be_measured_has_no_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def silent(*_: object) -> float:
+        raise SolverError("rebound neuron: no release within 1 s; raise i_inh_tau")
+
+    def judged(**_: object) -> Record:
+        errors = c.held_out_errors(rebound_neuron.build(), AMI_1500, record_of(), (500, 501))
+        return replace(record_of(), errors=errors)
+
+    monkeypatch.setattr(c, "inhibition_time", silent)
+    monkeypatch.setattr(c, "characterise", judged)
+    target = tmp_path / "record.nc"
+    assert main(["characterise", "rebound-neuron", "-o", str(target)]) != 0
+    said = capsys.readouterr()
+    assert said.err.splitlines() == [
+        "noctule: rebound_neuron: none of dies (500, 501) could be measured; look at its biases"
+    ]
+    assert said.out == ""
+    assert not target.exists()
 
 
 @pytest.fixture

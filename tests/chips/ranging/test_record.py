@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 from chips.ranging.record import GRID, Grid, read_record, record_key, record_of, write_record
+from chips.record_file import save_record, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError
 from circuits.silicon.process import AMI_1500
@@ -59,9 +60,22 @@ def test_a_record_survives_its_file(tmp_path: Path) -> None:
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
-    xr.Dataset({"a": ("x", np.zeros(2))}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    with pytest.raises(DataError, match=r"other\.nc: no record"):
+    save_record(xr.Dataset({"a": ("x", np.zeros(2))}), tmp_path / "other.nc")
+    with pytest.raises(DataError, match=r"other\.nc: no record of version"):
         read_record(tmp_path / "other.nc")
+
+
+def test_outside_the_package_a_record_is_believed_as_it_was_written_alone(tmp_path: Path) -> None:
+    path, shipped = tmp_path / "own.nc", shipped_file("rebound_neuron")
+    path.write_bytes(shipped.read_bytes())
+    with pytest.raises(DataError, match=r"own\.nc: no record, no digest of its contents .*delete it"):
+        read_record(path)
+    write_record(record_of(), path)
+    whole = path.read_bytes()
+    for k in range(0, len(whole), 97):  # HDF5 reads some such files for ever
+        path.write_bytes(whole[:k] + bytes([whole[k] ^ 1]) + whole[k + 1 :])
+        with pytest.raises(DataError, match=r"own\.nc: no record, (it was changed|no digest)"):
+            read_record(path)
 
 
 def test_a_block_without_a_record_is_named() -> None:

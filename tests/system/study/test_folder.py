@@ -17,6 +17,7 @@ import pytest
 import xarray as xr
 
 from circuits.errors import DataError, ParameterError
+from circuits.seal import sealed, unsealed
 from system.cli.command_line import main
 from system.files.claim import claimed
 from system.study.folder import CHUNKS, SAMPLES, open_folder, study_table
@@ -43,18 +44,44 @@ def foreign(folder: Path, tmp_path: Path) -> str:
 def edited(folder: Path, tmp_path: Path) -> str:
     with h5py.File(chunk_files(folder)[1], "r+") as file:
         file["metric_threshold_sum"][2] += 1e-3  # the other two have no value
-    return "was changed since it was written"
+    return "it was cut or edited"
+
+
+def flipped(folder: Path, tmp_path: Path) -> str:
+    path = chunk_files(folder)[1]
+    path.write_bytes(flip(path.read_bytes()))
+    return "it was changed since it was written"
 
 
 def of_old(folder: Path, tmp_path: Path) -> str:
-    """As chunks were before they had a key."""
+    """As chunks were before they were sealed."""
+    path = chunk_files(folder)[1]
+    path.write_bytes(unsealed(path.read_bytes()))
+    return "no digest of its contents at its end"
+
+
+def flip(data: bytes) -> bytes:
+    """Byte 793 turned over: HDF5 reads such a file for ever."""
+    return data[:793] + bytes([data[793] ^ 1]) + data[794:]
+
+
+def cut_short(data: bytes) -> bytes:
+    return data[:4000]
+
+
+def empty(data: bytes) -> bytes:
+    return b""
+
+
+def without_key(folder: Path, tmp_path: Path) -> str:
+    """As chunks were before they had a key, sealed."""
     path = chunk_files(folder)[1]
     with xr.open_dataset(path, engine="h5netcdf") as data:
         loaded = data.load()
-    del loaded.attrs["study"], loaded.attrs["digest"]
+    del loaded.attrs["study"]
     loaded.attrs["format"] = 1
-    loaded.to_netcdf(path, engine="h5netcdf")
-    return "has no key of its study"
+    path.write_bytes(sealed(loaded.to_netcdf(engine="h5netcdf")))
+    return "is no table of samples, format 1"
 
 
 def truncated(folder: Path, tmp_path: Path) -> str:
@@ -63,7 +90,7 @@ def truncated(folder: Path, tmp_path: Path) -> str:
     return "cannot be read"
 
 
-@pytest.mark.parametrize("spoil", [foreign, edited, of_old, truncated])
+@pytest.mark.parametrize("spoil", [foreign, edited, flipped, of_old, without_key, truncated])
 def test_a_chunk_that_does_not_fit_is_measured_again_and_told(
     spoil: Callable[[Path, Path], str], tmp_path: Path
 ) -> None:
@@ -77,7 +104,7 @@ def test_a_chunk_that_does_not_fit_is_measured_again_and_told(
     assert same(study_table(tmp_path / "a"), once)
 
 
-@pytest.mark.parametrize("spoil", [foreign, edited, of_old, truncated])
+@pytest.mark.parametrize("spoil", [foreign, edited, flipped, of_old, without_key, truncated])
 def test_samples_that_do_not_fit_are_no_samples_of_the_study(
     spoil: Callable[[Path, Path], str], tmp_path: Path
 ) -> None:
@@ -86,6 +113,22 @@ def test_samples_that_do_not_fit_are_no_samples_of_the_study(
     told = spoil(tmp_path / "a", tmp_path)
     with pytest.raises(DataError, match=told):
         study_table(tmp_path / "a")
+
+
+@pytest.mark.parametrize("spoil", [flip, cut_short, empty])
+def test_spoiled_samples_are_told_in_one_line(spoil: Callable[[bytes], bytes], tmp_path: Path) -> None:
+    run(study(), tmp_path / "a")
+    path = tmp_path / "a" / SAMPLES
+    path.write_bytes(spoil(path.read_bytes()))
+    code = "import sys; from system.cli.command_line import main; sys.exit(main(sys.argv[1:]))"
+    words = ["replay", str(tmp_path / "a"), "--die", "1005", "--metric", f"{HERE}:threshold_sum"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")  # nothing of a file that HDF5 left half open
+    told = [line for line in done.stdout.splitlines() if "samples.nc" in line]
+    assert len(told) == 1
+    assert "cannot be read" in told[0]
 
 
 def test_a_study_of_a_class_alone_is_read_back(tmp_path: Path) -> None:
@@ -169,7 +212,7 @@ def largest_chunk(tmp_path: Path) -> int:
     return max(sizes)
 
 
-@pytest.mark.parametrize("spoil", [foreign, edited])
+@pytest.mark.parametrize("spoil", [foreign, edited, flipped])
 def test_replay_shows_no_value_that_is_not_the_study_s(
     spoil: Callable[[Path, Path], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from circuits.errors import DataError
-from system.study.table import Table, empty, join, read_table, select, to_csv, write_table
+from circuits.seal import sealed
+from system.study.table import Table, empty, join, read_table, select, to_csv, to_dataset, write_table
 
 TABLE = Table(
     ("delay", "gain"),
@@ -39,6 +40,26 @@ def test_what_is_no_table_is_told_in_a_line(tmp_path: Path) -> None:
     path.write_bytes(b"CDF no")
     with pytest.raises(DataError, match=r"a\.nc: cannot be read"):
         read_table(path, "key")
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("die", np.array([1.0, np.nan])),
+        ("die", np.array([[1, 2]])),
+        ("trial", np.zeros(3, np.int64)),
+        ("temperature_C", np.array(["27", "27"], dtype=object)),
+        ("metric_gain", np.zeros(2, np.int64)),
+        ("corner", np.zeros(2, np.int64)),
+        ("outcome", np.array(["works"], dtype=object)),
+    ],
+)
+def test_a_column_of_another_kind_or_length_is_refused(name: str, column: object, tmp_path: Path) -> None:
+    written = to_dataset(TABLE, ("s", ""), "key").drop_vars(name)
+    written[name] = (tuple(f"{name}{k}" for k in range(np.ndim(column))), column)
+    (tmp_path / "a.nc").write_bytes(sealed(written.to_netcdf(engine="h5netcdf")))
+    with pytest.raises(DataError, match=f"cannot be read, {name} is .*; measure it again"):
+        read_table(tmp_path / "a.nc", "key")
 
 
 def test_csv_has_a_row_a_sample_and_nothing_for_what_is_not_defined() -> None:
