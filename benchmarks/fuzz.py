@@ -123,8 +123,9 @@ class Apart:
     def begin(self) -> None:
         """Start the process, and wait until it is ready."""
         self.here, there = Pipe()
+        self.folder = tempfile.TemporaryDirectory()  # a process that is killed leaves its files
         self.process = get_context("spawn").Process(
-            target=_serve, args=(there, self.kind, self.seed), daemon=True
+            target=_serve, args=(there, self.kind, self.seed, self.folder.name), daemon=True
         )
         self.process.start()
         there.close()
@@ -148,14 +149,14 @@ class Apart:
         """Stop the process."""
         self.process.kill()
         self.process.join()
+        self.folder.cleanup()
 
 
-def _serve(cases: Connection, kind: str, seed: int) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        reader = Reader(INPUTS[kind], seed, Path(folder))
-        cases.send(None)
-        while True:
-            cases.send(reader.read(cases.recv()))
+def _serve(cases: Connection, kind: str, seed: int, folder: str) -> None:
+    reader = Reader(INPUTS[kind], seed, Path(folder))
+    cases.send(None)
+    while True:
+        cases.send(reader.read(cases.recv()))
 
 
 def run(kind: str, cases: Iterable[int], seed: int) -> Tally:
