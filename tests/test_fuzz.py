@@ -67,6 +67,24 @@ def test_no_damage_makes_a_document_longer_than_the_longest(fuzz: Any) -> None:
         assert 2**20 < len(found) <= damage.LONGEST
 
 
+def test_commands_by_hand_are_as_many_as_asked(
+    fuzz: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran: list[object] = []
+    fine = fuzz.Reading((), 1.0, 1.0, refused=False, broken=None)
+    monkeypatch.setattr(fuzz, "_by_hand", lambda *words: ran.append(words) or fine)
+    monkeypatch.setattr(fuzz, "run_apart", lambda *_: pytest.fail("read in a process of its own"))
+    only = ["fuzz.py", "--only", "command line"]
+    monkeypatch.setattr(sys, "argv", [*only, "--command-line", "3", "--workers", "2"])
+    assert fuzz.main() == 0
+    assert len(ran) - len(fuzz.INPUTS["command line"].begin(Path())) == 3  # after each seed once
+    assert "3 results, 0 refusals, 0 broken" in capsys.readouterr().out
+    monkeypatch.setattr(sys, "argv", only)
+    with pytest.raises(SystemExit):
+        fuzz.main()
+    assert "needs --command-line N" in capsys.readouterr().err
+
+
 def test_every_deck_is_read_as_it_is(fuzz: Any, tmp_path: Path) -> None:
     reader = fuzz.Reader(fuzz.INPUTS["netlist"], 0, tmp_path)
     assert len(reader.seeds) > 1
