@@ -18,7 +18,6 @@ from typing import Any
 import h5py
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import DataError, ParameterError
