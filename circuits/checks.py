@@ -16,7 +16,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import fields
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -81,6 +83,18 @@ def require_reals(label: str, values: object, unit: str) -> None:
     if kind not in "iuf":
         of = f" in {unit}" if unit else ""
         raise ParameterError(f"{label}: {values!r:.60}, must be a number{of}, or several; write as in 1e-6")
+
+
+def require_positive(params: Any, *names: str) -> None:
+    """Raise `ParameterError` unless the fields of a dataclass with these names are above 0.
+
+    The text has the unit that the field states (`circuits.units.quantity`).
+    """
+    for each in fields(params):
+        value = getattr(params, each.name)
+        if each.name in names and not value > 0.0:
+            unit = each.metadata.get("unit", "")
+            raise ParameterError(f"{each.name}: {value:g}{' ' if unit else ''}{unit}, must be > 0")
 
 
 def require_choice(label: str, value: object, known: Iterable[object]) -> None:

@@ -211,6 +211,10 @@ class Circuit:
                 return bias
         raise unknown_name(f"{self.name} bias", name, [b.name for b in self.biases])
 
+    def wired(self, **others: str) -> dict[str, str]:
+        """Connections of an instance: each port to the node of its name, or to that in `others`."""
+        return {p.name: p.name for p in self.ports} | others
+
     def shapes(self) -> dict[str, Shape]:
         """Shape of every declared node: ports and node arrays."""
         return {p.name: p.shape for p in self.ports} | {n.name: n.shape for n in self.nodes}

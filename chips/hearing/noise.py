@@ -147,9 +147,7 @@ def chain(neuron: Circuit) -> Circuit:
         Port("spike", "event", "out"),
         *(Port(b.port, "bias") for b in biases),
     )
-    instances = tuple(
-        Instance(name, part, {p.name: p.name for p in part.ports}) for name, part in parts.items()
-    )
+    instances = tuple(Instance(name, part, part.wired()) for name, part in parts.items())
     return Circuit("hearing", ports, instances=instances, biases=tuple(biases))
 
 

@@ -123,9 +123,7 @@ def memory(units: int, synapses: int) -> Circuit:
         *(Port(f"v_{name}", "bias") for name in (*_MEMORY_LINES, "cmp", "ref")),
     )
     same = {"v_cmp": "v_cmp", "v_ref": "v_ref", "vdd": "vdd"}
-    array = {p.name: p.name for p in unit.ports} | {
-        "integrating": "spoken", "spike": "detected", "v_exc": "v_cd",
-    }  # fmt: skip
+    array = unit.wired(integrating="spoken", spike="detected", v_exc="v_cd")  # fmt: skip
     return Circuit(
         "latency_memory",
         ports,

@@ -49,7 +49,7 @@ def neurons(count: int) -> Circuit:
     ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))
     nodes = (Node("v_mem", (count,)), Node("spike", (count,)))
     biases = tuple(replace(b, device=f"neuron.{b.device}" if b.device else None) for b in part.biases)
-    array = InstanceArray("neuron", part, (count,), {p.name: p.name for p in part.ports})
+    array = InstanceArray("neuron", part, (count,), part.wired())
     return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
 
 
@@ -63,7 +63,7 @@ def column(count: int) -> Circuit:
     biases = tuple(
         replace(b, device=f"stage.{b.device}") for b in part.biases if b.name == "i_pos" and b.device
     )
-    array = InstanceArray("stage", part, (count,), {p.name: p.name for p in part.ports})
+    array = InstanceArray("stage", part, (count,), part.wired())
     return Circuit("nef_column", ports, (), (array,), nodes, biases=biases)
 
 
@@ -74,7 +74,7 @@ def filters(count: int) -> Circuit:
     ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))
     nodes = tuple(Node(name, (count,)) for name in own)
     biases = tuple(replace(b, device=f"filter.{b.device}") for b in part.biases)
-    array = InstanceArray("filter", part, (count,), {p.name: p.name for p in part.ports})
+    array = InstanceArray("filter", part, (count,), part.wired())
     return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
 
 
@@ -82,7 +82,7 @@ def lines(count: int) -> Circuit:
     """The chip with its first lines alone."""
     part = nef_synapse.line()
     nodes = tuple(Node(name, (count,)) for name in ("i_sum", "v_pos", "v_neg"))
-    array = InstanceArray("line", part, (count,), {p.name: p.name for p in part.ports})
+    array = InstanceArray("line", part, (count,), part.wired())
     ports = (SUPPLY, *(Port(name, "bias") for name in ("v_ref", "v_split")))
     biases = tuple(
         replace(b, device=f"line.{b.device.removeprefix('line.')}" if b.device else None)

@@ -70,7 +70,7 @@ def build(params: Params = Params()) -> Circuit:
         Port("spike", "event", "out", shape),
         *(Port(b.port, "bias", "in", shape if b.name in _PER_NEURON else ()) for b in biases),
     )
-    array = InstanceArray("neuron", neuron, shape, {p.name: p.name for p in neuron.ports})
+    array = InstanceArray("neuron", neuron, shape, neuron.wired())
     return Circuit("ranging_chip", ports, (), (array,), biases=biases)
 
 
@@ -90,7 +90,7 @@ def build_with_chain(params: BiasedParams = BiasedParams()) -> Circuit:
         plain,
         ports=(*(p for p in plain.ports if p.name not in inside), *(chain.port(b.port) for b in own)),
         nodes=tuple(Node(p, (NEURONS,)) for p in sorted(inside)),
-        instances=(*plain.instances, Instance("chain", chain, {p.name: p.name for p in chain.ports})),
+        instances=(*plain.instances, Instance("chain", chain, chain.wired())),
         biases=(*(b for b in plain.biases if b.port not in inside), *own),
     )
 

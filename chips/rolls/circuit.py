@@ -112,14 +112,14 @@ def row(params: Params = Params(), table: BiasTable | None = None, kind: BiasKin
     """
     synapse = dpi_synapse.synapse(params.synapse)
     shape = (NEURONS,)
-    own = {p.name: p.name for p in synapse.ports} | bias_ports("synapse")
+    own = synapse.wired() | bias_ports("synapse")
     instances: list[Instance | InstanceArray] = [InstanceArray("synapse", synapse, shape, own)]
     for name, (line, out) in _LINES.items():
         make = dpi_synapse.inhibitory_filter if name.endswith("inhibitory") else dpi_synapse.excitatory_filter
         wires = {"vdd": "vdd", "line": line, "v_syn": f"{name}_v_syn", "i_out": out} | bias_ports(name)
         instances.append(Instance(name, make(params.synapse), wires))
     neuron = rolls_neuron.build(params.neuron)
-    own = {p.name: p.name for p in neuron.ports}
+    own = neuron.wired()
     instances.append(Instance("neuron", neuron, own))
     counts = {"virtual_exc": params.virtual.excitatory, "virtual_inh": params.virtual.inhibitory}
     for name, count in counts.items():
@@ -184,7 +184,7 @@ def chip(params: Params = Params(), table: BiasTable | None = None, kind: BiasKi
     )
     wires = {"vdd": "vdd", "event": "event", "pulse": "pulse", "v_pwlk": "v_pwlk"}
     instances = (
-        InstanceArray("row", one, shape, {p.name: p.name for p in one.ports}),
+        InstanceArray("row", one, shape, one.wired()),
         InstanceArray("extender", extender, shape, wires),
     )
     found = _known(

@@ -64,9 +64,7 @@ def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Para
         one = depressing_row(one, program.depression, columns.size)
         whole = depressing_chip(whole, program.depression, program.biases, kind)
     shape = (columns.size,)
-    instances: list[Instance | InstanceArray] = [
-        InstanceArray("row", one, (1,), {p.name: p.name for p in one.ports})
-    ]
+    instances: list[Instance | InstanceArray] = [InstanceArray("row", one, (1,), one.wired())]
     biases = _biases(one, whole, columns.size)
     ports = [replace(p, shape=(1, *p.shape)) for p in one.ports if _is_own(p)]
     ports += [SUPPLY, *(Port(b.port, "bias") for b in biases)]

@@ -67,7 +67,7 @@ class Stimulus:
 def pair() -> Circuit:
     """Ports event (of the synapse), spike, v_mem, line, w, low, and the biases of both blocks."""
     gate, cell = calcium_gate.build(), plastic_synapse.build()
-    own = {p.name: p.name for p in cell.ports}
+    own = cell.wired()
     renamed = {b.port: f"n_{b.port}" for b in calcium_gate.BIASES}
     wires = {p.name: renamed.get(p.name, p.name) for p in gate.ports} | {"event": "spike"}
     biases = (

@@ -29,6 +29,7 @@ import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.rest import started_at_rest
+from circuits.checks import require_positive
 from circuits.circuit import Circuit, Port
 from circuits.count import whole_number
 from circuits.devices import Device, Resistor, Source, Transistor
@@ -80,8 +81,7 @@ class Params:
             whole_number(name, code, 0, count - 1)
         if not self.core_ratio > 1.0:
             raise ParameterError(f"core_ratio: {self.core_ratio:g}, must be > 1; 8 is usual")
-        if not self.core_resistance > 0.0:
-            raise ParameterError(f"core_resistance: {self.core_resistance:g} Ohm, must be > 0")
+        require_positive(self, "core_resistance")
 
 
 def nominal_current(params: Params, temperature_c: float = REFERENCE_C) -> float:

@@ -25,10 +25,10 @@ from circuits.blocks.latency.synapse import event_sources, step_synapse
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -49,9 +49,7 @@ class Params:
     sum_capacitance: float = quantity(20e-15, "F")
 
     def __post_init__(self) -> None:
-        for name in ("timer_capacitance", "sum_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "timer_capacitance", "sum_capacitance")
 
 
 BIASES = (
@@ -80,7 +78,7 @@ def build(params: Params = Params()) -> Circuit:
         *inverter("mi", "sum", "none", width=3.0, length=1.5),
         *inverter("mj", "none", "spike", width=3.0, length=1.5),
     )
-    own = {p.name: p.name for p in part.ports} | {"v_step": "v_window", "v_mem": "sum"}
+    own = part.wired(v_step="v_window", v_mem="sum")
     inputs = tuple(Instance(f"input{k}", part, own | {"event": f"event[{k}]"}) for k in range(len(INPUTS)))
     return Circuit("latency_coincidence", ports, devices, inputs, biases=BIASES)
 

@@ -25,10 +25,10 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.latency.synapse import event_sources, step_inhibition, step_synapse
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Source
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -49,9 +49,7 @@ class Params:
     timer_capacitance: float = quantity(2e-12, "F")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "gate_capacitance", "timer_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "gate_capacitance", "timer_capacitance")
 
 
 BIASES = (
@@ -96,11 +94,11 @@ def build(params: Params = Params()) -> Circuit:
         *inverter("mi", "v_mem", "none", width=3.0, length=6.0),
         *inverter("mo", "none", "spike", width=3.0, length=1.5),
     )
-    own = {p.name: p.name for p in excitation.ports}
+    own = excitation.wired()
     instances = [
         Instance(f"excite{k}", excitation, own | {"event": f"excite[{k}]"}) for k in range(EXCITATIONS)
     ]
-    connections = {p.name: p.name for p in inhibition.ports} | {"event": "inhibit"}
+    connections = inhibition.wired(event="inhibit")
     instances.append(Instance("inhibit", inhibition, connections))
     return Circuit("latency_conductance", ports, devices, tuple(instances), biases=BIASES)
 

@@ -22,11 +22,11 @@ from circuits.blocks.latency.synapse import comparator, event_pulse, event_sourc
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -48,9 +48,7 @@ class Params:
     cells: int = quantity(CELLS, "")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "timer_capacitance", "recurrent_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "timer_capacitance", "recurrent_capacitance")
         whole_number("cells", self.cells)
 
 
@@ -85,7 +83,7 @@ def recurrent_inhibition(capacitance: float, cells: int) -> Circuit:
         mos("mz", "n", "timer", "reset", "0", 6, 1.5),
         Capacitor("cr", "timer", "0", capacitance),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "stop"}
+    connections = part.wired(plus="timer", above="stop")
     return Circuit("recurrent_inhibition", ports, devices, (Instance("timer", part, connections),))
 
 
@@ -106,14 +104,14 @@ def build(params: Params = Params()) -> Circuit:
         Port("spike", "event", "out", (count,)),
         *(Port(b.port, "bias") for b in BIASES),
     )
-    own = {p.name: p.name for p in cell.ports}
+    own = cell.wired()
     cells = [
         Instance(
             f"cell{k}", cell, own | {name: f"{name}[{k}]" for name in ("excite", "inhibit", "spike")}
         )
         for k in range(count)
     ]  # fmt: skip
-    recurrent = Instance("recurrent", part, {p.name: p.name for p in part.ports})
+    recurrent = Instance("recurrent", part, part.wired())
     return Circuit("race_layer", ports, (), (*cells, recurrent), biases=BIASES)
 
 

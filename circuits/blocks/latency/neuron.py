@@ -24,11 +24,11 @@ from circuits.blocks.latency.synapse import comparator, event_pulse, event_sourc
 from circuits.blocks.mos import mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -49,9 +49,7 @@ class Params:
     synapses: int = quantity(INPUTS, "")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "timer_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "timer_capacitance")
         whole_number("synapses", self.synapses)
 
 
@@ -78,11 +76,8 @@ def build(params: Params = Params()) -> Circuit:
         Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
         mos("mz", "n", "v_mem", "reset", "0", 6, 1.5),
     )
-    synapses = [
-        Instance(f"synapse{k}", part, {p.name: p.name for p in part.ports} | {"event": f"event[{k}]"})
-        for k in range(count)
-    ]
-    plus = {p.name: p.name for p in threshold.ports} | {"plus": "v_mem", "above": "spike"}
+    synapses = [Instance(f"synapse{k}", part, part.wired(event=f"event[{k}]")) for k in range(count)]
+    plus = threshold.wired(plus="v_mem", above="spike")
     return Circuit(
         "latency_neuron", ports, devices, (*synapses, Instance("threshold", threshold, plus)), biases=BIASES
     )

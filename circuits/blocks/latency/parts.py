@@ -33,8 +33,8 @@ def racing_cell(reach: int) -> Circuit:
     """
     excitation, inhibition = step_synapse(TIMER), ended(step_inhibition(TIMER))
     count = 2 * reach + 1
-    own = {p.name: p.name for p in excitation.ports}
-    held = {p.name: p.name for p in inhibition.ports} | {"v_hold": "v_inhibition", "end": "reset"}
+    own = excitation.wired()
+    held = inhibition.wired(v_hold="v_inhibition", end="reset")
     instances = [
         Instance(f"excite{k}", excitation, own | {"event": name, "v_exc": f"v_{name}", "v_step": "v_pulse"})
         for k, name in enumerate(("goal", "direction"))
@@ -62,9 +62,7 @@ def racing_cell(reach: int) -> Circuit:
 def following_cell() -> Circuit:
     """Ports excite, reset, stop (events in), spike (event out), biases."""
     part = ended(step_synapse(TIMER))
-    connections = {p.name: p.name for p in part.ports} | {
-        "event": "excite", "end": "reset", "v_exc": "v_second", "v_step": "v_kept",
-    }  # fmt: skip
+    connections = part.wired(event="excite", end="reset", v_exc="v_second", v_step="v_kept")  # fmt: skip
     ports = (
         Port("vdd", "supply"),
         *(Port(name, "event") for name in ("excite", "reset", "stop")),
@@ -138,6 +136,4 @@ def _membrane() -> tuple[Device, ...]:
 
 def _threshold() -> Instance:
     part = comparator()
-    return Instance(
-        "threshold", part, {p.name: p.name for p in part.ports} | {"plus": "v_mem", "above": "spike"}
-    )
+    return Instance("threshold", part, part.wired(plus="v_mem", above="spike"))

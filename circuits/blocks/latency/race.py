@@ -26,11 +26,11 @@ from circuits.blocks.latency.synapse import (
 )
 from circuits.blocks.mos import mos
 from circuits.blocks.rest import started_at_rest
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -51,9 +51,7 @@ class Params:
     inhibitions: int = quantity(INHIBITIONS, "")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "timer_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "timer_capacitance")
         for name in ("excitations", "inhibitions"):
             whole_number(name, getattr(self, name))
 
@@ -92,17 +90,16 @@ def build(params: Params = Params()) -> Circuit:
     instances = [
         Instance(
             f"excite{k}", excitation,
-            {p.name: p.name for p in excitation.ports}
-            | {"event": f"excite[{k}]", "v_exc": "v_charge", "v_step": "v_pulse"},
+            excitation.wired(event=f"excite[{k}]", v_exc="v_charge", v_step="v_pulse"),
         )
         for k in range(int(params.excitations))
     ]  # fmt: skip
-    own = {p.name: p.name for p in inhibition.ports}
+    own = inhibition.wired()
     instances += [
         Instance(f"inhibit{k}", inhibition, own | {"event": f"inhibit[{k}]"})
         for k in range(int(params.inhibitions))
     ]
-    plus = {p.name: p.name for p in threshold.ports} | {"plus": "v_mem", "above": "spike"}
+    plus = threshold.wired(plus="v_mem", above="spike")
     instances.append(Instance("threshold", threshold, plus))
     return Circuit("latency_race", ports, devices, tuple(instances), biases=BIASES)
 

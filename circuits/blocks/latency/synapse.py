@@ -70,7 +70,7 @@ def step_synapse(timer_capacitance: float) -> Circuit:
         mos("ms", "p", "foot", "off", "vdd", 6, 1.5),
         mos("me", "p", "v_mem", "v_exc", "foot", 6, 24),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "off"}
+    connections = part.wired(plus="timer", above="off")
     return Circuit("step_synapse", ports, devices, (Instance("timer", part, connections),))
 
 
@@ -89,7 +89,7 @@ def step_inhibition(timer_capacitance: float) -> Circuit:
         mos("ms", "n", "foot", "on", "0", 6, 1.5),
         mos("mk", "n", "v_mem", "v_inh", "foot", 6, 24),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "off"}
+    connections = part.wired(plus="timer", above="off")
     return Circuit("step_inhibition", ports, devices, (Instance("timer", part, connections),))
 
 

@@ -24,12 +24,12 @@ from circuits.blocks.latency.synapse import comparator, event_pulse, timer
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
-from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -49,8 +49,7 @@ class Params:
     taps: int = quantity(2, "")
 
     def __post_init__(self) -> None:
-        if not self.timer_capacitance > 0.0:
-            raise ParameterError(f"timer_capacitance: {self.timer_capacitance:g} F, must be > 0")
+        require_positive(self, "timer_capacitance")
         whole_number("taps", self.taps)
 
 
@@ -88,7 +87,7 @@ def delay_tap(timer_capacitance: float) -> Circuit:
         *timer("event", "v_tap", timer_capacitance),
         *edge_event("passed"),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "passed"}
+    connections = part.wired(plus="timer", above="passed")
     return Circuit("delay_tap", ports, devices, (Instance("timer", part, connections),))
 
 
@@ -101,7 +100,7 @@ def build(params: Params = Params()) -> Circuit:
         Port("out", "event", "out", (count,)),
         *(Port(b.port, "bias") for b in BIASES),
     )
-    own = {p.name: p.name for p in part.ports}
+    own = part.wired()
     first = Instance("tap", part, own | {"out": "out[0]"})
     later = [
         Instance(f"tap{k}", part, own | {"event": f"out[{k - 1}]", "out": f"out[{k}]"})

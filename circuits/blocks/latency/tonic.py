@@ -28,6 +28,7 @@ from circuits.blocks.latency.synapse import EDGE, WIDTH, comparator, event_sourc
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
@@ -52,9 +53,7 @@ class Params:
     timer_capacitance: float = quantity(5e-12, "F")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "timer_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "timer_capacitance")
 
 
 BIASES = (
@@ -81,7 +80,7 @@ def long_synapse(timer_capacitance: float) -> Circuit:
         mos("me", "p", "timer", "going", "vdd", 6, 1.5),
         *inverter("mo", "off", "on", width=3.0, length=1.5),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "off"}
+    connections = part.wired(plus="timer", above="off")
     return Circuit("long_synapse", ports, devices, (Instance("timer", part, connections),))
 
 
@@ -116,7 +115,7 @@ def tonic_cell(membrane_capacitance: float) -> Circuit:
         mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
         mos("mq", "n", "v_mem", "restart", "0", 6, 1.5),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "v_mem"}
+    connections = part.wired(plus="v_mem")
     return Circuit("tonic_cell", ports, devices, (Instance("threshold", part, connections),))
 
 
@@ -131,8 +130,8 @@ def build(params: Params = Params()) -> Circuit:
         *(Port(b.port, "bias") for b in BIASES),
     )
     instances = (
-        Instance("hold", hold, {p.name: p.name for p in hold.ports}),
-        Instance("cell", cell, {p.name: p.name for p in cell.ports} | {"stop": "on", "restart": "end"}),
+        Instance("hold", hold, hold.wired()),
+        Instance("cell", cell, cell.wired(stop="on", restart="end")),
     )
     return Circuit("tonic_neuron", ports, (), instances, biases=BIASES)
 

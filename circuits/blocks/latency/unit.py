@@ -23,6 +23,7 @@ from circuits.blocks.latency import tonic as latency_tonic
 from circuits.blocks.latency.synapse import EDGE, WIDTH, comparator, timer
 from circuits.blocks.mos import inverter, nand
 from circuits.blocks.rest import started_at_rest
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Node, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
@@ -44,9 +45,7 @@ class Params:
     timer_capacitance: float = quantity(5e-12, "F")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "timer_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "timer_capacitance")
 
 
 BIASES = (
@@ -75,7 +74,7 @@ def inhibited_gate(timer_capacitance: float) -> Circuit:
         *nand("ma", ("free", "event"), "none", width=3.0, length=1.5),
         *inverter("mo", "none", "out", width=3.0, length=1.5),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "timer", "above": "free"}
+    connections = part.wired(plus="timer", above="free")
     return Circuit("inhibited_gate", ports, devices, (Instance("timer", part, connections),))
 
 
@@ -111,7 +110,7 @@ def build(params: Params = Params()) -> Circuit:
 
 def _own(part: Circuit) -> dict[str, str]:
     """Ports of a part at nodes of the same names."""
-    return {p.name: p.name for p in part.ports}
+    return part.wired()
 
 
 START = latency_tonic.START

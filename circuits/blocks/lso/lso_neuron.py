@@ -26,6 +26,7 @@ from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
 from circuits.blocks.mos import mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
@@ -51,9 +52,7 @@ class Params:
     inhibitions: int = quantity(2, "")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "timer_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "timer_capacitance")
         for name in ("excitations", "inhibitions"):
             whole_number(name, getattr(self, name))
 
@@ -81,7 +80,7 @@ def spiking_cell(membrane_capacitance: float) -> Circuit:
         *spike_and_reset(),
         mos("mq", "n", "v_mem", "reset", "0", 6, 1.5),
     )
-    connections = {p.name: p.name for p in part.ports} | {"plus": "v_mem"}
+    connections = part.wired(plus="v_mem")
     return Circuit("spiking_cell", ports, devices, (Instance("threshold", part, connections),))
 
 
@@ -100,14 +99,14 @@ def build(params: Params = Params()) -> Circuit:
         mos("md", "n", "turned", "turned", "0", 12, 12),
         mos("mk", "n", "v_mem", "turned", "0", 12, 12),
     )
-    own = {p.name: p.name for p in synapse.ports}
+    own = synapse.wired()
     into = {"excite": "v_mem", "inhibit": "turned"}
     synapses = [
         Instance(f"{name}{k}", synapse, own | {"event": f"{name}[{k}]", "v_mem": into[name]})
         for name, count in counts.items()
         for k in range(count)
     ]
-    whole = Instance("cell", cell, {p.name: p.name for p in cell.ports})
+    whole = Instance("cell", cell, cell.wired())
     return Circuit("lso_neuron", ports, devices, (*synapses, whole), biases=BIASES)
 
 

@@ -22,6 +22,7 @@ from circuits.bias import bias_voltages
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
@@ -50,9 +51,7 @@ class Params:
     switch_length: float = quantity(1.0, "um")
 
     def __post_init__(self) -> None:
-        for name in ("unit_width", "unit_length", "mirror_width", "mirror_length"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} um, must be > 0")
+        require_positive(self, "unit_width", "unit_length", "mirror_width", "mirror_length")
 
 
 BIASES = (

@@ -26,10 +26,10 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sonar.rebound_neuron import outcome
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
-from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -59,9 +59,7 @@ class Params:
     logic_length: float = quantity(0.18, "um")
 
     def __post_init__(self) -> None:
-        for name in ("membrane_capacitance", "refractory_capacitance", "hold_capacitance"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} F, must be > 0")
+        require_positive(self, "membrane_capacitance", "refractory_capacitance", "hold_capacitance")
 
 
 BIASES = (

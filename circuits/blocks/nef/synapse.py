@@ -30,6 +30,7 @@ from circuits.blocks.nef.encoder import Params as EncoderParams
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.sonar.rebound_neuron import rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, OperationalAmplifier, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
@@ -66,8 +67,7 @@ class Params:
     load_capacitance: float = quantity(100e-12, "F")  # F, of the stages' gates on a line; ours
 
     def __post_init__(self) -> None:
-        if not self.synapse_capacitance > 0.0:
-            raise ParameterError(f"synapse_capacitance: {self.synapse_capacitance:g} F, must be > 0")
+        require_positive(self, "synapse_capacitance")
 
 
 def low_pass(params: Params = Params()) -> Circuit:
@@ -143,7 +143,7 @@ def build(params: Params = Params()) -> Circuit:
     added = line(params)
     parts = (
         Instance("filter", low_pass(params), inside | {"v_thr": "v_thr", "v_tau": "v_tau"}),
-        Instance("line", added, {p.name: p.name for p in added.ports}),
+        Instance("line", added, added.wired()),
     )
     middle = mos("mv1", "n", "i_in", "v_mid", "0", params.converter_width, params.converter_length)
     return Circuit("nef_synapse", ports, (middle,), parts, biases=BIASES)

@@ -146,8 +146,8 @@ def build(params: Params = Params()) -> Circuit:
     """Ports event (in), v_mem (in), up_b, dn, biases and the supply."""
     extender, one = pulse_extender(params.synapse), gate(params)
     instances = (
-        Instance("extender", extender, {p.name: p.name for p in extender.ports}),
-        Instance("gate", one, {p.name: p.name for p in one.ports}),
+        Instance("extender", extender, extender.wired()),
+        Instance("gate", one, one.wired()),
     )
     ports = (
         SUPPLY, Port("event", "event"), Port("v_mem", "analog"),

@@ -36,9 +36,9 @@ from circuits.blocks.rolls.bias import current_of
 from circuits.blocks.rolls.dpi_synapse import SUPPLY
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor
-from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180, thermal_voltage
 from circuits.solver.power import drain_current, supply_power
@@ -69,8 +69,7 @@ class Params:
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
     def __post_init__(self) -> None:
-        if not self.weight_capacitance > 0.0:
-            raise ParameterError(f"weight_capacitance: {self.weight_capacitance:g} F, must be > 0")
+        require_positive(self, "weight_capacitance")
 
     @property
     def ratio(self) -> float:
@@ -127,7 +126,7 @@ def build(params: Params = Params()) -> Circuit:
         Instance(
             f"depression_{name}",
             cell,
-            {p.name: p.name for p in cell.ports} | {"level": f"v_{name}", "w": f"w_{name}"},
+            cell.wired(level=f"v_{name}", w=f"w_{name}"),
         )
         for name in WEIGHTS
     )

@@ -213,8 +213,8 @@ def build(params: Params = Params()) -> Circuit:
     """Ports event (in), i_exc and i_inh (currents out and in), biases and the supply."""
     filters = {"excitatory": ("exc", "e", excitatory_filter), "inhibitory": ("inh", "i", inhibitory_filter)}
     extender, one = pulse_extender(params), synapse(params)
-    instances = [Instance("extender", extender, {p.name: p.name for p in extender.ports})]
-    instances.append(Instance("synapse", one, {p.name: p.name for p in one.ports}))
+    instances = [Instance("extender", extender, extender.wired())]
+    instances.append(Instance("synapse", one, one.wired()))
     for name, (line, letter, make) in filters.items():
         instances.append(
             Instance(

@@ -231,7 +231,7 @@ def build(params: Params = Params()) -> Circuit:
         Port("spike", "event", "out"),
         *(Port(b.port, "bias") for b in BIASES),
     )
-    instances = tuple(Instance(name, part, {p.name: p.name for p in part.ports}) for name, part in parts)
+    instances = tuple(Instance(name, part, part.wired()) for name, part in parts)
     return Circuit("rolls_neuron", ports, (), instances, biases=BIASES)
 
 

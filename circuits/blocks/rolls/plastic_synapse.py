@@ -35,6 +35,7 @@ from circuits.blocks.rolls.bias import current_of, default_current
 from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
@@ -74,8 +75,7 @@ class Params:
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
     def __post_init__(self) -> None:
-        if not self.weight_capacitance > 0.0:
-            raise ParameterError(f"weight_capacitance: {self.weight_capacitance:g} F, must be > 0")
+        require_positive(self, "weight_capacitance")
 
 
 def cell(params: Params) -> Circuit:
@@ -147,8 +147,8 @@ def build(params: Params = Params()) -> Circuit:
     """Ports event (in), up_b, dn, line, w, low, biases and the supply."""
     extender, one = pulse_extender(params.synapse), cell(params)
     instances = (
-        Instance("extender", extender, {p.name: p.name for p in extender.ports}),
-        Instance("cell", one, {p.name: p.name for p in one.ports}),
+        Instance("extender", extender, extender.wired()),
+        Instance("cell", one, one.wired()),
     )
     ports = (
         SUPPLY, Port("event", "event"), Port("up_b", "analog"), Port("dn", "analog"),

@@ -145,7 +145,7 @@ def build(params: Params = Params()) -> Circuit:
         Port("line", "event", "out", shape),
         Port("v_tail", "bias"),
     )
-    cells = InstanceArray("cell", part, shape, {p.name: p.name for p in part.ports})
+    cells = InstanceArray("cell", part, shape, part.wired())
     shared = (
         mos("mt", "n", "v_common", "v_tail", "0", *TAIL),
         mos("md", "n", "joint", "joint", "half", *LOAD),

@@ -48,7 +48,7 @@ def build(params: Params = Params()) -> Circuit:
             refractory_resistance=params.refractory_resistance,
         )
     )
-    connections = {p.name: p.name for p in generator.ports} | {"v_in": "envelope"}
+    connections = generator.wired(v_in="envelope")
     ports = (
         SUPPLY,
         Port("envelope", "analog"),

@@ -73,7 +73,7 @@ def build(params: Params = Params()) -> Circuit:
             refractory_resistance=params.refractory_resistance,
         )
     )
-    connections = {p.name: p.name for p in generator.ports} | {"v_in": "v_h"}
+    connections = generator.wired(v_in="v_h")
     return Circuit(
         "onset_neuron",
         (

@@ -232,7 +232,7 @@ def build(params: Params = Params()) -> Circuit:
         SUPPLY, Port("call", "event"), Port("echo", "event"), Port("v_mem", "analog", "out"),
         Port("spike", "event", "out"), *(Port(b.port, "bias") for b in BIASES),
     )  # fmt: skip
-    instances = tuple(Instance(name, part, {p.name: p.name for p in part.ports}) for name, part in parts)
+    instances = tuple(Instance(name, part, part.wired()) for name, part in parts)
     return Circuit("rebound_neuron", ports, (), instances, biases=BIASES)
 
 

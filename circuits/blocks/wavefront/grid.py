@@ -73,8 +73,8 @@ def build(params: Params = Params()) -> Circuit:
         *(axon.port(b.port) for b in axon.biases),
     )
     arrays = (
-        InstanceArray("cell", cell, shape, {p.name: p.name for p in cell.ports}),
-        InstanceArray("axon", axon, shape, {p.name: p.name for p in axon.ports}),
+        InstanceArray("cell", cell, shape, cell.wired()),
+        InstanceArray("axon", axon, shape, axon.wired()),
     )
     nodes = (Node("arrive", (*shape, INPUTS)), Node("delayed", shape))
     biases = (*(replace(b, device=b.device and f"axon.{b.device}") for b in axon.biases), *cell.biases)

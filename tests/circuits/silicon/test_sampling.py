@@ -68,7 +68,7 @@ def test_a_die_outside_the_plan_is_refused_and_named() -> None:
 
 def test_the_labels_are_those_of_the_solver_s_draws() -> None:
     inner = rebound_neuron.build()
-    ports = {p.name: p.name for p in inner.ports}
+    ports = inner.wired()
     array = InstanceArray("neuron", inner, (2,), ports)
     chip = Circuit("pair", tuple(inner.ports), instances=(array,))
     flat = flatten(chip)

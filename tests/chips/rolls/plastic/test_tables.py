@@ -48,7 +48,7 @@ def weight_and_filter(table):
         "v_thr": "f_thr",
     }
     instances = (
-        Instance("cell", cell, {p.name: p.name for p in cell.ports}),
+        Instance("cell", cell, cell.wired()),
         Instance("filter", slow, wires),
     )
     names = ("event", "up_b", "dn", "w", "low", "i_out")

@@ -35,7 +35,7 @@ def clamped(part: Circuit) -> Result:
     )
     ports = (Port("vdd", "supply"), Port("event", "event"), *(Port(n, "bias") for n in biases))
     ports = (*ports, Port("v_mem", "analog"))
-    inner = Instance("syn", part, {p.name: p.name for p in part.ports})
+    inner = Instance("syn", part, part.wired())
     whole = Circuit("held", ports, (), (inner,), biases=kinds)
     sources = (
         Source("vdd", "vdd", Constant(5.0)),
@@ -65,7 +65,7 @@ def test_the_comparator_turns_at_its_reference() -> None:
     part = comparator()
     biases = (Bias("i_cmp", "v_cmp", "gate", 50e-9, "c.mc0"), Bias("v_ref", "v_ref", "voltage", 2.0))
     ports = (Port("vdd", "supply"), Port("plus", "analog"), *(Port(b.port, "bias") for b in biases))
-    inner = Instance("c", part, {p.name: p.name for p in part.ports})
+    inner = Instance("c", part, part.wired())
     whole = Circuit("whole", ports, (), (inner,), biases=biases)
     for level, high in ((1.99, False), (2.01, True)):
         sources = (Source("vdd", "vdd", Constant(5.0)), Source("plus", "plus", Constant(level)))

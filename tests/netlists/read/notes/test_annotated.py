@@ -87,7 +87,7 @@ def everything() -> Testbench:
         nodes=(Node("w", (2, 3)),),
         biases=(Bias("i_tau", "v_tau", "gate", 1e-10, "m1"),),
     )
-    ports = {p.name: p.name for p in cell.ports}
+    ports = cell.wired()
     chip = Circuit(
         "chip",
         (
