@@ -1,0 +1,64 @@
+"""The interpolation of the EKV law, `F(u) = ln^2(1 + e^(u/2))`: for arrays, and for compiled kernels.
+
+A transistor carries `I_S [F((v_p - v_s) / U_T) - F((v_p - v_d) / U_T)]` (`circuits.devices.transistor`), so
+that in saturation, with its source at the bulk, it carries `I_S F(v_p / U_T)`: `e^u` in weak inversion,
+`u^2 / 4` in strong inversion. What models need of it is here, and nowhere else:
+
+| of arrays | in kernels | what |
+|---|---|---|
+| `interpolation(u)` | `law(u)`, with its derivative | F, a current over the specific current |
+| `argument(f)` | `argument_of_root(sqrt(f))` | u at which F is f, the inverse |
+| `steepness(f)` | `steepness_of_root(sqrt(f))` | `d ln F / du = (1 - e^-L) / L`, `L = sqrt(f)` |
+
+The solver's law computes the same with packed logarithms (`circuits.devices.softplus`).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from circuits.arrays import F64
+from circuits.compiled import compiled
+
+
+def interpolation(u: ArrayLike) -> F64:
+    """`F(u)` of pinch-off less source voltages over U_T, in the shape of u."""
+    return np.asarray(np.logaddexp(0.0, 0.5 * np.asarray(u, dtype=np.float64)) ** 2)
+
+
+def argument(f: ArrayLike) -> F64:
+    """Where `F(u) = f`: u of f > 0, in its shape."""
+    return np.asarray(2.0 * np.log(np.expm1(np.sqrt(np.asarray(f, dtype=np.float64)))))
+
+
+def steepness(f: ArrayLike) -> F64:
+    """`d ln F / du` where F is f >= 0, in the shape of f: from 1 in weak towards `1 / sqrt(f)`."""
+    return np.asarray(_steepnesses(np.sqrt(np.asarray(f, dtype=np.float64))))
+
+
+@compiled(forceinline=True)
+def law(u: float) -> tuple[float, float]:
+    """`F(u)` and its derivative."""
+    x = 0.5 * u
+    e = math.exp(-abs(x))
+    q = max(x, 0.0) + math.log1p(e)
+    s = 1.0 / (1.0 + e)
+    return q * q, q * (s if x >= 0.0 else e * s)
+
+
+@compiled(forceinline=True)
+def argument_of_root(root: float) -> float:
+    """Where `ln(1 + e^(u/2))` is `root`, > 0: u."""
+    return 2.0 * (root + math.log(-math.expm1(-root)))
+
+
+@compiled(forceinline=True)
+def steepness_of_root(root: float) -> float:
+    """`d ln F / du` where `ln(1 + e^(u/2))` is `root`, >= 0."""
+    return -math.expm1(-root) / root if root > 0.0 else 1.0
+
+
+_steepnesses = np.vectorize(steepness_of_root, otypes=[np.float64])

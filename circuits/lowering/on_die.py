@@ -1,0 +1,278 @@
+"""Transistors as they are on a die: the one way from silicon to a behavioural model.
+
+    d = on_die(circuit, silicon, wanted, place)
+
+gives the transistors of `circuit` called `wanted` (`membrane.m1`: names of instances, then the device's), as
+the transistor level has the same devices at the same place: size and polarity are read from the circuit,
+V_T0 and beta deviate as the die says (`circuits.silicon.die`). A model never draws and never adds up areas.
+
+`place` is ((name, shape), ...) from the chip's name on: `(("sonar_head", ()), ("lso", (2,)))` are the two
+circuits `lso` of that chip. A circuit without a place stands by itself under its own name, and a silicon that
+has a place (`Silicon.place`) has it instead of the first name. Every array is float64 of the shapes of the
+place and of the instance arrays inside the circuit, one after the other: () for a lone device, (2,) above.
+
+What a model asks then:
+
+| | |
+|---|---|
+| `d.saturated(device, gate)` | current with the source at the bulk and the drain far: `I_S F(v_p / U_T)` |
+| `d.pinch(device, gate)` | `v_p / U_T = kappa (v_g - V_T0) / U_T` |
+| `d.gate_for(device, current)` | the gate that gives a saturated current: the inverse of `saturated` |
+| `d.mirror(diode, copy)` | what a copy carries of its diode's current (`Mirror`) |
+| `d.offset(*devices)` | local deviations, for a record's gradients: V_T0 and ln beta of each device in turn |
+| `d.inverter_threshold(inverter)` | the input at which an inverter turns |
+| `d.fet[device]` | specific current, threshold and kappa themselves |
+
+Voltages of a pFET count from the supply down. The law is that with constant kappa; body effect, Early effect
+and leakage stay with the transistor level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.arrays import F64, I64
+from circuits.bias import bias_voltages
+from circuits.circuit import Circuit, Instance, InstanceArray, Shape
+from circuits.compiled import compiled
+from circuits.devices import Transistor
+from circuits.devices.ekv import argument, interpolation, law
+from circuits.errors import ParameterError
+from circuits.silicon.die import Path
+from circuits.silicon.process import POLARITIES
+from circuits.silicon.silicon import Silicon
+
+_BISECTIONS = 60
+_STEP = 1e-3  # V, of a derivative by the gate; ours
+
+
+class Fet(NamedTuple):
+    """A transistor at all its places on a die.
+
+    current: specific current I_S, A; threshold: V_T0, V; v_t0, beta: its local deviations from what the die
+    shares, V of the magnitude and relative; kappa: of its polarity.
+    """
+
+    current: F64
+    threshold: F64
+    kappa: float
+    v_t0: F64
+    beta: F64
+
+
+class Mirror(NamedTuple):
+    """A current mirror in saturation: specific currents in and out, A, and by how much the gates differ.
+
+    shift: `(v_p,out - v_p,in) / 2 U_T` of one gate voltage.
+    """
+
+    given: F64
+    taken: F64
+    shift: F64
+
+    def copied(self, current: F64) -> F64:
+        """What the copy carries, A, of a current (A) above zero, in the shape of both."""
+        return np.asarray(self.taken * interpolation(argument(current / self.given) + 2.0 * self.shift))
+
+    def needed(self, current: F64) -> F64:
+        """Current into the diode, A, of which the copy makes this one (A, above zero)."""
+        return np.asarray(self.given * interpolation(argument(current / self.taken) - 2.0 * self.shift))
+
+    @property
+    def weak(self) -> F64:
+        """Current out over current in, both in weak inversion."""
+        return np.asarray(self.taken / self.given * np.exp(2.0 * self.shift))
+
+
+class DieDevices(NamedTuple):
+    """Transistors of a circuit on a die; see the module.
+
+    u_t: thermal voltage, V; v_dd: supply, V; copies: places of the circuit; fet: by device; gate: voltages of
+    bias lines by port, V, where they were given.
+    """
+
+    u_t: float
+    v_dd: float
+    copies: int
+    fet: Mapping[str, Fet]
+    gate: Mapping[str, F64]
+
+    def pinch(self, device: str, gate: F64 | float) -> F64:
+        """`kappa (v_g - V_T0) / U_T`, gate: V above the bulk (below it for a pFET)."""
+        fet = self.fet[device]
+        return np.asarray(fet.kappa * (gate - fet.threshold) / self.u_t)
+
+    def below(self, port: str) -> F64:
+        """Bias voltage of a pFET's gate, counted from the supply down, V."""
+        return self.v_dd - self.gate[port]
+
+    def saturated(self, device: str, gate: F64 | float) -> F64:
+        """Current with the source at the bulk and the drain far, A: `I_S F(v_p / U_T)`."""
+        return np.asarray(self.fet[device].current * interpolation(self.pinch(device, gate)))
+
+    def gate_for(self, device: str, current: F64) -> F64:
+        """Gate voltage at which a device, saturated, carries a current (A, above zero): V, as in `pinch`."""
+        fet = self.fet[device]
+        return np.asarray(fet.threshold + self.u_t * argument(current / fet.current) / fet.kappa)
+
+    def mirror(self, diode: str, copy: str) -> Mirror:
+        """The mirror of a diode-connected device and its copy."""
+        a, b = self.fet[diode], self.fet[copy]
+        return Mirror(a.current, b.current, 0.5 * (a.kappa * (a.threshold - b.threshold) / self.u_t))
+
+    def offset(self, *devices: str) -> F64:
+        """Local deviations of devices of one shape: V_T0 (V), ln beta of each in turn, [shape, 2 devices]."""
+        each = [x for fet in map(self.fet.__getitem__, devices) for x in (fet.v_t0, np.log1p(fet.beta))]
+        return np.stack(each, axis=-1)
+
+    def inverter_threshold(self, inverter: str) -> F64:
+        """Input (V) at which the devices `<inverter>p` and `<inverter>n`, both saturated, carry the same."""
+        p, n = self.fet[f"{inverter}p"], self.fet[f"{inverter}n"]
+        found = np.empty(np.shape(n.current))
+        _inverter_threshold(
+            n.current.ravel(), n.threshold.ravel() / self.u_t, n.kappa, p.current.ravel(),
+            p.threshold.ravel() / self.u_t, p.kappa, self.v_dd / self.u_t, found.reshape(-1),
+        )  # fmt: skip
+        return found * self.u_t
+
+    def inverter_lag(self, inverter: str, swing: F64, capacitance: float, speed: F64) -> F64:
+        """Time in which an inverter beyond its threshold moves its output by `swing` (V), s.
+
+        `speed` (V/s) of the input makes its current grow from nothing: `C swing = g speed t^2 / 2`.
+        """
+        threshold = self.inverter_threshold(inverter)
+        slope = np.zeros(threshold.shape)
+        for device, gate in ((f"{inverter}p", self.v_dd - threshold), (f"{inverter}n", threshold)):
+            more, less = self.saturated(device, gate + _STEP), self.saturated(device, gate - _STEP)
+            slope += (more - less) / (2.0 * _STEP)
+        return np.asarray(np.sqrt(2.0 * capacitance * np.maximum(swing, 0.0) / (slope * speed)))
+
+    def flat(self) -> DieDevices:
+        """All arrays in one dimension, the last index running fastest."""
+        fets = {k: Fet(f.current.ravel(), f.threshold.ravel(), f.kappa, f.v_t0.ravel(), f.beta.ravel())
+                for k, f in self.fet.items()}  # fmt: skip
+        return self._replace(fet=fets)
+
+    def taken(self, index: I64) -> DieDevices:
+        """The copies `index` of flat devices, one of which may be taken more than once."""
+        fets = {k: Fet(f.current[index], f.threshold[index], f.kappa, f.v_t0[index], f.beta[index])
+                for k, f in self.fet.items()}  # fmt: skip
+        return self._replace(copies=index.size, fet=fets)
+
+    def renamed(self, prefix: str, new: str = "") -> DieDevices:
+        """The devices whose names begin with `prefix`, with `new` in its place."""
+        fets = {new + k.removeprefix(prefix): f for k, f in self.fet.items() if k.startswith(prefix)}
+        return self._replace(fet=fets)
+
+
+def on_die(
+    circuit: Circuit, silicon: Silicon, wanted: Sequence[str] | None = None, place: Path = (),
+    gate: Mapping[str, F64 | float] | None = None,
+) -> DieDevices:  # fmt: skip
+    """Transistors of a circuit on the silicon's die at the silicon's temperature.
+
+    wanted: names of transistors, all of the circuit unless given; place: where the circuit stands, by itself
+    unless given; gate: voltages (V) of its bias lines by port, which the result keeps. Raises
+    `UnknownNameError` for a name that the circuit lacks, `ParameterError` for one of no transistor.
+    """
+    names = [n for n, _ in _transistors(circuit)] if wanted is None else list(dict.fromkeys(wanted))
+    sites = [_site(circuit, name) for name in names]
+    chip, above = (place[0][0], place[1:]) if place else (circuit.name, ())
+    paths = [(*above, *site.path, (site.device.name, ())) for site in sites]
+    shapes = [tuple(n for _, shape in path for n in shape) for path in paths]
+    areas = [
+        np.broadcast_to(s.size["width"] * s.size["length"] * s.size["multiplicity"], shape).ravel()
+        for s, shape in zip(sites, shapes, strict=True)
+    ]
+    every = np.concatenate([np.zeros(0), *areas])
+    v_t0, beta = (np.broadcast_to(x, every.size) for x in silicon.deviations(chip, paths, every))
+    laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
+    fets, start = {}, 0
+    for name, site, shape, area in zip(names, sites, shapes, areas, strict=True):
+        own, start = slice(start, start + area.size), start + area.size
+        own_v, own_beta = v_t0[own].reshape(shape), beta[own].reshape(shape)
+        shared, size = laws[site.device.polarity], site.size
+        square = shared.square_current * size["multiplicity"] * size["width"] / size["length"]
+        fets[name] = Fet(
+            np.asarray(square * (1.0 + own_beta)), np.asarray(shared.v_t0 + own_v), shared.kappa, own_v,
+            own_beta,
+        )  # fmt: skip
+    copies = int(np.prod([n for _, shape in above for n in shape], dtype=np.int64))
+    volts = {port: np.asarray(value, dtype=np.float64) for port, value in (gate or {}).items()}
+    return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, volts)
+
+
+def bias_lines(circuit: Circuit, silicon: Silicon) -> dict[str, F64]:
+    """Voltages of a circuit's own bias ports on the silicon, V, each of its port's shape."""
+    return {b.port: bias_voltages(circuit, b, silicon) for b in circuit.biases}
+
+
+def transistor_of(circuit: Circuit, name: str) -> Transistor:
+    """The transistor called `name`; raises `ParameterError` where that is another device."""
+    device = circuit.device(name)
+    if not isinstance(device, Transistor):
+        raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its deviations")
+    return device
+
+
+def gate_area(circuit: Circuit, name: str) -> float:
+    """Gate area m W L of a transistor, m^2."""
+    device = transistor_of(circuit, name)
+    return device.width * device.length * device.multiplicity
+
+
+class _Site(NamedTuple):
+    """A transistor, the instances in which it stands, and its sizes (m), one or of their arrays' shape."""
+
+    device: Transistor
+    path: Path
+    size: Mapping[str, F64]
+
+
+def _transistors(circuit: Circuit, prefix: str = "") -> Iterator[tuple[str, Transistor]]:
+    """All transistors of a circuit by name, those of instances after its own."""
+    for device in circuit.devices:
+        if isinstance(device, Transistor):
+            yield prefix + device.name, device
+    for instance in circuit.instances:
+        yield from _transistors(instance.circuit, f"{prefix}{instance.name}.")
+
+
+def _site(circuit: Circuit, name: str) -> _Site:
+    device = transistor_of(circuit, name)
+    *above, _ = name.split(".")
+    instances: list[Instance | InstanceArray] = []
+    for part in above:
+        inside = instances[-1].circuit if instances else circuit
+        instances.append(next(i for i in inside.instances if i.name == part))
+    path = tuple((i.name, i.shape) for i in instances)
+    size = {key: np.asarray(value) for key, value in device.parameters().items()}
+    # what an outer instance sets is put last, in the place of what an inner one does
+    for depth in reversed(range(len(instances))):
+        inner: Shape = tuple(n for i in instances[depth + 1 :] for n in i.shape)
+        tail = ".".join((*above[depth + 1 :], device.name))
+        for key in size:
+            given = instances[depth].parameters.get(f"{tail}.{key}")
+            if given is not None:
+                values = np.broadcast_to(np.asarray(given, dtype=np.float64), instances[depth].shape)
+                size[key] = values.reshape(values.shape + (1,) * len(inner))
+    return _Site(device, path, size)
+
+
+@compiled()
+def _inverter_threshold(
+    i_n: F64, t_n: F64, k_n: float, i_p: F64, t_p: F64, k_p: float, supply: float, out: F64
+) -> None:
+    """Input of inverters, U_T; i: specific currents, A, t: thresholds, U_T, k: kappa, of either device."""
+    for k in range(out.size):
+        low, high = 0.0, supply
+        for _ in range(_BISECTIONS):
+            v = 0.5 * (low + high)
+            if i_n[k] * law(k_n * (v - t_n[k]))[0] > i_p[k] * law(k_p * (supply - v - t_p[k]))[0]:
+                high = v
+            else:
+                low = v
+        out[k] = 0.5 * (low + high)
