@@ -47,6 +47,16 @@ class Transistor(Device):
         """Return (drain, gate, source, bulk)."""
         return self.drain, self.gate, self.source, self.bulk
 
+    @property
+    def gate_area(self) -> float:
+        """Area of all gates, `m W L`, m^2."""
+        return self.width * self.length * self.multiplicity
+
+    @property
+    def square(self) -> float:
+        """Width of all devices over their length, `m W / L`."""
+        return self.width * self.multiplicity / self.length
+
     def parameters(self) -> Mapping[str, float]:
         """Return width (m), length (m) and multiplicity."""
         return {"width": self.width, "length": self.length, "multiplicity": self.multiplicity}

@@ -69,9 +69,9 @@ class Mirror(NamedTuple):
     shift: `(v_p,out - v_p,in) / 2 U_T` of one gate voltage.
     """
 
-    given: F64
-    taken: F64
-    shift: F64
+    given: F64 | float
+    taken: F64 | float
+    shift: F64 | float
 
     def copied(self, current: F64) -> F64:
         """What the copy carries, A, of a current (A) above zero, in the shape of both."""
@@ -216,12 +216,6 @@ def transistor_of(circuit: Circuit, name: str) -> Transistor:
     if not isinstance(device, Transistor):
         raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its deviations")
     return device
-
-
-def gate_area(circuit: Circuit, name: str) -> float:
-    """Gate area m W L of a transistor, m^2."""
-    device = transistor_of(circuit, name)
-    return device.width * device.length * device.multiplicity
 
 
 class _Site(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -57,6 +58,12 @@ class Silicon:
         return replace(
             law, v_t0=law.v_t0 + shift.v_t0, square_current=law.square_current * (1.0 + shift.beta)
         )
+
+    def of_area(self, area: float) -> Silicon:
+        """The silicon with devices of `area` times theirs: their local mismatch is as `1 / sqrt(area)`."""
+        process, root = self.process, math.sqrt(area)
+        wider = replace(process, pair_a_vt=process.pair_a_vt / root, pair_a_beta=process.pair_a_beta / root)
+        return replace(self, process=wider)
 
     def deviation(self, circuit: str, path: Path, area: F64 | float) -> Deviation:
         """Local deviations of the transistors at `path` in the top circuit `circuit`.

@@ -249,3 +249,9 @@ def test_sizes_must_be_positive(attribute: str, value: float) -> None:
     bad = {attribute: value}
     with pytest.raises(ParameterError, match=rf"m1\.{attribute}: .* must be > 0"):
         replace(good, **bad).check()  # type: ignore[arg-type]
+
+
+def test_area_and_square_are_those_of_all_devices() -> None:
+    device = Transistor("m", "n", "d", "g", "s", "b", 6 * UM, 3 * UM, 2.0)
+    assert device.gate_area == pytest.approx(36 * UM**2, rel=1e-15)
+    assert device.square == pytest.approx(4.0, rel=1e-15)

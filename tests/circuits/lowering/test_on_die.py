@@ -13,7 +13,7 @@ from circuits.devices import Capacitor, Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
-from circuits.lowering.on_die import DieDevices, bias_lines, gate_area, on_die
+from circuits.lowering.on_die import DieDevices, bias_lines, on_die
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -143,4 +143,3 @@ def test_what_is_no_transistor_is_refused() -> None:
         on_die(PAIR, SILICON, ("c",))
     with pytest.raises(UnknownNameError, match="nothing"):
         on_die(CHIP, SILICON, ("rows.nothing",))
-    assert gate_area(CHIP, "alone.each.b") == pytest.approx(3.0 * 6e-6 * 6e-6, rel=1e-15)
