@@ -16,8 +16,6 @@ common curvature: `x + bend x^2 / 2`.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -25,8 +23,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
-from circuits.devices import Transistor
-from circuits.errors import ParameterError
+from circuits.lowering.on_die import on_die
 from circuits.silicon.silicon import Silicon
 
 _COMPARATOR = tuple(f"generator.comparator.mc{k}" for k in range(1, 8))
@@ -48,25 +45,11 @@ RATIO = np.array(
 
 def deviations(silicon: Silicon) -> F64:
     """V_T0 (V) and ln beta of all devices on the silicon's die, float64[parameters]."""
-    return np.array([x for circuit in _circuits() for x in _of(circuit, silicon)])
+    names = [DEVICES[circuit.name] for circuit in _circuits()]
+    each = [on_die(c, silicon, n).offset(*n) for c, n in zip(_circuits(), names, strict=True)]
+    return np.concatenate(each)
 
 
 @cache
 def _circuits() -> tuple[Circuit, ...]:
     return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
-
-
-def _of(circuit: Circuit, silicon: Silicon) -> Iterator[float]:
-    names = DEVICES[circuit.name]
-    area = np.empty(len(names))
-    for k, name in enumerate(names):
-        device = circuit.device(name)
-        if not isinstance(device, Transistor):
-            raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its mismatch")
-        area[k] = device.width * device.length * device.multiplicity
-    paths = [tuple((part, ()) for part in name.split(".")) for name in names]
-    found = silicon.deviations(circuit.name, paths, area)
-    v_t0, beta = (np.broadcast_to(x, area.shape) for x in found)
-    for shift, gain in zip(v_t0.tolist(), beta.tolist(), strict=True):
-        yield shift
-        yield math.log1p(gain)
