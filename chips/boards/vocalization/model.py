@@ -24,9 +24,8 @@ from chips.table_record import all_on_silicon, check_box, matching_tables, tempe
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.circuit import Circuit
-from circuits.devices import Transistor
 from circuits.devices.source import Polyline
-from circuits.errors import ParameterError
+from circuits.lowering.on_die import on_die
 from circuits.silicon.silicon import Silicon
 
 _SILENT: Polyline = (np.zeros(1), np.zeros(1))
@@ -115,12 +114,5 @@ class VocalizationModel:
 def mirror_mismatch(silicon: Silicon) -> F64:
     """Difference of the current mirror's transistors, output less input: V_T0 (V) and ln beta."""
     (circuit,) = circuits()
-    found = []
-    for name in ("m_out", "m_in"):
-        device = circuit.device(name)
-        if not isinstance(device, Transistor):
-            raise ParameterError(f"{circuit.name}.{name}: must be a transistor; the model needs its mismatch")
-        area = device.width * device.length * device.multiplicity
-        deviation = silicon.deviation(circuit.name, ((name, ()),), area)
-        found.append([float(np.ravel(deviation.v_t0)[0]), math.log1p(float(np.ravel(deviation.beta)[0]))])
-    return np.array(found[0], dtype=np.float64) - np.array(found[1], dtype=np.float64)
+    d = on_die(circuit, silicon, ("m_out", "m_in"))
+    return d.offset("m_out") - d.offset("m_in")

@@ -45,8 +45,8 @@ from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.compiled import compiled
-from circuits.devices import Transistor
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_place
@@ -54,7 +54,6 @@ from circuits.solver.noise.transient import noise_place
 KNOTS = 5  # rates at which the spread is worked out; ours
 AHEAD = 1.6e-3  # V below the threshold at which the comparator's way begins, beyond its 1.3 mV; ours
 SETTLE = 2e-6  # s, and by how much sooner: time constants of its nodes are below 0.1 us; ours
-_MIRROR = "m_in"
 
 
 class OscillatorNoise(NamedTuple):
@@ -86,15 +85,14 @@ def interval_spread(numbers: Vocalization, silicon: Silicon, noise: SiliconNoise
     low, high = board.thresholds(p, v_dd)
     time, charge = 1.0 / rate, p.ramp_capacitance * (high - low)
     current = charge / time
-    mirror = _mirror()
-    specific = silicon.law("p").square_current * mirror.width * mirror.multiplicity / mirror.length
+    mirror = transistor_of(board.build(), "m_in")
+    specific = silicon.law("p").square_current * mirror.square
     mix = 1.0 / sum(
         1.0 / r for r in (p.mix_input_resistance, p.mix_offset_resistance, p.mix_ground_resistance)
     )
     density = 2.0 * 2.0 * ELEMENTARY_CHARGE * current * shot_share(current, specific)
     density += 4.0 * thermal / p.current_resistance * (1.0 + mix / p.current_resistance)
-    area = mirror.width * mirror.length * mirror.multiplicity
-    slow = 2.0 * current_wander(silicon, noise, "p", area, time, steepness(current, specific))
+    slow = 2.0 * current_wander(silicon, noise, "p", mirror.gate_area, time, steepness(current, specific))
     rise = current / p.ramp_capacitance
     fall = low / (p.discharge_resistance * p.ramp_capacitance) - rise
     met = np.array([comparator_jitter(float(s), silicon) for s in rise]) / time
@@ -160,10 +158,3 @@ def phase_after_call(n: OscillatorNoise, number: int, rate: float) -> float:
         return 0.0
     draw(n.draws, number, 0)
     return float(n.draws.normal[0]) * table_at(n.knots, n.spread, math.log(rate))
-
-
-def _mirror() -> Transistor:
-    device = board.build().device(_MIRROR)
-    if not isinstance(device, Transistor):
-        raise ParameterError(f"vocalization_controller.{_MIRROR}: must be a transistor; its noise counts")
-    return device
