@@ -25,7 +25,7 @@ from chips.lso.measure import (
     ramp_bench,
 )
 from chips.lso.model import LEAST_AREA, SIDES, Head, head_on, level_times, side_spikes
-from chips.lso.place import NAME, line_volts, of_area
+from chips.lso.place import NAME, line_volts
 from chips.table_record import HELD_OUT_TEMPERATURES
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import EDGE, WIDTH
@@ -61,7 +61,7 @@ def judge(dies: Sequence[int], area: float = 1.0) -> dict[str, float]:
     for k, number in enumerate(dies):
         kind, celsius = KINDS[k % 2], HELD_OUT_TEMPERATURES[k // 2 % 3]
         plain = Silicon(temperature_c=celsius, die=Die(number=number))
-        silicon = of_area(plain, area)
+        silicon = plain.of_area(area)
         head, side = head_on(plain, kind, area), number % SIDES
         ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))
         counts.append(ours.size - theirs.size)

@@ -34,6 +34,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from circuits.arrays import F64
+from circuits.devices.ekv import argument
+from circuits.lowering.on_die import Mirror
 
 BALANCED = 1e-9  # of |a| over I_exc: below it the linear law of a = 0 is exact to rounding
 LEAST = 1e-18  # A: what sums of switched currents leave by rounding is less
@@ -45,14 +47,6 @@ class Steps(NamedTuple):
     start: F64
     last: F64
     current: F64
-
-
-class Mirror(NamedTuple):
-    """Specific currents (A) of the devices of input and output; half their pinch-offs apart, U_T."""
-
-    specific_in: float
-    specific_out: float
-    shift: float
 
 
 class Membrane(NamedTuple):
@@ -73,31 +67,23 @@ def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float
     return np.asarray(scale * (x + np.log1p(np.sqrt(-np.expm1(-2.0 * x)))))
 
 
-def rest_depth(
-    tail: F64, least: F64, mirror: tuple[F64, F64, F64], pair: float, kappa: float, u_t: float
-) -> F64:
+def rest_depth(tail: F64, least: F64, mirror: Mirror, pair: float, kappa: float, u_t: float) -> F64:
     """How far below the pair's threshold (V) a resting input must be, inf where none is enough.
 
-    tail: current of the pair, A; least: what the copy must exceed, A; mirror: as of `Mirror`, arrays of one
-    shape; pair: specific current of its devices, A.
+    tail: current of the pair, A; least: what the copy must exceed, A; mirror: arrays of one shape; pair:
+    specific current of its devices, A.
     """
-    given, taken, shift = mirror
-    half = np.log(np.expm1(np.sqrt(least / taken))) - shift
-    own = given * np.logaddexp(0.0, half) ** 2
+    own = mirror.needed(least)
     found = np.full(np.shape(own), np.inf)
     enough = own < tail
     i_1, i_2 = own[enough], (tail - own)[enough]
-    u_1, u_2 = (2.0 * np.log(np.expm1(np.sqrt(i / pair))) for i in (i_1, i_2))
-    found[enough] = u_t / kappa * (u_1 - u_2)
+    found[enough] = u_t / kappa * (argument(i_1 / pair) - argument(i_2 / pair))
     return found
 
 
 def mirrored(mirror: Mirror, current: float) -> float:
     """What a mirror (by the transistor law, in saturation) takes of a current, A."""
-    if current <= 0.0:
-        return 0.0
-    half = math.log(math.expm1(math.sqrt(current / mirror.specific_in))) + mirror.shift
-    return mirror.specific_out * float(np.logaddexp(0.0, half)) ** 2
+    return float(mirror.copied(np.array(current))) if current > 0.0 else 0.0
 
 
 def rise_time(membrane: Membrane, volts: float, given: float, taken: float) -> float:

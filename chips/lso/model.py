@@ -20,13 +20,14 @@ the mirror's few microseconds of delay.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from chips.lso.law import Membrane, Mirror, Steps, lso_spikes, ramp_delay, rest_depth
+from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso.measure import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
-from chips.lso.place import NAME, area_of, line_volts, of_area, square_of, transistor_of
+from chips.lso.place import NAME, line_volts
 from chips.model_law import check_law
 from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
 from circuits.arrays import F64
@@ -34,13 +35,21 @@ from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import DieDevices, Mirror, on_die, transistor_of
 from circuits.silicon.die import Path
-from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
 
 RECORD = "lso_neuron"
 SIDES = 2  # left, right
 LEAST_AREA = 1.0 / 16.0  # of the circuits' devices, down to which the model was measured
+_PART = "generator.comparator"  # of a level unit
+_TAIL = "cell.threshold.mc0"  # of an LSO neuron's comparator
+_LSO = (
+    "md", "mk", *(f"cell.threshold.{d}" for d in COMPARATOR),
+    *(f"{name}{k}.{d}" for name in ("excite", "inhibit") for k in range(LEVELS)
+      for d in ("me", "mt", *(f"timer.{c}" for c in COMPARATOR))),
+)  # fmt: skip
+_LEVEL = tuple(f"{_PART}.{d}" for d in (*LEVEL_COMPARATOR, "mc3", "mc6", "mc7"))
 
 
 class Head(NamedTuple):
@@ -48,7 +57,7 @@ class Head(NamedTuple):
 
     excite, inhibit: [s, k], currents of the LSO neurons' synapses; excite_step, inhibit_step: [s, k], how
     long; charge: [s], of a spike; onset, dead: of an event and after a spike; turn: of the mirror's gate;
-    mirror_in, mirror_out, mirror_shift: [s], as of `chips.lso.law.Mirror`; offset: [s, k], V, of a level
+    mirror_in, mirror_out, mirror_shift: [s], fields of a `Mirror`; offset: [s, k], V, of a level
     unit's threshold; rest: [s, k], V, how far below it an input at rest must be; level_current: [s, k];
     level_charge; kappa, u_t: of the level units' law.
     """
@@ -115,125 +124,79 @@ def side_inputs(
     inhibition = Steps(far + head.onset, head.inhibit_step[side], head.inhibit[side])
     charge = float(head.charge[side])
     membrane = Membrane(charge / REFERENCE, REFERENCE, head.dead, head.u_t, head.turn)
-    mirror = Mirror(float(head.mirror_in[side]), float(head.mirror_out[side]), float(head.mirror_shift[side]))
+    mirror = Mirror(head.mirror_in[side], head.mirror_out[side], head.mirror_shift[side])
     return excitation, inhibition, membrane, mirror
 
 
 class _Maker:
-    """A die's draws and voltages while its numbers are made."""
+    """A die's devices and voltages while its numbers are made."""
 
     def __init__(self, silicon: Silicon, kind: BiasKind, area: float) -> None:
-        self.silicon = of_area(silicon, area)
-        self.volts = line_volts(self.silicon, kind)
+        self.silicon = silicon.of_area(area)
         self.tables = matching_tables(RECORD, circuits, silicon.process).values
         found = all_on_silicon(self.tables, QUANTITIES, silicon)
         self.charge = {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
         self.lso, self.level = circuits()
+        lines = line_volts(self.silicon, kind)
+        self.sides = on_die(self.lso, self.silicon, _LSO, ((NAME, ()), ("lso", (SIDES,))), lines)
+        units: Path = ((NAME, ()), ("ear", (SIDES,)), ("level", (LEVELS,)))
+        self.units = on_die(self.level, self.silicon, _LEVEL, units, lines)
+        alone = replace(self.silicon, die=replace(silicon.die, mismatch=False))
+        self.shared = on_die(self.lso, alone, (_TAIL,), ((NAME, ()),), lines)
 
     def make(self) -> Head:
-        q, lso = self.charge, self.lso
-        side: Path = (("lso", (SIDES,)),)
-        ear: Path = (("ear", (SIDES,)), ("level", (LEVELS,)))
-        comparator = self.current(lso, "cell.threshold.mc0", None)
-        level_path = (*ear, ("generator", ()), ("comparator", ()))
-        currents = {name: self.synapses(side, name, "me") for name in ("excite", "inhibit")}
-        steps = {name: WIDTH + self.times(side, name) for name in currents}
-        ends = self.offsets((*side, ("cell", ()), ("threshold", ())), lso, "cell.threshold", COMPARATOR)
-        given, taken, shift = self.mirror(lso, side, ("md", "mk"))
-        law = self.silicon.law("p")
+        q, law = self.charge, self.silicon.law("p")
+        comparator = float(self.current(self.shared, self.lso, _TAIL))
+        currents = {name: self.synapses(name, "me") for name in ("excite", "inhibit")}
+        steps = {name: WIDTH + self.times(name) for name in currents}
+        ends = self.sides.offset(*(f"cell.threshold.{d}" for d in COMPARATOR))
+        mirror = self.sides.mirror("md", "mk")
+        levels = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR))
         return Head(
             excite=currents["excite"],
             inhibit=currents["inhibit"],
             excite_step=steps["excite"],
             inhibit_step=steps["inhibit"],
             charge=q["membrane"] * np.exp(ends @ self.slopes("comparator")),
-            onset=q["onset"] / float(comparator),
-            dead=q["dead"] / float(comparator),
+            onset=q["onset"] / comparator,
+            dead=q["dead"] / comparator,
             turn=q["turn"],
-            mirror_in=given,
-            mirror_out=q["mirror"] * taken,
-            mirror_shift=shift,
-            offset=q["level_offset"]
-            + self.offsets(level_path, self.level, "generator.comparator", LEVEL_COMPARATOR)
-            @ self.slopes("level"),
-            rest=self.rest(level_path),
-            level_current=self.current(self.level, "generator.comparator.mc3", level_path),
+            mirror_in=mirror.given,
+            mirror_out=q["mirror"] * mirror.taken,
+            mirror_shift=mirror.shift,
+            offset=q["level_offset"] + levels @ self.slopes("level"),
+            rest=self.rest(),
+            level_current=self.current(self.units, self.level, f"{_PART}.mc3"),
             level_charge=q["level_charge"],
             kappa=law.kappa,
             u_t=law.u_t,
         )
 
-    def synapses(self, side: Path, name: str, device: str) -> F64:
+    def synapses(self, name: str, device: str) -> F64:
         """Currents of a device of each synapse of an input, [SIDES, LEVELS]."""
-        each = [
-            self.current(self.lso, f"{name}{k}.{device}", (*side, (f"{name}{k}", ()))) for k in range(LEVELS)
-        ]
+        each = [self.current(self.sides, self.lso, f"{name}{k}.{device}") for k in range(LEVELS)]
         return np.stack(each, axis=-1)
 
-    def times(self, side: Path, name: str) -> F64:
+    def times(self, name: str) -> F64:
         """Charge over current of each synapse's timer, [SIDES, LEVELS]."""
-        ends = [
-            self.offsets((*side, (f"{name}{k}", ()), ("timer", ())), self.lso, f"{name}{k}.timer", COMPARATOR)
-            for k in range(LEVELS)
-        ]
+        ends = [self.sides.offset(*(f"{name}{k}.timer.{d}" for d in COMPARATOR)) for k in range(LEVELS)]
         charges = self.charge["timer"] * np.exp(np.stack(ends, axis=1) @ self.slopes("comparator"))
-        return np.asarray(charges / self.synapses(side, name, "mt"))
+        return np.asarray(charges / self.synapses(name, "mt"))
 
     def slopes(self, table: str) -> F64:
         """Slopes of the record at the silicon's temperature."""
         return np.asarray(temperature_weights(self.silicon.temperature_c) @ self.tables[table])
 
-    def offsets(self, path: Path, circuit: Circuit, part: str, devices: tuple[str, ...]) -> F64:
-        """V_T0 (V) and ln beta of devices of a part at a path, [shape of the path, 2 devices]."""
-        shape = tuple(n for _, dims in path for n in dims)
-        areas = np.array([area_of(circuit, f"{part}.{d}") for d in devices])
-        paths = [(*path, (d, ())) for d in devices]
-        v_t0, beta = self.silicon.deviations(NAME, paths, np.repeat(areas, math.prod(shape)))
-        count = len(devices) * math.prod(shape)
-        moved = np.stack([np.broadcast_to(v_t0, count), np.log1p(np.broadcast_to(beta, count))])
-        each = moved.reshape(2, len(devices), *shape)
-        return np.moveaxis(each, (1, 0), (-2, -1)).reshape(*shape, 2 * len(devices))
-
-    def rest(self, path: Path) -> F64:
+    def rest(self) -> F64:
         """How far below its threshold each level unit's input must rest to be heard, V, [SIDES, LEVELS]."""
-        part, law = "generator.comparator", self.silicon.law("p")
-        tail, least = (self.current(self.level, f"{part}.{m}", path) for m in ("mc3", "mc7"))
-        pair = law.square_current * square_of(self.level, f"{part}.mc1")
-        own = self.offsets(path, self.level, part, LEVEL_COMPARATOR[:2]) @ self.slopes("level")[:4]
-        mirror = self.mirror(self.level, path, (f"{part}.mc4", f"{part}.mc6"))
+        law = self.silicon.law("p")
+        tail, least = (self.current(self.units, self.level, f"{_PART}.{m}") for m in ("mc3", "mc7"))
+        pair = law.square_current * transistor_of(self.level, f"{_PART}.mc1").square
+        own = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR[:2])) @ self.slopes("level")[:4]
+        mirror = self.units.mirror(f"{_PART}.mc4", f"{_PART}.mc6")
         return rest_depth(tail, least, mirror, pair, law.kappa, law.u_t) - own
 
-    def mirror(self, circuit: Circuit, path: Path, devices: tuple[str, str]) -> tuple[F64, F64, F64]:
-        """Specific currents of nFET mirrors, in and out (A), and their shifts, [shape of the path] each."""
-        law, found = self.silicon.law("n"), []
-        shape = tuple(n for _, dims in path for n in dims)
-        for name in devices:
-            area = area_of(circuit, name)
-            v_t0, beta = self.silicon.deviation(NAME, (*path, (name.rpartition(".")[2], ())), area)
-            specific = law.square_current * square_of(circuit, name) * (1.0 + np.asarray(beta))
-            count = max(1, math.prod(shape))
-            found.append([np.broadcast_to(x, count).reshape(shape) for x in (v_t0, specific)])
-        (v_in, given), (v_out, taken) = found
-        return given, taken, np.asarray(0.5 * law.kappa * (v_in - v_out) / law.u_t)
-
-    def current(self, circuit: Circuit, device: str, path: Path | None) -> F64:
-        """Saturated currents of a device of the circuit at a path, A, [its shape]; nominal without one."""
-        found = transistor_of(circuit, device)
-        shape: tuple[int, ...] = ()
-        v_t0: F64 | float = 0.0
-        beta: F64 | float = 0.0
-        if path is not None:
-            shape = tuple(n for _, dims in path for n in dims)
-            where = (*path, (found.name, ()))
-            v_t0, beta = self.silicon.deviation(NAME, where, area_of(circuit, device))
-        law = self.silicon.law(found.polarity)
-        half = (
-            0.5 * law.kappa * (self._gate(found.gate, found.polarity) - law.v_t0 - np.asarray(v_t0)) / law.u_t
-        )
-        specific = law.square_current * (1.0 + np.asarray(beta)) * square_of(circuit, device)
-        flat = specific * np.logaddexp(0.0, half) ** 2
-        return np.asarray(np.broadcast_to(flat, max(1, math.prod(shape))).reshape(shape))
-
-    def _gate(self, port: str, polarity: Polarity) -> float:
-        """A line's voltage from the bulk of the devices that it biases, V."""
-        return self.silicon.process.v_dd - self.volts[port] if polarity == "p" else self.volts[port]
+    def current(self, d: DieDevices, circuit: Circuit, name: str) -> F64:
+        """Saturated current of a device whose gate is a line of the chip, A."""
+        device = transistor_of(circuit, name)
+        return d.saturated(name, d.below(device.gate) if device.polarity == "p" else d.gate[device.gate])

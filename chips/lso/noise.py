@@ -29,15 +29,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chips.lso.law import Membrane, Mirror, Steps, mirrored, moved, rise_time, segments
+from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments
 from chips.lso.measure import circuits
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
-from chips.lso.place import NAME, area_of, square_of
+from chips.lso.place import NAME
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
 from chips.table_record import all_on_silicon, matching_tables
 from circuits.arrays import F64
+from circuits.lowering.on_die import Mirror, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 
@@ -82,19 +83,17 @@ def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.
     tables = matching_tables(RECORD, circuits, silicon.process).values
     (timer,) = all_on_silicon(tables, ("timer",), silicon)
     square = silicon.law("p").square_current
-    source, counter = (square * square_of(lso, f"excite0.{d}") for d in ("me", "mt"))
+    devices = [transistor_of(lso, f"excite0.{d}") for d in ("me", "mt")]
+    source, counter = (square * d.square for d in devices)
+    areas = [area * d.gate_area for d in devices]
     spread = {}
     for name in ("excite", "inhibit"):
         current, lasts = getattr(head, name), getattr(head, f"{name}_step")
         drawn = float(timer) / lasts
         spread[name] = np.sqrt(
-            current_wander(
-                silicon, noise, "p", area * area_of(lso, "excite0.me"), lasts, steepness(current, source)
-            )
+            current_wander(silicon, noise, "p", areas[0], lasts, steepness(current, source))
         )
-        slow = current_wander(
-            silicon, noise, "p", area * area_of(lso, "excite0.mt"), lasts, steepness(drawn, counter)
-        )
+        slow = current_wander(silicon, noise, "p", areas[1], lasts, steepness(drawn, counter))
         shot = ELEMENTARY_CHARGE * shot_share(drawn, counter) / float(timer)
         spread[f"{name}_step"] = np.sqrt(shot + slow)
     grain = Grain(*(
@@ -207,8 +206,8 @@ def shot_rate(grain: Grain, mirror: Mirror, given: float, inhibition: float) -> 
     taken = mirrored(mirror, inhibition)
     rate = grain.exciting * given
     if inhibition > 0.0:
-        within = shot_share(inhibition, mirror.specific_in) * taken**2 / inhibition
-        out = shot_share(taken, mirror.specific_out) * taken
+        within = shot_share(inhibition, mirror.given) * taken**2 / inhibition
+        out = shot_share(taken, mirror.taken) * taken
         rate += grain.inhibiting * taken**2 / inhibition + ELEMENTARY_CHARGE * float(within + out)
     return rate
 
@@ -217,12 +216,12 @@ def _offsets(head: Head, silicon: Silicon, noise: SiliconNoise, area: float) -> 
     """Deviation (V) of each level unit's threshold by flicker of pair and mirror while it charges."""
     _, level = circuits()
     time = head.level_charge / head.level_current
-    pair, mirror = (area * area_of(level, f"{_COMPARATOR}.{d}") for d in ("mc1", "mc4"))
+    pair, mirror = (area * transistor_of(level, f"{_COMPARATOR}.{d}").gate_area for d in ("mc1", "mc4"))
     half = 0.5 * head.level_current
     steep = []
     for polarity, name in (("p", "mc1"), ("n", "mc4")):
         law = silicon.law("p" if polarity == "p" else "n")
-        specific = law.square_current * square_of(level, f"{_COMPARATOR}.{name}")
+        specific = law.square_current * transistor_of(level, f"{_COMPARATOR}.{name}").square
         steep.append(law.kappa * steepness(half, specific))
     own, turned = gate_wander(silicon, noise, "p", pair, time), gate_wander(silicon, noise, "n", mirror, time)
     return np.asarray(np.sqrt(2.0 * own + 2.0 * turned * (steep[1] / steep[0]) ** 2))
@@ -234,7 +233,7 @@ def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
     half = 0.5 * whole
     specific = {
         name: silicon.law("n" if name == "mc4" else "p").square_current
-        * square_of(level, f"{_COMPARATOR}.{name}")
+        * transistor_of(level, f"{_COMPARATOR}.{name}").square
         for name in ("mc1", "mc3", "mc4")
     }
     pair, mirror, tail = (

@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 
 from chips.lso.law import (
     Membrane,
-    Mirror,
     Steps,
     lso_spikes,
     mirrored,
@@ -18,6 +17,7 @@ from chips.lso.law import (
     rise_time,
 )
 from chips.lso.law import turned as charged
+from circuits.lowering.on_die import Mirror
 
 M = Membrane(5e-12, 2.0, 20e-6, 26e-3, 0.0)
 EQUAL = Mirror(1e-7, 1e-7, 0.0)
@@ -93,7 +93,7 @@ def test_a_ramp_charges_the_axon() -> None:
 
 def test_a_copy_that_is_too_weak_is_deaf() -> None:
     tail, least = np.full(2, 250e-9), np.array([160e-9, 260e-9])
-    same = np.full(2, 1e-6), np.full(2, 1e-6), np.zeros(2)
+    same = Mirror(np.full(2, 1e-6), np.full(2, 1e-6), np.zeros(2))
     found = rest_depth(tail, least, same, 1e-3, 0.75, 26e-3)
     # far in weak inversion the pair splits by e^(kappa x / U_T)
     assert found[0] == pytest.approx(26e-3 / 0.75 * math.log(160.0 / 90.0), rel=0.02)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from chips.lso.measure import circuits
-from chips.lso.place import area_of, line_volts, of_area, square_of
-from circuits.errors import ParameterError
+from chips.lso.place import line_volts
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
@@ -24,17 +23,9 @@ def test_a_fixed_gate_knows_no_die_and_a_generator_does() -> None:
 
 def test_small_devices_deviate_more_and_share_the_die() -> None:
     silicon = Silicon(die=Die(number=4))
-    small = of_area(silicon, 0.25)
+    small = silicon.of_area(0.25)
     path = (("md", ()),)
     plain, more = (float(np.ravel(s.deviation("x", path, 1e-12).v_t0)[0]) for s in (silicon, small))
     assert more == pytest.approx(2.0 * plain)
     assert small.law("n") == silicon.law("n")
     assert line_volts(small, "gate") == line_volts(silicon, "gate")
-
-
-def test_sizes_are_the_circuits() -> None:
-    lso = circuits()[0]
-    assert area_of(lso, "excite3.me") == pytest.approx(6e-6 * 24e-6)
-    assert square_of(lso, "md") == pytest.approx(1.0)
-    with pytest.raises(ParameterError, match=r"sonar_head\.cell\.cm: must be a transistor"):
-        area_of(lso, "cell.cm")
