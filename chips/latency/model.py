@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -26,17 +27,20 @@ from chips.latency.measure import COMPARATOR, QUANTITIES, SYNAPSES, circuits
 from chips.model_law import check_law
 from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
 from circuits.arrays import F64, I64
-from circuits.blocks.latency.coincidence import INPUTS, SHARE
-from circuits.blocks.latency.synapse import WIDTH, comparator
-from circuits.circuit import BiasKind
-from circuits.devices import Transistor
+from circuits.blocks.latency import neuron, unit
+from circuits.blocks.latency.coincidence import INPUTS
+from circuits.blocks.latency.layer import RECURRENT_CAPACITANCE, recurrent_inhibition
+from circuits.blocks.latency.parts import TIMER, following_cell, lone_cell, racing_cell
+from circuits.blocks.latency.synapse import WIDTH
+from circuits.blocks.latency.tap import delay_tap
+from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import on_die, transistor_names
 from circuits.silicon.die import Path
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 
-SIZE = (6.0, 24.0)  # um, of all devices whose current is a bias
-_UM2 = 1e-12
+_SOURCES = ("me", "mk", "md", "mp", "mt")  # devices whose current is a bias or a copy of one
 
 
 class Lumped(NamedTuple):
@@ -132,65 +136,66 @@ def charges_on(silicon: Silicon) -> dict[str, float]:
 
 
 class _Maker:
-    """A die's draws and voltages while its numbers are made."""
+    """A die's devices and voltages while its numbers are made."""
 
     def __init__(self, design: Design, biases: Biases, silicon: Silicon, area: float) -> None:
-        self.design, self.silicon, self.area = design, silicon, area
+        self.design = design
         self.gate = gate_voltages(biases, silicon)
         self.charge = charges_on(silicon)
         tables = matching_tables(NAME, circuits, silicon.process).values
-        weights = temperature_weights(silicon.temperature_c)
-        self.gradient = (weights @ tables["comparator"]).reshape(len(COMPARATOR), 2)
-        part = comparator()
-        devices = (part.device(name) for name in COMPARATOR)
-        self.comparator_area = np.array(
-            [d.width * d.length for d in devices if isinstance(d, Transistor)], dtype=np.float64
-        )
+        # of V_T0 and ln beta of each device in turn, as of `DieDevices.offset`
+        self.gradient = temperature_weights(silicon.temperature_c) @ tables["comparator"]
+        n, u = design.paths, design.taps
+        places: Mapping[str, Path] = {
+            "tap": (("tap", (u + 1,)),),
+            "neuron": (("memory", (n,)), ("neuron", ())),
+            "unit": (("memory", (n,)), ("unit", (u,))),
+            "first": (("first", (n,)),),
+            "second": (("second", (n,)),),
+            "recurrent": (("recurrent", (2,)),),
+            "emergency": (("emergency", ()),),
+        }
+        self.part = {
+            name: on_die(circuit, silicon.of_area(area), _used(circuit), ((NAME, ()), *places[name]))
+            for name, circuit in _parts(n).items()
+        }
 
     def make(self) -> Lumped:
         d, q = self.design, self.charge
         n, u = d.paths, d.taps
-        memory: Path = (("memory", (n,)),)
-        unit: Path = (*memory, ("unit", (u,)))
-        first: Path = (("first", (n,)),)
-        second: Path = (("second", (n,)),)
-        line: Path = (("tap", (u + 1,)),)
         ends = np.full(u + 1, q["pulse_width"])
         ends[0] = WIDTH
         spans = 2 * REACH + 1
         apart = np.abs(np.arange(spans) - REACH)
         offsets = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+        goal = self.part["first"].saturated("excite0.me", self.gate["goal"][offsets].T).T
         return Lumped(
-            tap=ends + self.time(line, "mt", "tap", "tap", ("timer",)),
+            tap=ends + self.time("tap", "mt", "tap", "tap", "timer"),
             synapse=self.each(SYNAPSES, lambda k: self.current(
-                (*memory, ("neuron", ()), (f"synapse{k}", ())), "me", "p", self.gate["integrating"])),
-            step=WIDTH + self.each(SYNAPSES, lambda k: self.time(
-                (*memory, ("neuron", ()), (f"synapse{k}", ())), "mt", "step", "timer", ("timer",))),
-            integrating=q["integrating"] * self.offset((*memory, ("neuron", ()), ("threshold", ()))),
-            seen=self.each(len(INPUTS), lambda k: self.current(
-                (*unit, ("cd", ()), (f"input{k}", ())), "me", "p", self.gate["cd"])),
-            window=q["pulse_width"] + self.each(len(INPUTS), lambda k: self.time(
-                (*unit, ("cd", ()), (f"input{k}", ())), "mt", "window", "timer", ("timer",))),
-            taken=self.taken((*unit, ("cd", ()))),
+                "neuron", f"synapse{k}.me", self.gate["integrating"])),
+            step=WIDTH + self.each(SYNAPSES, lambda k: self.step("neuron", f"synapse{k}.", "step")),
+            integrating=q["integrating"] * self.offset("neuron", "threshold"),
+            seen=self.each(len(INPUTS), lambda k: self.current("unit", f"cd.input{k}.me", self.gate["cd"])),
+            window=q["pulse_width"] + self.each(
+                len(INPUTS), lambda k: self.step("unit", f"cd.input{k}.", "window")),
+            taken=self.taken(),
             sum=q["sum"],
-            hold=self.time((*unit, ("inh", ()), ("hold", ())), "mt", "hold", "timer", ("timer",)),
-            tonic=self.time((*unit, ("inh", ()), ("cell", ())), "mp", "tonic", "tonic", ("threshold",)),
-            block=self.time((*unit, ("gate", ())), "mt", "block", "timer", ("timer",)),
-            passive=self.current(first, "mp", "p", self.gate["passive"]),
-            race=q["race"] * self.offset((*first, ("threshold", ()))),
-            goal=self.current((*first, ("excite0", ())), "me", "p", self.gate["goal"][offsets]),
-            direction=self.current((*first, ("excite1", ())), "me", "p", self.gate["direction"]),
-            goal_pulse=WIDTH + self.time((*first, ("excite0", ())), "mt", "pulse", "timer", ("timer",)),
-            direction_pulse=WIDTH + self.time((*first, ("excite1", ())), "mt", "pulse", "timer", ("timer",)),
+            hold=self.step("unit", "inh.hold.", "hold"),
+            tonic=self.time("unit", "inh.cell.mp", "tonic", "tonic", "inh.cell.threshold"),
+            block=self.step("unit", "gate.", "block"),
+            passive=self.current("first", "mp", self.gate["passive"]),
+            race=q["race"] * self.offset("first", "threshold"),
+            goal=np.ascontiguousarray(goal),
+            direction=self.current("first", "excite1.me", self.gate["direction"]),
+            goal_pulse=WIDTH + self.step("first", "excite0.", "pulse"),
+            direction_pulse=WIDTH + self.step("first", "excite1.", "pulse"),
             inhibit=self.each(spans, lambda k: self.current(
-                (*first, (f"inhibit{k}", ())), "mk", "n", self.gate["inhibit"][apart[k]])),
-            inhibition=self.each(spans, lambda k: self.time(
-                (*first, (f"inhibit{k}", ())), "mt", "inhibition", "timer", ("timer",))),
-            second=self.current((*second, ("excite0", ())), "me", "p",
-                                self.gate["second"][np.array(d.group)]),
-            second_charge=q["second"] * self.offset((*second, ("threshold", ()))),
-            recurrent=self.time((("recurrent", (2,)),), "mt", "recurrent", "recurrent", ("timer",)),
-            emergency=float(self.time((("emergency", ()),), "mp", "emergency", "race", ("threshold",))[()]),
+                "first", f"inhibit{k}.mk", self.gate["inhibit"][apart[k]])),
+            inhibition=self.each(spans, lambda k: self.step("first", f"inhibit{k}.", "inhibition")),
+            second=self.current("second", "excite0.me", self.gate["second"][np.array(d.group)]),
+            second_charge=q["second"] * self.offset("second", "threshold"),
+            recurrent=self.time("recurrent", "mt", "recurrent", "recurrent", "timer"),
+            emergency=float(self.time("emergency", "mp", "emergency", "race", "threshold")),
             group=np.array(d.group, dtype=np.int64),
         )  # fmt: skip
 
@@ -198,50 +203,47 @@ class _Maker:
         """Arrays of a device of each of `count` parts, stacked last."""
         return np.ascontiguousarray(np.stack([make(k) for k in range(count)], axis=-1))
 
-    def time(self, path: Path, device: str, line: str, charge: str, end: tuple[str, ...]) -> F64:
-        """Charge over current of a part's pFET, its charge ended by the comparator `end` below it."""
-        current = self.current(path, device, "p", self.gate[line])
-        where = (*path, *((name, ()) for name in end))
-        return np.asarray(self.charge[charge] * self.offset(where) / current)
+    def step(self, part: str, inside: str, line: str) -> F64:
+        """Length of a step: of the timer inside a part, s."""
+        return self.time(part, f"{inside}mt", line, "timer", f"{inside}timer")
 
-    def offset(self, path: Path) -> F64:
-        """Factor of a charge by the offset of the comparator at a path."""
-        paths: list[Path] = [(*path, (name, ())) for name in COMPARATOR]
-        shape = _shape(path)
-        areas = np.repeat(self.comparator_area, math.prod(shape)) * self.area
-        v_t0, beta = self.silicon.deviations(NAME, paths, areas)
-        moved = np.stack([np.broadcast_to(v_t0, areas.shape), np.log1p(np.broadcast_to(beta, areas.shape))])
-        each = moved.reshape(2, len(COMPARATOR), *shape)
-        return np.asarray(1.0 + np.einsum("dx,xd...->...", self.gradient, each))
+    def time(self, part: str, device: str, line: str, charge: str, comparator: str) -> F64:
+        """Charge over current of a part's device, the charge ended by a comparator, s."""
+        current = self.current(part, device, self.gate[line])
+        return np.asarray(self.charge[charge] * self.offset(part, comparator) / current)
 
-    def current(self, path: Path, device: str, polarity: str, gate: F64, width: float = SIZE[0]) -> F64:
-        """Saturated current of a device of `width` by 24 um whose gate is `gate` V from its bulk, A."""
-        law = self.silicon.law("p" if polarity == "p" else "n")
-        v_t0, beta = self.deviation(path, device, width)
-        gate = gate.reshape(gate.shape + (1,) * (v_t0.ndim - gate.ndim)) if gate.ndim < v_t0.ndim else gate
-        if gate.ndim > v_t0.ndim:
-            v_t0, beta = (x.reshape(x.shape + (1,) * (gate.ndim - x.ndim)) for x in (v_t0, beta))
-        half = 0.5 * law.kappa * (gate - law.v_t0 - v_t0) / law.u_t
-        specific = law.square_current * (1.0 + beta) * width / SIZE[1]
-        return np.asarray(specific * np.logaddexp(0.0, half) ** 2)
+    def offset(self, part: str, comparator: str) -> F64:
+        """Factor of a charge by the offset of the comparator that ends it."""
+        each = self.part[part].offset(*(f"{comparator}.{name}" for name in COMPARATOR))
+        return np.asarray(1.0 + each @ self.gradient)
 
-    def deviation(self, path: Path, device: str, width: float) -> tuple[F64, F64]:
-        shape = _shape(path)
-        area = width * SIZE[1] * _UM2 * self.area
-        v_t0, beta = self.silicon.deviation(NAME, (*path, (device, ())), area)
-        full = np.ones(math.prod(shape))
-        return (full * v_t0).reshape(shape), (full * beta).reshape(shape)
+    def current(self, part: str, device: str, gate: F64) -> F64:
+        """Saturated current of a device, A; gate: V from its bulk, of the first of its arrays or of all."""
+        d = self.part[part]
+        missing = d.fet[device].threshold.ndim - gate.ndim
+        return d.saturated(device, gate.reshape(gate.shape + (1,) * missing))
 
-    def taken(self, path: Path) -> F64:
-        """What the mirror of a coincidence detector takes, A: a copy of `SHARE` inputs, by `md` and `mk`."""
-        law = self.silicon.law("n")
-        given = self.current(path, "me", "p", self.gate["cd"], SHARE * SIZE[0])
-        (v_in, beta_in), (v_out, beta_out) = (self.deviation(path, m, SIZE[0]) for m in ("md", "mk"))
-        specific = law.square_current * SIZE[0] / SIZE[1]
-        root = np.sqrt(given / (specific * (1.0 + beta_in)))
-        half = np.log(np.expm1(root)) + 0.5 * law.kappa * (v_in - v_out) / law.u_t
-        return np.asarray(specific * (1.0 + beta_out) * np.logaddexp(0.0, half) ** 2)
+    def taken(self) -> F64:
+        """What the mirror of a coincidence detector takes, A: a copy of what `cd.me` gives."""
+        return (
+            self.part["unit"].mirror("cd.md", "cd.mk").copied(self.current("unit", "cd.me", self.gate["cd"]))
+        )
 
 
-def _shape(path: Path) -> tuple[int, ...]:
-    return tuple(n for _, shape in path for n in shape)
+@lru_cache(maxsize=4)
+def _parts(paths: int) -> Mapping[str, Circuit]:
+    """Circuits that stand at the places of the chip, by the chip's word for them."""
+    return {
+        "tap": delay_tap(TIMER),
+        "neuron": neuron.build(neuron.Params(synapses=SYNAPSES)),
+        "unit": unit.build(),
+        "first": racing_cell(REACH),
+        "second": following_cell(),
+        "recurrent": recurrent_inhibition(RECURRENT_CAPACITANCE, paths + 1),
+        "emergency": lone_cell(),
+    }
+
+
+def _used(circuit: Circuit) -> tuple[str, ...]:
+    """Transistors whose deviations count: those of comparators, and those whose current is meant."""
+    return tuple(n for n in transistor_names(circuit) if n.rpartition(".")[2] in (*_SOURCES, *COMPARATOR))

@@ -21,11 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from chips.latency.design import NAME
-from chips.latency.model import SIZE, Lumped, charges_on
+from chips.latency.model import Lumped, charges_on
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.arrays import F64
+from circuits.blocks.latency.parts import lone_cell
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE, Polarity
 from circuits.silicon.silicon import Silicon
 
@@ -36,7 +38,7 @@ TIMES = {
     "emergency": "race",
 }  # fmt: skip
 CHARGES = ("integrating", "race", "second_charge")
-_AREA = SIZE[0] * SIZE[1] * 1e-12  # m^2
+SOURCE = transistor_of(lone_cell(), "mp")  # as all devices whose current is a bias
 _MICROSECOND = 1e-6  # s
 
 
@@ -93,7 +95,8 @@ def charge_spread(
 
     area: as of `noise_of`; devices: how many make the shot noise, of a mirror two.
     """
-    specific = silicon.law(polarity).square_current * SIZE[0] / SIZE[1]
+    specific = silicon.law(polarity).square_current * SOURCE.square
     shot = devices * ELEMENTARY_CHARGE * shot_share(current, specific) / (current * length)
     steep = steepness(current, specific)
-    return np.asarray(np.sqrt(shot + current_wander(silicon, noise, polarity, _AREA * area, length, steep)))
+    slow = current_wander(silicon, noise, polarity, SOURCE.gate_area * area, length, steep)
+    return np.asarray(np.sqrt(shot + slow))

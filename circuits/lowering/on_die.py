@@ -29,7 +29,7 @@ and leakage stay with the transistor level.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -178,7 +178,7 @@ def on_die(
     unless given; gate: voltages (V) of its bias lines by port, which the result keeps. Raises
     `UnknownNameError` for a name that the circuit lacks, `ParameterError` for one of no transistor.
     """
-    names = [n for n, _ in _transistors(circuit)] if wanted is None else list(dict.fromkeys(wanted))
+    names = transistor_names(circuit) if wanted is None else tuple(dict.fromkeys(wanted))
     sites = [_site(circuit, name) for name in names]
     chip, above = (place[0][0], place[1:]) if place else (circuit.name, ())
     paths = [(*above, *site.path, (site.device.name, ())) for site in sites]
@@ -210,6 +210,12 @@ def bias_lines(circuit: Circuit, silicon: Silicon) -> dict[str, F64]:
     return {b.port: bias_voltages(circuit, b, silicon) for b in circuit.biases}
 
 
+def transistor_names(circuit: Circuit) -> tuple[str, ...]:
+    """Names of all transistors of a circuit, its own before those of its instances."""
+    own = [d.name for d in circuit.devices if isinstance(d, Transistor)]
+    return (*own, *(f"{i.name}.{n}" for i in circuit.instances for n in transistor_names(i.circuit)))
+
+
 def transistor_of(circuit: Circuit, name: str) -> Transistor:
     """The transistor called `name`; raises `ParameterError` where that is another device."""
     device = circuit.device(name)
@@ -224,15 +230,6 @@ class _Site(NamedTuple):
     device: Transistor
     path: Path
     size: Mapping[str, F64]
-
-
-def _transistors(circuit: Circuit, prefix: str = "") -> Iterator[tuple[str, Transistor]]:
-    """All transistors of a circuit by name, those of instances after its own."""
-    for device in circuit.devices:
-        if isinstance(device, Transistor):
-            yield prefix + device.name, device
-    for instance in circuit.instances:
-        yield from _transistors(instance.circuit, f"{prefix}{instance.name}.")
 
 
 def _site(circuit: Circuit, name: str) -> _Site:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from chips.latency.chip import LatencyChip
-from chips.latency.model import SIZE, charges_on
-from chips.latency.noise import CHARGES, TIMES, charge_spread, noise_of, numbers_of_ping
+from chips.latency.model import charges_on
+from chips.latency.noise import CHARGES, SOURCE, TIMES, charge_spread, noise_of, numbers_of_ping
 from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share, steepness
 from circuits.blocks.latency import tap as latency_tap
@@ -32,7 +32,7 @@ def pings():
 
 def share(current):
     """What moderate inversion leaves of the shot noise of a pFET of 6 x 24 um."""
-    return shot_share(current, SILICON.law("p").square_current * SIZE[0] / SIZE[1])
+    return shot_share(current, SILICON.law("p").square_current * SOURCE.square)
 
 
 def test_times_vary_by_the_root_of_charge_over_current(pings):
@@ -91,9 +91,9 @@ def test_flicker_follows_the_devices_area():
     added = both**2 - white**2
     assert more**2 - white**2 == pytest.approx(added / 4.0, rel=1e-6)
     # K_F of a pFET of 6 x 24 um, and a band of some e-folds from 0.1 Hz to a few times 1 / 3 ms
-    per_fold = 2e-25 / (SIZE[0] * SIZE[1] * 1e-12 * AMI_1500.p.oxide_capacitance)
+    per_fold = 2e-25 / (SOURCE.gate_area * AMI_1500.p.oxide_capacitance)
     current = charges_on(SILICON)["tap"] / CHIP.lumped.tap
-    psi = steepness(current, SILICON.law("p").square_current * SIZE[0] / SIZE[1])
+    psi = steepness(current, SILICON.law("p").square_current * SOURCE.square)
     folds = added / (per_fold * (psi * SILICON.law("p").kappa / SILICON.thermal_voltage) ** 2)
     assert 5.0 < folds.min() <= folds.max() < 12.0
 
