@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from chips.noise import SiliconNoise, mean_variance
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.devices import ekv
 from circuits.devices.noise import gate_flicker, noise_model
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
@@ -41,14 +42,7 @@ def share_at(root: float) -> float:
     return 4.0 / root**4 * (root**3 / 3.0 - 2.0 + e * (root * root + 2.0 * root + 2.0))
 
 
-@_compiled
-def steepness_at(root: float) -> float:
-    """Steepness psi at L = `root`."""
-    return -math.expm1(-root) / root if root > 0.0 else 1.0
-
-
 _shares = np.vectorize(share_at, otypes=[np.float64])
-_steepnesses = np.vectorize(steepness_at, otypes=[np.float64])
 
 
 def shot_share(current: ArrayLike, specific: ArrayLike) -> F64:
@@ -58,7 +52,7 @@ def shot_share(current: ArrayLike, specific: ArrayLike) -> F64:
 
 def steepness(current: ArrayLike, specific: ArrayLike) -> F64:
     """Steepness psi of currents (A) of devices of these specific currents (A), in the shape of both."""
-    return np.asarray(_steepnesses(_root(current, specific)))
+    return ekv.steepness(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
 
 
 def _root(current: ArrayLike, specific: ArrayLike) -> F64:

@@ -8,6 +8,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.devices.ekv import argument_of_root, law, steepness_of_root
 
 NOBODY = -1  # the winner where no cell has a current above 0
 _ITERATIONS = 60
@@ -47,9 +48,8 @@ def inversion(level: float) -> tuple[float, float]:
     if level < 1e-18:
         return 1.0, 0.0
     root = np.sqrt(level)
-    e = np.exp(-root)
-    h = (1.0 - e) / root
-    return h, 0.5 * h * (e - h)
+    h = steepness_of_root(root)
+    return h, 0.5 * h * (np.exp(-root) - h)
 
 
 @compiled()
@@ -59,10 +59,8 @@ def _log_gain(beta: float, threshold: float, h: float, slope: float) -> float:
 
 @compiled()
 def _argument(level: float) -> float:
-    """Return u with `F(u) = i`."""
-    root = np.sqrt(level)
-    argument: float = 2.0 * (root + np.log(-np.expm1(-root)))
-    return argument
+    """Where `F(u)` is `level`: u."""
+    return argument_of_root(np.sqrt(level))
 
 
 @compiled()
@@ -150,18 +148,17 @@ def _parting(s: Selection, winner: int, rate: F64, behind: F64) -> tuple[float, 
             if k == winner:
                 continue
             u = top - behind[k] - rate[k] * time
-            e = np.exp(-0.5 * abs(u))
-            log = max(0.5 * u, 0.0) + np.log1p(e)
-            slope = log * (1.0 if u >= 0.0 else e) / (1.0 + e) * np.exp(s.share_beta[k])
-            total += log * log * np.exp(s.share_beta[k])
-            steep += slope
-            fall += slope * rate[k]
+            gain = np.exp(s.share_beta[k])
+            value, slope = law(u)
+            total += value * gain
+            steep += slope * gain
+            fall += slope * gain * rate[k]
         if total <= left * (1.0 + 1e-9):
             break
         if fall <= 0.0:
             return np.inf, 0.0
         time += (total - left) / fall
-    own = -np.expm1(-root) * root * np.exp(s.share_beta[winner])  # dF/du of the winner
+    own = steepness_of_root(root) * root * root * np.exp(s.share_beta[winner])  # dF/du of the winner
     return time, s.share_specific * own * fall / (own + steep)
 
 

@@ -61,7 +61,7 @@ from circuits.devices import Capacitor, Transistor
 from circuits.devices.device import Device
 from circuits.devices.transistor import capacitances
 from circuits.errors import ParameterError
-from circuits.silicon.die import Path
+from circuits.lowering.on_die import DieDevices, on_die, transistor_of
 from circuits.silicon.process import AMI_1500, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 
@@ -120,22 +120,16 @@ def selection(
     params = params or Params(CELLS)
     circuit = circuit or circuit_of.build(params)
     law = {"n": silicon.law("n"), "p": silicon.law("p")}
-    drawn = _draws(silicon, params, circuit, area)
+    d = on_die(circuit, silicon.of_area(area), _wanted(params))
+    drawn = _draws(d, params)
     kappa = {polarity: law[polarity].kappa / law[polarity].u_t for polarity in ("n", "p")}
     v_tail = float(bias_voltages(circuit, circuit.bias("i_tail"), silicon)[()])
 
     def pair(first: str, second: str, polarity: str) -> tuple[F64, F64]:
         return drawn[second][1] - drawn[first][1], (drawn[second][0] - drawn[first][0]) * kappa[polarity]
 
-    def sunk(name: str, gate: float) -> F64:
-        """Current of a saturated nFET whose gate is at `gate`, A."""
-        v_t0, log_beta = drawn[name]
-        half = 0.5 * kappa["n"] * (gate - law["n"].v_t0 - v_t0)
-        specific = _specific(circuit, name, law["n"])
-        return np.asarray(specific * np.exp(log_beta) * np.logaddexp(0.0, half) ** 2)
-
     excite, out = pair("mx", "my", "p"), pair("mo", "ms", "p")
-    tail, reference, bleed = (sunk(name, v_tail) for name in ("mt", "mr", "mb"))
+    tail, reference, bleed = (d.saturated(name, v_tail) for name in ("mt", "cell.mr", "cell.mb"))
     level = float(reference.mean()) / _specific(circuit, "mo", law["p"])
     h, bend = inversion(level)
     out_gain = np.exp(out[0] - out[1] * (h - 0.5 * out[1] * bend))
@@ -154,7 +148,7 @@ def selection(
         share_threshold=drawn["m2"][0] * kappa["n"],
         turn=reference / out_gain - bleed,
         out_gain=out_gain,
-        tail=float(tail[0]),
+        tail=float(tail),
         excite_specific=_specific(circuit, "mx", law["p"]),
         risk_specific=_specific(circuit, "mk", law["n"]),
         cell_specific=_specific(circuit, "m1", law["n"]),
@@ -176,30 +170,23 @@ def decision(chip: Selection, excite: F64, risk: F64) -> Decision:
     return Decision(int(winner), float(time), float(margin))
 
 
-_SHARED = ("mt",)
 _OWN = ("mx", "my", "mk", "m1", "m2", "mo", "mb", "ms", "mr")
 
 
-def _draws(silicon: Silicon, params: Params, circuit: Circuit, area: float) -> dict[str, tuple[F64, F64]]:
-    """Deviations of V_T0 (V) and ln beta by device: [1], [N], and of `mg` [N, M]."""
-    n, mirrors = int(params.cells), 2 * params.reach + 1
-    names = [f"mg{k}_{m}" for k in range(n) for m in range(mirrors)]
-    paths: list[Path] = [((name, ()),) for name in (*_SHARED, *names)]
-    paths += [(("cell", (n,)), (name, ())) for name in _OWN]
-    sizes = [_area(circuit.device(name)) for name in (*_SHARED, *names)]
-    sizes += [_area(circuit.device(f"cell.{name}")) for name in _OWN for _ in range(n)]
-    areas = area * np.array(sizes)
-    found = silicon.deviations(circuit.name, paths, areas)
-    v_t0, beta = (np.broadcast_to(d, areas.shape) for d in found)
-    log_beta = np.log1p(beta)
-    first = len(_SHARED) + len(names)
-    result = {name: (v_t0[k : k + 1], log_beta[k : k + 1]) for k, name in enumerate(_SHARED)}
-    mg = slice(len(_SHARED), first)
-    result["mg"] = (v_t0[mg].reshape(n, mirrors), log_beta[mg].reshape(n, mirrors))
-    for k, name in enumerate(_OWN):
-        own = slice(first + k * n, first + (k + 1) * n)
-        result[name] = (v_t0[own], log_beta[own])
-    return result
+def _wanted(params: Params) -> tuple[str, ...]:
+    """Transistors whose deviations count, mirrors of a cell one after the other."""
+    mirrors = range(2 * params.reach + 1)
+    projected = (f"mg{k}_{m}" for k in range(int(params.cells)) for m in mirrors)
+    return ("mt", *projected, *(f"cell.{name}" for name in _OWN))
+
+
+def _draws(d: DieDevices, params: Params) -> dict[str, tuple[F64, F64]]:
+    """Deviations of V_T0 (V) and ln beta of a cell's devices by name, [N], and of `mg` [N, M]."""
+    own = {name: d.fet[f"cell.{name}"] for name in _OWN}
+    result = {name: (fet.v_t0, np.log1p(fet.beta)) for name, fet in own.items()}
+    mirrors, shape = [fet for name, fet in d.fet.items() if name.startswith("mg")], (int(params.cells), -1)
+    v_t0, beta = np.array([f.v_t0 for f in mirrors]), np.array([f.beta for f in mirrors])
+    return result | {"mg": (v_t0.reshape(shape), np.log1p(beta).reshape(shape))}
 
 
 def _risk(drawn: dict[str, tuple[F64, F64]], params: Params, kappa: float) -> tuple[F64, F64]:
@@ -213,22 +200,9 @@ def _risk(drawn: dict[str, tuple[F64, F64]], params: Params, kappa: float) -> tu
     return np.ascontiguousarray(beta), np.ascontiguousarray(v_t0 * kappa)
 
 
-def _device(circuit: Circuit, name: str) -> Transistor:
-    device = circuit.device(name if name in _SHARED else f"cell.{name}")
-    if not isinstance(device, Transistor):
-        raise TypeError(f"{circuit.name}.{name}: no transistor")
-    return device
-
-
-def _area(device: Device) -> float:
-    if not isinstance(device, Transistor):
-        raise TypeError(f"{device.name}: no transistor")
-    return device.width * device.length * device.multiplicity
-
-
 def _specific(circuit: Circuit, name: str, law: TransistorAtTemperature) -> float:
-    device = _device(circuit, name)
-    return law.square_current * device.width * device.multiplicity / device.length
+    """Specific current of a cell's device without mismatch, A."""
+    return law.square_current * transistor_of(circuit, f"cell.{name}").square
 
 
 def _capacitance(circuit: Circuit, node: str, process: Process) -> float:

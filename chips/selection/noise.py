@@ -27,13 +27,13 @@ from chips.board_kernel import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.selection.kernel import NOBODY, Selection, decide
-from chips.shot_noise import current_wander, share_at, steepness_at
+from chips.shot_noise import current_wander, share_at
 from circuits.arrays import F64
 from circuits.blocks.selection import winner_take_all as circuit_of
-from circuits.circuit import Circuit
 from circuits.compiled import compiled
-from circuits.devices import Transistor
+from circuits.devices.ekv import steepness_of_root
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, Polarity, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_place
@@ -82,7 +82,9 @@ def selection_noise(
     circuit = circuit_of.build()
     knots = np.linspace(math.log(SHORTEST), math.log(LONGEST), _KNOTS)
     wander = {
-        name: current_wander(silicon, noise, polarity, area * _area(circuit, name), np.exp(knots))
+        name: current_wander(
+            silicon, noise, polarity, area * transistor_of(circuit, name).gate_area, np.exp(knots)
+        )
         for name, polarity in _DEVICES.items()
     }
     cells = chip.excite_beta.size
@@ -136,15 +138,8 @@ def _variance(current: float, specific: float, devices: float, wander: float, ti
     """Variance (A^2) of the mean over `time` (s) of a current (A), by as many devices that carry it."""
     root = math.sqrt(current / specific)
     white: float = devices * ELEMENTARY_CHARGE * share_at(root) * current / time
-    slow: float = (steepness_at(root) * current) ** 2 * wander
+    slow: float = (steepness_of_root(root) * current) ** 2 * wander
     return white + slow
-
-
-def _area(circuit: Circuit, name: str) -> float:
-    device = circuit.device(name)
-    if not isinstance(device, Transistor):
-        raise TypeError(f"{circuit.name}.{name}: no transistor")
-    return device.width * device.length * device.multiplicity
 
 
 # the mirror of a cell's own risk, of weight 1

@@ -29,6 +29,7 @@ and leakage stay with the transistor level.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -183,10 +184,8 @@ def on_die(
     chip, above = (place[0][0], place[1:]) if place else (circuit.name, ())
     paths = [(*above, *site.path, (site.device.name, ())) for site in sites]
     shapes = [tuple(n for _, shape in path for n in shape) for path in paths]
-    areas = [
-        np.broadcast_to(s.size["width"] * s.size["length"] * s.size["multiplicity"], shape).ravel()
-        for s, shape in zip(sites, shapes, strict=True)
-    ]
+    areas = [_spread(s.size["width"] * s.size["length"] * s.size["multiplicity"], shape)
+             for s, shape in zip(sites, shapes, strict=True)]  # fmt: skip
     every = np.concatenate([np.zeros(0), *areas])
     v_t0, beta = (np.broadcast_to(x, every.size) for x in silicon.deviations(chip, paths, every))
     laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
@@ -196,11 +195,9 @@ def on_die(
         own_v, own_beta = v_t0[own].reshape(shape), beta[own].reshape(shape)
         shared, size = laws[site.device.polarity], site.size
         square = shared.square_current * size["multiplicity"] * size["width"] / size["length"]
-        fets[name] = Fet(
-            np.asarray(square * (1.0 + own_beta)), np.asarray(shared.v_t0 + own_v), shared.kappa, own_v,
-            own_beta,
-        )  # fmt: skip
-    copies = int(np.prod([n for _, shape in above for n in shape], dtype=np.int64))
+        current, threshold = np.asarray(square * (1.0 + own_beta)), np.asarray(shared.v_t0 + own_v)
+        fets[name] = Fet(current, threshold, shared.kappa, own_v, own_beta)
+    copies = math.prod(n for _, shape in above for n in shape)
     volts = {port: np.asarray(value, dtype=np.float64) for port, value in (gate or {}).items()}
     return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, volts)
 
@@ -229,7 +226,14 @@ class _Site(NamedTuple):
 
     device: Transistor
     path: Path
-    size: Mapping[str, F64]
+    size: Mapping[str, F64 | float]
+
+
+def _spread(value: F64 | float, shape: Shape) -> F64:
+    """A value at all places, row-major."""
+    if isinstance(value, float):
+        return np.full(math.prod(shape), value)
+    return np.broadcast_to(value, shape).ravel()
 
 
 def _site(circuit: Circuit, name: str) -> _Site:
@@ -240,7 +244,7 @@ def _site(circuit: Circuit, name: str) -> _Site:
         inside = instances[-1].circuit if instances else circuit
         instances.append(next(i for i in inside.instances if i.name == part))
     path = tuple((i.name, i.shape) for i in instances)
-    size = {key: np.asarray(value) for key, value in device.parameters().items()}
+    size: dict[str, F64 | float] = dict(device.parameters())
     # what an outer instance sets is put last, in the place of what an inner one does
     for depth in reversed(range(len(instances))):
         inner: Shape = tuple(n for i in instances[depth + 1 :] for n in i.shape)
