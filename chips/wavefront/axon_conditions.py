@@ -20,7 +20,9 @@ from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.wavefront.axon_delay import HIGHEST
 from circuits.circuit import Circuit
+from circuits.devices.ekv import interpolation, steepness
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import Shift, shared
 from circuits.silicon.process import POLARITIES, Polarity, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
@@ -39,7 +41,7 @@ class AxonModel:
 
     circuit: that the axons stand in, by its name and biases; prefix: path of the axons in it, () or (axon,);
     shape: of the array, () for a lone axon; area: of the drawn devices over the circuit's own, at the same
-    nominal delay; sizes: m W and L in m, of `SINK`, `LOCAL` and `TAIL` in this order.
+    nominal delay; axon: the circuit of each.
     """
 
     circuit: Circuit
@@ -48,7 +50,7 @@ class AxonModel:
     prefix: tuple[str, ...]
     shape: tuple[int, ...]
     area: float
-    sizes: tuple[tuple[float, float], ...]
+    axon: Circuit = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +133,8 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
     law = replace(
         law, v_t0=law.v_t0 + shifts["n"].v_t0, square_current=law.square_current * (1.0 + shifts["n"].beta)
     )
-    specific, current, _ = _saturated(law, model.sizes[0], gates["i_delay"])
-    _, comparator, tail_slope = _saturated(law, model.sizes[-1], gates["i_cmp"])
+    specific, current, _ = _saturated(law, model, SINK, gates["i_delay"])
+    _, comparator, tail_slope = _saturated(law, model, TAIL, gates["i_cmp"])
     _check(model, "i_delay", current, model.record.grid.current, "A")
     _check(model, "i_cmp", comparator, model.record.grid.comparator_current, "A")
     for polarity, shift in shifts.items():
@@ -179,13 +181,12 @@ def _basis(grid: Sequence[float]) -> CubicSpline:
 
 
 def _saturated(
-    law: TransistorAtTemperature, size: tuple[float, float], gate: float
+    law: TransistorAtTemperature, model: AxonModel, name: str, gate: float
 ) -> tuple[float, float, float]:
     """Specific current and current in saturation, A, of an nFET without deviations; d ln I / d V_T0, 1/V."""
-    specific = law.square_current * size[0] / size[1]
-    half = 0.5 * law.kappa * (gate - law.v_t0) / law.u_t
-    root = float(np.logaddexp(0.0, half))
-    return specific, specific * root**2, -law.kappa / law.u_t / (root * (1.0 + float(np.exp(-half))))
+    specific = law.square_current * transistor_of(model.axon, name).square
+    carried = float(interpolation(law.kappa * (gate - law.v_t0) / law.u_t))
+    return specific, specific * carried, -law.kappa / law.u_t * float(steepness(carried))
 
 
 def _check(model: AxonModel, label: str, value: float, limits: Sequence[float], unit: str) -> None:

@@ -53,8 +53,9 @@ from circuits.blocks.wavefront import grid as wavefront_grid
 from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
 from circuits.circuit import BiasKind, Circuit
 from circuits.compiled import compiled
-from circuits.devices import Transistor
+from circuits.devices.ekv import law
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import on_die
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500, POLARITIES, Process
 from circuits.silicon.silicon import Silicon
@@ -112,26 +113,15 @@ def _model(
     check_law(process)
     if axon_key(axon, process, record.grid) != record.key:
         raise stale("axon_delay")
-    sizes = tuple(_size(axon, name) for name in (SINK, *LOCAL, TAIL))
-    return AxonModel(circuit, process, record, prefix, shape, area, sizes)
-
-
-def _size(axon: Circuit, name: str) -> tuple[float, float]:
-    device = axon.device(name)
-    if not isinstance(device, Transistor):
-        raise TypeError(f"{axon.name}.{name}: no transistor")
-    return device.width * device.multiplicity, device.length
+    return AxonModel(circuit, process, record, prefix, shape, area, axon)
 
 
 def axon_draws(model: AxonModel, silicon: Silicon) -> AxonDraws:
     """Deviations of the model's axons on the silicon's die: those that the transistor level draws."""
-    count = int(np.prod(model.shape, dtype=np.int64))
-    arrays = tuple((name, model.shape) for name in model.prefix)
-    paths: list[Path] = [(*arrays, (name, ())) for name in (SINK, *LOCAL, TAIL)]
-    areas = np.repeat([model.area * w * length for w, length in model.sizes], count)
-    drawn = silicon.deviations(model.circuit.name, paths, areas)
-    v_t0, beta = (np.broadcast_to(d, areas.shape).reshape(len(paths), count) for d in drawn)
-    return AxonDraws(v_t0[0].copy(), beta[0].copy(), v_t0[-1].copy(), np.ascontiguousarray(v_t0[1:-1].T))
+    place: Path = ((model.circuit.name, ()), *((name, model.shape) for name in model.prefix))
+    d = on_die(model.axon, silicon.of_area(model.area), (SINK, *LOCAL, TAIL), place).flat()
+    local = np.stack([d.fet[name].v_t0 for name in LOCAL], axis=-1)
+    return AxonDraws(d.fet[SINK].v_t0.copy(), d.fet[SINK].beta.copy(), d.fet[TAIL].v_t0.copy(), local)
 
 
 def axon_delays(
@@ -260,9 +250,8 @@ def _delays(c: Conditions, draws: AxonDraws, codes: I64, found: F64) -> None:
         if code == 0:
             found[i] = np.inf
             continue
-        half = c.pinch - c.slope * draws.sink[i]
-        root = half if half > 30.0 else np.log1p(np.exp(half))
-        current = c.specific_current * (1.0 + draws.beta[i]) * root * root
+        carried = law(2.0 * (c.pinch - c.slope * draws.sink[i]))[0]
+        current = c.specific_current * (1.0 + draws.beta[i]) * carried
         apart = np.log(current) - c.log_current
         k = code - 1
         log_charge = c.log_charge[0, k] + c.tail[k] * draws.tail[i]

@@ -14,10 +14,12 @@ import numpy as np
 
 from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
-from chips.wavefront.axon_conditions import AxonModel, axon_tables, conditions, process_shifts
+from chips.wavefront.axon_conditions import SINK, AxonModel, axon_tables, conditions, process_shifts
 from chips.wavefront.model import axon_draws
 from circuits.arrays import F64
+from circuits.devices.ekv import interpolation
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
@@ -48,10 +50,10 @@ def axon_spread(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconN
     if not open_.any():
         return np.zeros(delays.size)
     own = np.where(open_, delays, delays[open_].min())
-    width, length = model.sizes[0]
+    area = model.area * transistor_of(model.axon, SINK).gate_area
     current, specific = sink_currents(model, silicon)
     steep = steepness(current, specific)
-    wander = current_wander(silicon, noise, "n", model.area * width * length, own, steep)
+    wander = current_wander(silicon, noise, "n", area, own, steep)
     white = shot_share(current, specific) * ELEMENTARY_CHARGE * own / current
     return np.where(open_, np.sqrt(white + wander * own**2), 0.0)
 
@@ -61,4 +63,5 @@ def sink_currents(model: AxonModel, silicon: Silicon) -> tuple[F64, F64]:
     c = conditions(axon_tables(model, silicon), silicon, process_shifts(silicon))
     draws = axon_draws(model, silicon)
     specific = c.specific_current * (1.0 + draws.beta)
-    return np.asarray(specific * np.logaddexp(0.0, c.pinch - c.slope * draws.sink) ** 2), np.asarray(specific)
+    carried = interpolation(2.0 * (c.pinch - c.slope * draws.sink))
+    return np.asarray(specific * carried), np.asarray(specific)
