@@ -14,12 +14,11 @@ Stepped by RODAS3 (Sandu, Verwer, Blom, Spee, Carmichael, Potra 1997), four stag
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.softplus import softplus_five
+from circuits.devices.softplus import softplus_at, softplus_five
 
 Three = tuple[float, float, float]
 Nine = tuple[float, float, float, float, float, float, float, float, float]
@@ -107,12 +106,6 @@ def matrix_of(m: Neurons, mode: int) -> Nine:
     """C^-1 while the nodes of `mode` are held, row by row, 1/F."""
     c = m.inverse_capacitance[mode]
     return c[0, 0], c[0, 1], c[0, 2], c[1, 0], c[1, 1], c[1, 2], c[2, 0], c[2, 1], c[2, 2]
-
-
-@_compiled
-def softplus(x: float) -> float:
-    """`ln(1 + e^x)`."""
-    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
 
 
 @_inlined
@@ -228,10 +221,11 @@ def pull_low(p: Pull, u_t: float, kappa_n: float, kappa_p: float, out: F64) -> N
             v = 0.5 * (low + high)
             pinch = kappa_n * (p.v_r[k] + kappa_p * v - p.m1_threshold[k])
             brought = (
-                softplus(0.5 * (pinch - v) / u_t) ** 2 - softplus(0.5 * (pinch - p.v_rest[k]) / u_t) ** 2
+                softplus_at(0.5 * (pinch - v) / u_t) ** 2
+                - softplus_at(0.5 * (pinch - p.v_rest[k]) / u_t) ** 2
             )
             full = p.mi12_pinch[k]
-            sunk = softplus(0.5 * full / u_t) ** 2 - softplus(0.5 * (full - v) / u_t) ** 2
+            sunk = softplus_at(0.5 * full / u_t) ** 2 - softplus_at(0.5 * (full - v) / u_t) ** 2
             if p.mi12_current[k] * sunk < p.m1_current[k] * brought + p.i_rslope[k]:
                 low = v
             else:

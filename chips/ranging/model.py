@@ -31,9 +31,11 @@ from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
+from circuits.devices.ekv import argument
 from circuits.devices.source import Constant
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.on_die import DieDevices, on_die, transistor_of
 from circuits.place import circuit_at
 from circuits.silicon.process import POLARITIES, Process
 from circuits.silicon.silicon import Silicon
@@ -75,15 +77,14 @@ class ReboundModel:
 
 
 class Devices(NamedTuple):
-    """Transistors of n neurons on a die, by path inside the neuron, float64[n] each.
+    """Transistors of n neurons on a die, by path inside the neuron, and how they lie to the record's.
 
-    current: specific current, A; threshold: V; shift: local deviation of the threshold, V, the bias's
-    included; log_beta: local deviation of the current factor. Under `n` and `p` what the die's devices of a
-    polarity share.
+    on_die: the devices, flat, with the biases' voltages by name; shift: local deviation of the threshold, V,
+    the bias's included; log_beta: local deviation of the current factor, float64[n] each. Under `n` and `p`
+    what the die's devices of a polarity share.
     """
 
-    current: dict[str, F64]
-    threshold: dict[str, F64]
+    on_die: DieDevices
     shift: dict[str, F64]
     log_beta: dict[str, F64]
 
@@ -142,16 +143,15 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
     d = devices_on(model, silicon, gate)
     u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
     n, p = silicon.law("n"), silicon.law("p")
-    every = np.ones_like(d.current["membrane.m1"])
+    fet = d.on_die.fet
+    every = np.ones_like(fet["membrane.m1"].current)
 
     def saturated(device: str, bias: str) -> F64:
-        pinch = p.kappa * (v_dd - gate[bias] - d.threshold[device])
-        return np.asarray(d.current[device] * _interpolation(pinch / u_t))
+        return d.on_die.saturated(device, d.on_die.below(bias))
 
-    resets = ("inhibition.mi12", "axon.ma8")
-    off = sum(d.current[r] * _interpolation(-n.kappa * d.threshold[r] / u_t) for r in resets)
+    off = sum(d.on_die.saturated(r, 0.0) for r in ("inhibition.mi12", "axon.ma8"))
     i_rslope, i_rtau = saturated("membrane.mr1", "i_rslope"), saturated("membrane.mr2", "i_rtau")
-    i_inh = inhibition_current(d, gate["i_inh_tau"], silicon)
+    i_inh = inhibition_current(d, gate["i_inh_tau"])
     smooth = evaluate(model, d, gate["v_th"], i_inh, silicon)
     nominal_rtau = saturation_current(model.circuit, model.circuit.bias("i_rtau"), silicon)
     return Neurons(
@@ -161,15 +161,15 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
         v_dd=every * v_dd,
         v_rest=every * gate["v_rest"],
         v_ex_max=every * gate["v_ex_max"],
-        m1_current=d.current["membrane.m1"],
-        m1_threshold=d.threshold["membrane.m1"],
-        m2_current=d.current["membrane.m2"],
-        m2_threshold=d.threshold["membrane.m2"],
-        me4_current=d.current["excitation.me4"],
-        me4_pinch=every * p.kappa * (v_dd - gate["i_ex_tau"] - d.threshold["excitation.me4"]),
+        m1_current=fet["membrane.m1"].current,
+        m1_threshold=fet["membrane.m1"].threshold,
+        m2_current=fet["membrane.m2"].current,
+        m2_threshold=fet["membrane.m2"].threshold,
+        me4_current=fet["excitation.me4"].current,
+        me4_pinch=every * p.kappa * (v_dd - gate["i_ex_tau"] - fet["excitation.me4"].threshold),
         me4_forward=saturated("excitation.me4", "i_ex_tau"),
-        me5_current=d.current["excitation.me5"],
-        me5_threshold=d.threshold["excitation.me5"],
+        me5_current=fet["excitation.me5"].current,
+        me5_threshold=fet["excitation.me5"].threshold,
         i_rslope=i_rslope - off,
         i_rtau=i_rtau,
         t_inh=np.exp(smooth["log_charge"]) / i_inh,
@@ -215,37 +215,28 @@ def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
 def devices_on(model: ReboundModel, silicon: Silicon, gate: Mapping[str, F64]) -> Devices:
     """Transistors of all neurons of the model on `silicon`; gate: voltages of the bias ports, V."""
     typical = Silicon(silicon.process, silicon.temperature_c)
-    d = Devices({}, {}, {}, {})
+    neuron = neuron_of(model.circuit)
+    array = "" if neuron is model.circuit else f"{model.circuit.instances[0].name}."
+    wanted = [f"{array}{name}" for name in model.transistors]
+    found = on_die(model.circuit, silicon, wanted, gate=gate).renamed(array).flat()
+    d = Devices(found, {}, {})
     for polarity in POLARITIES:
         law, nominal = silicon.law(polarity), typical.law(polarity)
         d.shift[polarity] = np.array(law.v_t0 - nominal.v_t0)
         d.log_beta[polarity] = np.log(law.square_current / nominal.square_current)
-    laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
-    groups = [
-        (name, g, g.device) for name, g in model.transistors.items() if isinstance(g.device, Transistor)
-    ]
-    width = np.array([g.parameters["multiplicity"] * g.parameters["width"] for _, g, _ in groups])
-    length = np.array([g.parameters["length"] for _, g, _ in groups])
-    paths = [(*g.path, (device.name, ())) for _, g, device in groups]
-    local = silicon.deviations(model.circuit.name, paths, (width * length).ravel())
-    v_t0, beta = (np.broadcast_to(x, width.size).reshape(width.shape) for x in local)
-    for k, (name, _, device) in enumerate(groups):
-        law = laws[device.polarity]
-        d.current[name] = law.square_current * width[k] / length[k] * (1.0 + beta[k])
-        d.threshold[name] = law.v_t0 + v_t0[k]
-        d.log_beta[name] = np.log1p(beta[k])
-        d.shift[name] = v_t0[k]
+    for name in model.transistors:
+        own = found.fet[name]
+        d.log_beta[name] = np.log1p(own.beta)
+        d.shift[name] = own.v_t0
         if name in GATED:
-            sign = 1.0 if device.polarity == "p" else -1.0
-            d.shift[name] = v_t0[k] + sign * (gate[GATED[name]] - model.reference[GATED[name]])
+            sign = 1.0 if transistor_of(neuron, name).polarity == "p" else -1.0
+            d.shift[name] = own.v_t0 + sign * (gate[GATED[name]] - model.reference[GATED[name]])
     return d
 
 
-def inhibition_current(d: Devices, gate: F64, silicon: Silicon) -> F64:
+def inhibition_current(d: Devices, gate: F64) -> F64:
     """I_inh_tau of this die's mi5 in saturation, float64[n], A; gate: V."""
-    mi5, law = "inhibition.mi5", silicon.law("n")
-    pinch = law.kappa * (gate - d.threshold[mi5])
-    return np.asarray(d.current[mi5] * _interpolation(pinch / silicon.thermal_voltage))
+    return d.on_die.saturated("inhibition.mi5", gate)
 
 
 def evaluate(model: ReboundModel, d: Devices, v_th: F64, i_inh: F64, silicon: Silicon) -> dict[str, F64]:
@@ -294,22 +285,18 @@ def _lagrange(nodes: tuple[float, ...], x: float) -> F64:
     return weights
 
 
-def _interpolation(u: F64) -> F64:
-    """`F(u) = ln^2(1 + e^(u/2))`."""
-    return np.asarray(np.logaddexp(0.0, 0.5 * u) ** 2)
-
-
 def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon) -> F64:
     """v_mem while mi12, its gate at the supply, sinks what m1 brings from v_rest, V."""
     u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
     n, p = silicon.law("n"), silicon.law("p")
     m1, m2, mi12 = "membrane.m1", "membrane.m2", "inhibition.mi12"
-    # v_r where m2, its gate at v_mem, carries I_rtau: q(x) = sqrt(I / I_S), v_r = V_dd - v_p + 2 U_T x
-    drive = 2.0 * u_t * np.log(np.expm1(np.sqrt(i_rtau / d.current[m2])))
-    full = n.kappa * (v_dd - d.threshold[mi12])
-    v_r = v_dd - p.kappa * (v_dd - d.threshold[m2]) + drive
+    # v_r where m2, its gate at v_mem, carries I_rtau: v_r = V_dd - v_p + U_T u(I / I_S)
+    fet = d.on_die.fet
+    drive = u_t * argument(i_rtau / fet[m2].current)
+    full = n.kappa * (v_dd - fet[mi12].threshold)
+    v_r = v_dd - p.kappa * (v_dd - fet[m2].threshold) + drive
     found = np.empty_like(v_rest)
-    pull = Pull(v_rest, d.current[m1], d.threshold[m1], d.current[mi12], full, v_r, i_rslope)
+    pull = Pull(v_rest, fet[m1].current, fet[m1].threshold, fet[mi12].current, full, v_r, i_rslope)
     pull_low(pull, u_t, n.kappa, p.kappa, found)
     return found
 
@@ -365,7 +352,7 @@ def outside(model: ReboundModel, silicon: Silicon, path: str = "") -> list[str]:
         return found
     gate = gates_on(model, silicon)
     d = devices_on(model, silicon, gate)
-    current = inhibition_current(d, gate["i_inh_tau"], silicon)
+    current = inhibition_current(d, gate["i_inh_tau"])
     for k, i in enumerate(current):
         if not grid.current[0] <= i <= grid.current[-1]:
             limits = f"must be {grid.current[0]:.3g} to {grid.current[-1]:.3g} A"

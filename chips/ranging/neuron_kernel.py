@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.ranging.law import Neurons, Three, currents, matrix_of, numbers_of, rates, softplus, stepped
+from chips.ranging.law import Neurons, Three, currents, matrix_of, numbers_of, rates, stepped
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
+from circuits.devices.softplus import softplus_at
 
 TOLERANCE = 1e-4  # V, local error of a step; ours: moves a peak by up to 0.35 mV, inside the measured margin
 ECHO_HELD = (0.05e-6, 10.15e-6)  # s, half-supply crossings of an event's pulse
@@ -41,7 +42,7 @@ _compiled = compiled(fastmath={"contract"})
 @_compiled
 def excitation(m: Neurons, k: int, s: F64) -> float:
     """Rate at which me5 raises a free v_mem, V/s."""
-    e = softplus(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
+    e = softplus_at(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
     return float(m.me5_current[k] * e * e * m.inverse_capacitance[0, 0, 0])
 
 

@@ -21,12 +21,11 @@ import numpy as np
 
 from chips.noise import SiliconNoise, mean_variance
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current
+from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current, neuron_of
 from circuits.arrays import F64, I64, U32
 from circuits.compiled import compiled
-from circuits.devices import Transistor
 from circuits.devices.noise import gate_flicker, noise_model
-from circuits.errors import ParameterError
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
@@ -80,12 +79,13 @@ def new_jitter(
     """
     gate = gates_on(model, silicon)
     devices = devices_on(model, silicon, gate)
-    current = inhibition_current(devices, gate["i_inh_tau"], silicon)
+    current = inhibition_current(devices, gate["i_inh_tau"])
     flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
     rate, variance = relaxations(flicker, shortest / _FASTEST)
     mean = mean_variance(rate * neurons.t_inh[:, None])
     slope = neurons.t_inh * neurons.kappa_n / silicon.thermal_voltage
-    at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), area * _areas(model))
+    areas = np.full(slope.size, area * transistor_of(neuron_of(model.circuit), _DEVICE).gate_area)
+    at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), areas)
     n, blocks = slope.size, 1 + -(-rate.size // _PER_BLOCK)
     keys = noise_keys(noise.seed, noise.trial, _paths(model, silicon))
     counters = np.zeros((4, n * blocks), np.uint32)
@@ -141,16 +141,8 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
     j.calls[0] += 1
 
 
-def _areas(model: ReboundModel) -> F64:
-    """Area m W L of each mi5, float64[n], m^2."""
-    p = model.transistors[_DEVICE].parameters
-    return np.asarray(p["multiplicity"] * p["width"] * p["length"])
-
-
 def _paths(model: ReboundModel, silicon: Silicon) -> list[str]:
     """Path of each mi5 on its chip."""
     group = model.transistors[_DEVICE]
-    if not isinstance(group.device, Transistor):
-        raise ParameterError(f"{model.circuit.name}.{_DEVICE}: no transistor; use the transistor level")
     root = noise_place(silicon, model.circuit.name)
     return [f"{root}.{group.label(k)}" for k in range(group.nodes.shape[1])]

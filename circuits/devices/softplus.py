@@ -168,6 +168,12 @@ def softplus(x: F64, value: F64, slope: F64) -> None:
         slope[i] = s if xi >= 0.0 else t * s
 
 
+@compiled(fastmath={"contract"})
+def softplus_at(x: float) -> float:
+    """`ln(1 + e^x)` of one number, by the standard library."""
+    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
+
+
 def inverse_softplus(y: float) -> float:
     """Return x with `ln(1 + e^x) = y`, y > 0."""
     return y + math.log(-math.expm1(-y))

@@ -42,8 +42,9 @@ def test_the_devices_are_those_of_the_circuit(chip: ReboundModel) -> None:
     )
     table = to_kernel(machine, silicon).kernel.transistors
     d = devices_on(chip, silicon, gates_on(chip, silicon))
-    assert np.allclose(np.concatenate(list(d.threshold.values())), table.v_t0, rtol=1e-12)
-    assert np.allclose(np.concatenate(list(d.current.values())), table.specific_current, rtol=1e-12)
+    fets = d.on_die.fet.values()
+    assert np.allclose(np.concatenate([f.threshold for f in fets]), table.v_t0, rtol=1e-12)
+    assert np.allclose(np.concatenate([f.current for f in fets]), table.specific_current, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

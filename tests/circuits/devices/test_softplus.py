@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.softplus import LIMIT, exp_negative, inverse_softplus, softplus, softplus_five
+from circuits.devices.softplus import (
+    LIMIT,
+    exp_negative,
+    inverse_softplus,
+    softplus,
+    softplus_at,
+    softplus_five,
+)
 
 # a polynomial's fit (2e-15) and a dozen roundings (1e-16 each)
 TOLERANCE = 1e-14
@@ -47,6 +54,7 @@ def exact(x: float) -> tuple[float, float]:
 def test_value_and_slope_in_both_tails(x: float) -> None:
     value, slope = both(np.array([x]))
     assert (value[0], slope[0]) == pytest.approx(exact(x), rel=TOLERANCE, abs=0.0)
+    assert softplus_at(x) == pytest.approx(exact(x)[0], rel=TOLERANCE, abs=0.0)
 
 
 def test_dense_sample_against_the_standard_library() -> None:
