@@ -11,19 +11,10 @@ import math
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.devices.ekv import law
 
 _ITERATIONS = 80
 _EXACT = 1e-12  # U_T, last update of a voltage
-
-
-@compiled(forceinline=True)
-def law(u: float) -> tuple[float, float]:
-    """`F(u)` and its derivative."""
-    x = 0.5 * u
-    e = math.exp(-abs(x))
-    q = max(x, 0.0) + math.log1p(e)
-    s = 1.0 / (1.0 + e)
-    return q * q, q * (s if x >= 0.0 else e * s)
 
 
 @compiled()
@@ -143,22 +134,6 @@ def pair(i1: F64, a: F64, i2: F64, b: F64, total: F64, out: F64) -> None:
     """`pair_share` of each."""
     for k in range(out.size):
         out[k] = pair_share(i1[k], a[k], i2[k], b[k], total[k])
-
-
-@compiled()
-def inverter_threshold(
-    i_n: F64, t_n: F64, k_n: float, i_p: F64, t_p: F64, k_p: float, supply: float, out: F64
-) -> None:
-    """Input at which both transistors of an inverter, saturated, carry the same current."""
-    for k in range(out.size):
-        low, high = 0.0, supply
-        for _ in range(60):
-            v = 0.5 * (low + high)
-            if i_n[k] * law(k_n * (v - t_n[k]))[0] > i_p[k] * law(k_p * (supply - v - t_p[k]))[0]:
-                high = v
-            else:
-                low = v
-        out[k] = 0.5 * (low + high)
 
 
 @compiled()

@@ -18,26 +18,23 @@ off let through, the feedback of the neuron's threshold, and the time in which a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from chips.devices_on_die import (
-    DieDevices,
-    Part,
-    capacitance_matrix,
-    devices_on,
-    inverter_threshold_of,
-    part_of,
-)
+from chips.model_law import check_law
 from chips.nef import circuit as nef_circuit
 from circuits.arrays import F64
 from circuits.blocks.nef.encoder import BITS
 from circuits.blocks.nef.neuron import LEAK
 from circuits.blocks.nef.synapse import LINE_UNITS
 from circuits.circuit import Bias, Circuit
+from circuits.devices.ekv import of_weak
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices, array_of, mirror_of, standing
 from circuits.silicon.die import Place
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -45,6 +42,7 @@ from circuits.silicon.silicon import Silicon
 Biases = tuple[Bias, ...]
 
 PLACE: Place = ((nef_circuit.NAME, ()),)
+_NEURON_DEVICES = ("mf1", "mc1", "mc2", "mk5", "mk6p", "mk6n")
 _STAGE_DEVICES = (*(f"m{bank}{k}" for bank in "dr" for k in range(BITS)), "mm1", "mm2")
 
 
@@ -95,13 +93,12 @@ class Filters(NamedTuple):
 
 def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
     """The chip's first neurons."""
-    part = _with_biases(_neurons(count), biases, "neuron")
-    d = devices_on(part, replace(silicon, place=PLACE))
+    d = _on_chip("neuron", _neurons(count), silicon, biases, _NEURON_DEVICES)
     matrix = _neuron_capacitances()
     buffer = d.saturated("mc2", d.below("v_buf"))
     reset = float(np.ravel(d.gate["v_reset"])[0])
-    swing = _gate_at(d, "mc1", buffer) - reset
-    fall = d.v_dd - inverter_threshold_of(d, "mk6")
+    swing = d.gate_for("mc1", buffer) - reset
+    fall = d.v_dd - d.inverter_threshold("mk6")
     return NeuronLaw(
         d.saturated("mf1", d.gate["v_leak"]) / LEAK,
         matrix[0, 0] * swing / LEAK,
@@ -112,9 +109,9 @@ def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
 
 def neuron_charges(silicon: Silicon, count: int, biases: Biases) -> tuple[float, F64]:
     """Capacitance of a membrane, F, and what a refractory period takes from C_ref, float64[n], C."""
-    d = devices_on(_with_biases(_neurons(count), biases, "neuron"), replace(silicon, place=PLACE))
+    d = _on_chip("neuron", _neurons(count), silicon, biases, _NEURON_DEVICES)
     matrix = _neuron_capacitances()
-    return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - inverter_threshold_of(d, "mk6")))
+    return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - d.inverter_threshold("mk6")))
 
 
 def filter_capacitance() -> float:
@@ -124,16 +121,12 @@ def filter_capacitance() -> float:
 
 def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Column:
     """The first stages of a column."""
-    part = _with_biases(_column(count), biases, "stage")
-    place = (*PLACE, ("column", (column,)))
-    d = devices_on(part, replace(silicon, place=place))
+    d = _on_chip("stage", _column(count), silicon, biases, _STAGE_DEVICES, (("column", (column,)),))
     gate = d.below("v_pos")
     signal, reference = (
         np.stack([d.saturated(f"m{bank}{k}", gate) for k in range(BITS)], axis=1) / LEAK for bank in "dr"
     )
-    a, b = d.fet["mm1"], d.fet["mm2"]
-    mirror = b.current / a.current * np.exp(a.kappa * (a.threshold - b.threshold) / d.u_t)
-    return Column(signal, reference, mirror)
+    return Column(signal, reference, d.mirror("mm1", "mm2").weak)
 
 
 def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
@@ -145,7 +138,7 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     power = 1.0
     for value in np.unique(taus):
         set_to = tuple(_set_tau(b, float(value)) for b in biases)
-        d = devices_on(_with_biases(_filters(count), set_to, "filter"), replace(silicon, place=PLACE))
+        d = _on_chip("filter", _filters(count), silicon, set_to)
         own = taus == value
         found = _filter(d, capacitance, unit)
         tau[own], gain[own], power = found.tau[own], found.gain[own], found.power
@@ -154,20 +147,13 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
 
 def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:
     """The chip's first lines."""
-    part = _with_biases(_lines(count), biases, "line")
-    d = devices_on(part, replace(silicon, place=PLACE))
+    d = _on_chip("line", _lines(count), silicon, biases)
     scale = LINE_UNITS * _unit_current(silicon, biases)
-    laws = devices_on(part, replace(silicon, die=replace(silicon.die, mismatch=False), place=PLACE))
-    up, down = (_ratio(d, name, laws, "mu1") for name in ("mu1", "mu2"))
-    copied = _ratio(d, "ml1", d, "ml2")
+    laws = _on_chip("line", _lines(count), _without_mismatch(silicon), biases)
+    up, down = (mirror_of(d.fet[name], laws.fet["mu1"], d.u_t).weak for name in ("mu1", "mu2"))
+    copied = d.mirror("ml1", "ml2").weak
     taken = d.saturated("mr1", d.below("v_ref")) / scale
-    return Lines(taken / copied, copied * up, copied * _ratio(d, "mr2", d, "mr3") * down)
-
-
-def _ratio(d: DieDevices, diode: str, other: DieDevices, copy: str) -> F64:
-    """Current of a copy over that of its diode, both in weak inversion."""
-    a, b = d.fet[diode], other.fet[copy]
-    return np.asarray(b.current / a.current * np.exp(a.kappa * (a.threshold - b.threshold) / d.u_t))
+    return Lines(taken / copied, copied * up, copied * d.mirror("mr2", "mr3").weak * down)
 
 
 def unit_of(silicon: Silicon, biases: Biases) -> float:
@@ -184,15 +170,13 @@ def _filter(d: DieDevices, capacitance: float, unit: float) -> Filters:
     power = md5.kappa / md1.kappa
     across = md5.kappa * (d.below("v_thr") - md5.threshold + md1.threshold - md2.threshold) / d.u_t
     weak = np.exp(across) * (ratio * md2.current / md1.current) ** power
-    out = md5.current * np.log1p(np.sqrt(weak)) ** 2
+    out = md5.current * of_weak(weak)
     tau = capacitance * d.u_t / (md1.kappa * leak) * (1.0 + 1.0 / ratio)
     return Filters(np.asarray(tau), np.asarray(out / (LINE_UNITS * unit)), power)
 
 
 def _unit_current(silicon: Silicon, biases: Biases) -> float:
-    part = _with_biases(_column(1), biases, "stage")
-    alone = replace(silicon, die=replace(silicon.die, mismatch=False), place=(*PLACE, ("column", (0,))))
-    d = devices_on(part, alone)
+    d = _on_chip("stage", _column(1), _without_mismatch(silicon), biases, ("md0",), (("column", (0,)),))
     return float(d.saturated("md0", d.below("v_pos"))[0])
 
 
@@ -209,8 +193,7 @@ def _set_tau(bias: Bias, tau: float) -> Bias:
 @lru_cache(maxsize=1)
 def design_tau() -> float:
     """Time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
-    silicon = Silicon(ROLLS_180, place=PLACE)
-    d = devices_on(_filters(1), silicon)
+    d = standing(_filters(1), Silicon(ROLLS_180, place=PLACE), "filter")
     leak = float(d.saturated("filter.md3", d.below("v_tau"))[0])
     return float(_filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180.n.kappa * leak)
 
@@ -219,54 +202,35 @@ def _number(value: float | tuple[float, ...]) -> float:
     return float(np.ravel(value)[0])
 
 
-def _gate_at(d: DieDevices, device: str, current: F64) -> F64:
-    """Gate voltage at which a device, saturated, carries a current: the law, inverted, V."""
-    fet = d.fet[device]
-    u = 2.0 * np.log(np.expm1(np.sqrt(current / fet.current)))
-    return np.asarray(fet.threshold + d.u_t * u / fet.kappa)
-
-
-def _with_biases(part: Part, biases: Biases, array: str) -> Part:
-    """The part with the chip's biases on the ports that it has."""
+def _on_chip(
+    array: str, circuit: Circuit, silicon: Silicon, biases: Biases, wanted: Sequence[str] | None = None,
+    inside: Place = (),
+) -> DieDevices:  # fmt: skip
+    """Devices of an array of a part of the chip, with the chip's biases on the ports that it has."""
+    check_law(silicon.process)
     given = {b.name: b for b in biases}
     own = tuple(
         replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b
-        for b in part.circuit.biases
+        for b in circuit.biases
     )
-    circuit: Circuit = replace(part.circuit, biases=own)
-    return replace(part, circuit=circuit)
+    return standing(replace(circuit, biases=own), replace(silicon, place=(*PLACE, *inside)), array, wanted)
 
 
-def _named(part: Part, names: tuple[str, ...]) -> Part:
-    return replace(part, transistors={n: g for n, g in part.transistors.items() if n in names})
+def _without_mismatch(silicon: Silicon) -> Silicon:
+    return replace(silicon, die=replace(silicon.die, mismatch=False))
 
 
-@lru_cache(maxsize=8)
-def _neurons(count: int) -> Part:
-    used = ("mf1", "mc1", "mc2", "mk5", "mk6p", "mk6n")
-    return _named(part_of(nef_circuit.neurons(count), ROLLS_180, "neuron"), used)
-
-
-@lru_cache(maxsize=8)
-def _column(count: int) -> Part:
-    return _named(part_of(nef_circuit.column(count), ROLLS_180, "stage"), _STAGE_DEVICES)
-
-
-@lru_cache(maxsize=8)
-def _filters(count: int) -> Part:
-    return part_of(nef_circuit.filters(count), ROLLS_180, "filter")
-
-
-@lru_cache(maxsize=8)
-def _lines(count: int) -> Part:
-    return part_of(nef_circuit.lines(count), ROLLS_180, "line")
+_neurons = lru_cache(maxsize=8)(nef_circuit.neurons)
+_column = lru_cache(maxsize=8)(nef_circuit.column)
+_filters = lru_cache(maxsize=8)(nef_circuit.filters)
+_lines = lru_cache(maxsize=8)(nef_circuit.lines)
 
 
 @lru_cache(maxsize=1)
 def _neuron_capacitances() -> F64:
-    return capacitance_matrix(_neurons(1), ["v_mem", "v_ref"])
+    return capacitance_matrix(array_of(_neurons(1), "neuron").circuit, ROLLS_180, ["v_mem", "v_ref"])
 
 
 @lru_cache(maxsize=1)
 def _filter_capacitances() -> F64:
-    return capacitance_matrix(_filters(1), ["v_syn"])
+    return capacitance_matrix(array_of(_filters(1), "filter").circuit, ROLLS_180, ["v_syn"])

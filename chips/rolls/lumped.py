@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import exp1
 
-from chips.devices_on_die import DieDevices
 from chips.rolls.layout import (
     COARSE,
     COARSE_POINTS,
@@ -35,6 +34,8 @@ from chips.rolls.layout import (
 from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
 from chips.static import pair as pair_shares
 from circuits.arrays import F64
+from circuits.devices.ekv import argument
+from circuits.lowering.on_die import DieDevices
 
 OMEGA_POINTS = np.concatenate((np.arange(LOW, SPLIT, 1.0 / FINE), SPLIT + COARSE * np.arange(COARSE_POINTS)))
 _LOGARITHMS = np.arange(-40.0, 16.0, 1.0 / 128)  # of u
@@ -102,8 +103,7 @@ def _mirror(d: DieDevices) -> tuple[F64, F64]:
 
 def line_voltage(f: Filter, current: float, u_t: float) -> float:
     """Where a filter's line stands while `current` (A) passes through md1, V: `U_T (p_thr - u_f)`."""
-    root = math.sqrt(current / float(f.pair.mean()))
-    return f.held_at - 2.0 * u_t * math.log(math.expm1(root))
+    return float(f.held_at - u_t * argument(current / float(f.pair.mean())))
 
 
 class Load(NamedTuple):

@@ -9,17 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.circuit import NAME, bias_ports
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, Shape
-from circuits.devices import Transistor
-from circuits.lowering.flatten import flatten
+from circuits.lowering.on_die import DieDevices, on_die
 from circuits.silicon.die import Path
-from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import Silicon
 
 
@@ -39,25 +34,7 @@ def devices_at(
     the names. Copies are counted with the last index of `place` running fastest.
     """
     on_chip = replace(silicon, place=((NAME, ()),))
-    laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
-    copies = int(np.prod([n for _, shape in place for n in shape], dtype=np.int64))
-    fets: dict[str, Fet] = {}
-    for group in flatten(circuit).groups:
-        device = group.device
-        name = ".".join((*(part for part, _ in group.path), device.name))
-        if not isinstance(device, Transistor) or (wanted is not None and name not in wanted):
-            continue
-        area = device.multiplicity * device.width * device.length
-        v_t0, beta = on_chip.deviations(NAME, [(*place, *group.path, (device.name, ()))], area)
-        law = laws[device.polarity]
-        current = law.square_current * device.multiplicity * device.width / device.length
-        fets[prefix + name] = Fet(
-            np.broadcast_to(current * (1.0 + np.asarray(beta)), copies).copy(),
-            np.broadcast_to(law.v_t0 + np.asarray(v_t0), copies).copy(),
-            law.kappa,
-        )
-    voltages = {port: np.asarray(value, dtype=np.float64) for port, value in gates.items()}
-    return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, voltages)
+    return on_die(circuit, on_chip, wanted, ((NAME, ()), *place), gates).flat().renamed("", prefix)
 
 
 def part_gates(part: str, gates: Mapping[str, float]) -> dict[str, float]:

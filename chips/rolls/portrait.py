@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, interpolation
 from chips.rolls.chip import STEP, cautions_of
 from chips.rolls.circuit import FILTERS, Params, chip
 from chips.rolls.neuron.kernel import INJECTED, RATIO, STATIC, Neurons
@@ -30,6 +29,7 @@ from chips.rolls.tables import Built, Prepared, build_tables, prepare
 from circuits.arrays import F64, I64, Bools
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind
+from circuits.lowering.on_die import DieDevices
 from circuits.silicon.die import NOMINAL
 from circuits.silicon.silicon import Silicon
 
@@ -145,10 +145,7 @@ def rheobase(m: Neurons) -> F64:
 def dc_currents(own: DieDevices, reference: DieDevices, currents: F64) -> F64:
     """What DC transistors give at the gates at which the nominal one gives `currents`, A, float64[k, n]."""
     name = "leak.ml9"
-    fet = reference.fet[name]
-    u = 2.0 * np.log(np.expm1(np.sqrt(currents / fet.current[0])))
-    gate = fet.threshold[0] + reference.u_t * u / fet.kappa
-    return np.stack([own.fet[name].current * interpolation(own.pinch(name, g)) for g in gate])
+    return np.stack([own.saturated(name, g) for g in reference.gate_for(name, currents)])
 
 
 def rates(neurons: Neurons, currents: F64, lengths: F64) -> F64:

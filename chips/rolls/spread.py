@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.circuit import Params, chip
 from chips.rolls.lumped import filter_of, line_voltage
 from chips.rolls.neuron.model import neurons_of
@@ -34,8 +33,8 @@ from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
-from circuits.devices import Transistor
-from circuits.lowering.flatten import flatten
+from circuits.devices.ekv import of_weak
+from circuits.lowering.on_die import DieDevices, transistor_names, transistor_of
 from circuits.silicon.die import NOMINAL, Path
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
@@ -131,7 +130,7 @@ def predicted(part: PartOfRow, process: Process, silicon: Silicon) -> dict[str, 
         for k, sign in enumerate((1.0, -1.0)):
             threshold[k * count + j] += sign * sigmas[j, 0]
             current[(2 + k) * count + j] *= 1.0 + sign * sigmas[j, 1]
-        fets[name] = Fet(current, threshold, fet.kappa)
+        fets[name] = fet._replace(current=current, threshold=threshold)
     labels = tuple(f"{name}.{parameter}" for parameter in PARAMETERS for name in names)
     found = {}
     for quantity, values in part.measure(base._replace(fet=fets)).items():
@@ -152,16 +151,10 @@ def _devices(part: PartOfRow, place: Path, silicon: Silicon) -> DieDevices:
 
 def _sigmas(part: PartOfRow, process: Process) -> tuple[list[str], F64]:
     """Names of a part's transistors, and sigma of V_T0 (V) and of beta of each, float64[devices, 2]."""
-    names, rows = [], []
-    for group in flatten(part.circuit).groups:
-        device = group.device
-        name = ".".join((*(n for n, _ in group.path), device.name))
-        if not isinstance(device, Transistor) or (part.wanted is not None and name not in part.wanted):
-            continue
-        root = np.sqrt(2.0 * device.multiplicity * device.width * device.length)
-        names.append(part.prefix + name)
-        rows.append((process.pair_a_vt / root, process.pair_a_beta / root))
-    return names, np.array(rows)
+    names = [n for n in transistor_names(part.circuit) if part.wanted is None or n in part.wanted]
+    root = np.sqrt([2.0 * transistor_of(part.circuit, name).gate_area for name in names])
+    sigmas = np.stack((process.pair_a_vt / root, process.pair_a_beta / root), axis=-1)
+    return [part.prefix + name for name in names], sigmas
 
 
 def _neuron(params: Params, ready: Prepared, gates: Mapping[str, float], nominal: Silicon) -> PartOfRow:
@@ -205,7 +198,7 @@ def _filter(
         f = filter_of(d, *capacitance, inhibitory=inhibitory)
         leak = f.unit / f.tau  # A: what a mean input has to bring for v to stay at 1
         v = INPUT / leak
-        out = f.specific * np.log1p(np.sqrt(f.scale * v**f.power)) ** 2
+        out = f.specific * of_weak(f.scale * v**f.power)
         return {f"{name} time constant": f.tau, f"{name} gain": out / INPUT}
 
     return PartOfRow(name, circuit, row_place(NEURONS, (name, ())), gates, None, "", measure)

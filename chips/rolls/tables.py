@@ -9,7 +9,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Part, capacitance_matrix, part_of
 from chips.rolls.circuit import FILTERS, Params, chip
 from chips.rolls.depression.layout import BuiltDepression
 from chips.rolls.layout import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
@@ -21,7 +20,7 @@ from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.tables import BuiltPlastic
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.program import Program, level_current
-from chips.rolls.synapse.charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length, taken
+from chips.rolls.synapse.charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length
 from chips.rolls.synapse.model import SynapseModel
 from chips.rolls.synapse.model import model_of as synapse_model_of
 from circuits.arrays import F64
@@ -29,6 +28,8 @@ from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import BiasKind
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
@@ -71,18 +72,16 @@ class Built:
 def prepare(params: Params, process: Process) -> Prepared:
     """Models of the blocks of a chip."""
     synapse = synapse_model_of(dpi_synapse.build(params.synapse), process)
-    part = part_of(rolls_neuron.build(params.neuron), process)
     at = []
     for name in FILTERS:
         c = _filter_capacitance(params, process, name)
         at.append((float(c[0, 0]), float(c[1, 1])))
-    return Prepared(synapse, capacitance_matrix(part, NODES), tuple(at))
+    return Prepared(synapse, capacitance_matrix(rolls_neuron.build(params.neuron), process, NODES), tuple(at))
 
 
 def _filter_capacitance(params: Params, process: Process, name: str) -> F64:
     make = dpi_synapse.inhibitory_filter if name.endswith("inhibitory") else dpi_synapse.excitatory_filter
-    part: Part = part_of(make(params.synapse), process)
-    return capacitance_matrix(part, ("v_syn", "line"))
+    return capacitance_matrix(make(params.synapse), process, ("v_syn", "line"))
 
 
 def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Silicon, step: float) -> Built:
@@ -201,7 +200,7 @@ def _draws(
             continue
         sign = 0 if level > 0 else 1
         line = line_voltage(filters[sign], level_current(program.biases, level), d.u_t)
-        drawn = draw_of(ready.synapse, taken(d, index), level, line)
+        drawn = draw_of(ready.synapse, d.taken(index), level, line)
         current[sign, index] = drawn.current
         charge[sign, index] = charge_of(drawn, lengths[pre[index]])
         means[level] = float(drawn.current.mean())

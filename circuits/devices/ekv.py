@@ -8,6 +8,7 @@ that in saturation, with its source at the bulk, it carries `I_S F(v_p / U_T)`: 
 |---|---|---|
 | `interpolation(u)` | `law(u)`, with its derivative | F, a current over the specific current |
 | `argument(f)` | `argument_of_root(sqrt(f))` | u at which F is f, the inverse |
+| `of_weak(e^u)` | | F by what weak inversion alone would have |
 | `steepness(f)` | `steepness_of_root(sqrt(f))` | `d ln F / du = (1 - e^-L) / L`, `L = sqrt(f)` |
 
 The solver's law computes the same with packed logarithms (`circuits.devices.softplus`).
@@ -34,9 +35,16 @@ def argument(f: ArrayLike) -> F64:
     return np.asarray(2.0 * np.log(np.expm1(np.sqrt(np.asarray(f, dtype=np.float64)))))
 
 
+def of_weak(weak: ArrayLike) -> F64:
+    """F where weak inversion alone would have `weak`, that is `e^u`, in its shape."""
+    return np.asarray(np.log1p(np.sqrt(np.asarray(weak, dtype=np.float64))) ** 2)
+
+
 def steepness(f: ArrayLike) -> F64:
     """`d ln F / du` where F is f >= 0, in the shape of f: from 1 in weak towards `1 / sqrt(f)`."""
-    return np.asarray(_steepnesses(np.sqrt(np.asarray(f, dtype=np.float64))))
+    root = np.sqrt(np.asarray(f, dtype=np.float64))
+    some = np.where(root > 0.0, root, 1.0)
+    return np.where(root > 0.0, -np.expm1(-some) / some, 1.0)
 
 
 @compiled(forceinline=True)
@@ -59,6 +67,3 @@ def argument_of_root(root: float) -> float:
 def steepness_of_root(root: float) -> float:
     """`d ln F / du` where `ln(1 + e^(u/2))` is `root`, >= 0."""
     return -math.expm1(-root) / root if root > 0.0 else 1.0
-
-
-_steepnesses = np.vectorize(steepness_of_root, otypes=[np.float64])

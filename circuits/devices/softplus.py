@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, cast
 
+import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba.core import types
 from numba.extending import intrinsic
@@ -177,3 +178,8 @@ def softplus_at(x: float) -> float:
 def inverse_softplus(y: float) -> float:
     """Return x with `ln(1 + e^x) = y`, y > 0."""
     return y + math.log(-math.expm1(-y))
+
+
+def inverse_softplus_of(y: F64) -> F64:
+    """`inverse_softplus` of arrays."""
+    return np.asarray(y + np.log(-np.expm1(-y)))

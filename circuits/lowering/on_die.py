@@ -41,7 +41,7 @@ from circuits.circuit import Circuit, Instance, InstanceArray, Shape
 from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.devices.ekv import argument, interpolation, law
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import Path
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import Silicon
@@ -121,8 +121,7 @@ class DieDevices(NamedTuple):
 
     def mirror(self, diode: str, copy: str) -> Mirror:
         """The mirror of a diode-connected device and its copy."""
-        a, b = self.fet[diode], self.fet[copy]
-        return Mirror(a.current, b.current, 0.5 * (a.kappa * (a.threshold - b.threshold) / self.u_t))
+        return mirror_of(self.fet[diode], self.fet[copy], self.u_t)
 
     def offset(self, *devices: str) -> F64:
         """Local deviations of devices of one shape: V_T0 (V), ln beta of each in turn, [shape, 2 devices]."""
@@ -200,6 +199,39 @@ def on_die(
     copies = math.prod(n for _, shape in above for n in shape)
     volts = {port: np.asarray(value, dtype=np.float64) for port, value in (gate or {}).items()}
     return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, volts)
+
+
+def standing(
+    circuit: Circuit, silicon: Silicon, array: str = "", wanted: Sequence[str] | None = None
+) -> DieDevices:
+    """Flat devices of a circuit that stands by itself, or of the copies in its instance array called `array`.
+
+    wanted: names of transistors inside it, all unless given; gates are the circuit's own biases, by the ports
+    that they have inside. Raises as `on_die` and `array_of`.
+    """
+    lines = bias_lines(circuit, silicon)
+    if not array:
+        return on_die(circuit, silicon, wanted, gate=lines).flat()
+    copies = array_of(circuit, array)
+    names = transistor_names(copies.circuit) if wanted is None else wanted
+    gates = {port: lines[node] for port, node in copies.connections.items() if node in lines}
+    d = on_die(circuit, silicon, [f"{array}.{name}" for name in names], gate=gates)
+    return d.renamed(f"{array}.").flat()._replace(copies=math.prod(copies.shape))
+
+
+def array_of(circuit: Circuit, name: str) -> InstanceArray:
+    """The instance array called `name`; raises `UnknownNameError` where there is none."""
+    found = [i for i in circuit.instances if isinstance(i, InstanceArray)]
+    for each in found:
+        if each.name == name:
+            return each
+    raise unknown_name(f"{circuit.name} array", name, [i.name for i in found])
+
+
+def mirror_of(diode: Fet, copy: Fet, u_t: float) -> Mirror:
+    """The mirror of a diode-connected device and its copy, of one polarity, at U_T = `u_t` V."""
+    apart = diode.kappa * (diode.threshold - copy.threshold) / u_t
+    return Mirror(diode.current, copy.current, 0.5 * apart)
 
 
 def bias_lines(circuit: Circuit, silicon: Silicon) -> dict[str, F64]:

@@ -9,7 +9,6 @@ from chips.static import (
     amplifier,
     degenerated_sum,
     diode,
-    inverter_threshold,
     pair,
     sink_over_line,
     stack,
@@ -85,10 +84,3 @@ def test_sink_is_that_of_its_devices_behind_a_wide_switch() -> None:
     sink_over_line(np.array([1e-1]), np.array([80.0]), lines, grid, out)
     expected = [sum(5e-7 * (law(np.array(p)) - law(p - y)) for p in (2.0, 4.0, -30.0)) for y in grid]
     assert out[0] == pytest.approx(expected, rel=1e-4)
-
-
-def test_inverter_threshold_is_where_both_carry_the_same() -> None:
-    found = np.empty(1)
-    i, t, supply = np.array([5e-7]), np.array([18.0]), 70.0
-    inverter_threshold(i, t, 0.7, i, t, 0.7, supply, found)
-    assert found[0] == pytest.approx(35.0, rel=1e-9)

@@ -38,15 +38,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Part, capacitance_matrix, devices_on, interpolation, part_of
+from chips.model_law import check_law
 from chips.rolls.synapse.charge import charge_of, draw_of, mirror_of, pulse_length
 from chips.rolls.synapse.model import SynapseModel, model_of
 from chips.rolls.synapse.weight import BITS, branches
 from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls.depressing_synapse import WEIGHTS, Params, build
-from circuits.circuit import Bias
+from circuits.circuit import Bias, Circuit
+from circuits.devices.ekv import argument, interpolation, steepness
 from circuits.errors import ParameterError
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
@@ -72,7 +75,7 @@ class CellModel:
 class DepressionModel:
     """A depressing synapse that stands alone."""
 
-    part: Part
+    circuit: Circuit
     synapse: SynapseModel  # of its pulse and charge
     cell: CellModel
 
@@ -114,24 +117,24 @@ class Depression(NamedTuple):
 
 def cell_model(params: Params, process: Process) -> CellModel:
     """Capacitances of a cell."""
-    part = part_of(build(params), process)
-    c = capacitance_matrix(part, ("depression_exc.step", "depression_exc.s"))
-    gate = capacitance_matrix(part, ("w_exc", "synapse.es", "synapse.em"))
+    check_law(process)
+    c = capacitance_matrix(build(params), process, ("depression_exc.step", "depression_exc.s"))
+    gate = capacitance_matrix(build(params), process, ("w_exc", "synapse.es", "synapse.em"))
     lifts = -float(gate[0, 1]), -float(gate[0, 2])
     return CellModel(float(gate[0, 0]), float(c[0, 0]), -float(c[0, 1]), lifts)
 
 
 def depression_model(params: Params, biases: Sequence[Bias], process: Process) -> DepressionModel:
     """Prepare the model of a depressing synapse with these biases."""
-    part = part_of(replace(build(params), biases=tuple(biases)), process)
+    circuit = replace(build(params), biases=tuple(biases))
     synapse = model_of(dpi_synapse.build(params.synapse), process)
-    return DepressionModel(part, synapse, cell_model(params, process))
+    return DepressionModel(circuit, synapse, cell_model(params, process))
 
 
 def depression_on(model: DepressionModel, silicon: Silicon, level: int = 1) -> Depression:
     """The synapse of `model` at `level` on `silicon`; raises `ParameterError` unless that is 1 to 4."""
     _check_level(level)
-    d = devices_on(model.part, silicon)
+    d = standing(model.circuit, silicon)
     line = _line(d, draw_of(model.synapse, d, level, 0.0).current)
     return depression_of(model.cell, model.synapse, d, level, line, pulse_length(model.synapse, d))
 
@@ -139,8 +142,7 @@ def depression_on(model: DepressionModel, silicon: Silicon, level: int = 1) -> D
 def _line(d: DieDevices, current: F64) -> float:
     """Where the filter's line stands while `current` (A) passes through its pair, V."""
     held = d.pinch("excitatory.md1", d.gate["v_ethr"])
-    root = np.sqrt(current / d.fet["excitatory.md1"].current)
-    return d.u_t * float(np.mean(held - 2.0 * np.log(np.expm1(root))))
+    return d.u_t * float(np.mean(held - argument(current / d.fet["excitatory.md1"].current)))
 
 
 def depression_of(
@@ -205,8 +207,8 @@ def _source(pairs: list[tuple[F64, F64]], total: F64) -> F64:
     for _ in range(NEWTON):
         sums = np.zeros((2, *total.shape))
         for current, pinch in pairs:
-            root = np.logaddexp(0.0, 0.5 * (pinch - y))
-            sums += current * np.array((root**2, root * -np.expm1(-root)))
+            f = interpolation(pinch - y)
+            sums += current * np.array((f, f * steepness(f)))
         y += np.log(sums[0] / total) * sums[0] / sums[1]
     return y
 

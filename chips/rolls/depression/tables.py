@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, interpolation
 from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws
 from chips.rolls.circuit import NAME, Params, chip
@@ -26,13 +25,14 @@ from chips.rolls.lumped import line_voltage
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.program import Program, level_current
-from chips.rolls.synapse.charge import taken
 from chips.rolls.synapse.weight import BITS
 from chips.rolls.tables import Built, prepare, synapse_devices
 from circuits.arrays import F64, I32, I64
 from circuits.blocks.rolls.depressing_synapse import Params as CellParams
 from circuits.blocks.rolls.depressing_synapse import depression
 from circuits.circuit import BiasKind
+from circuits.devices.ekv import interpolation
+from circuits.lowering.on_die import DieDevices
 from circuits.silicon.process import ELEMENTARY_CHARGE, Process
 from circuits.silicon.silicon import Silicon
 
@@ -118,7 +118,7 @@ def _assembled(
         mine = np.flatnonzero(level == each)
         if mine.size:
             line = line_voltage(built.filters[0], level_current(program.biases, each), d.u_t)
-            at = taken(d, post[mine] * NEURONS + pre[mine])
+            at = d.taken(post[mine] * NEURONS + pre[mine])
             on = depression_of(model, synapse, at, each, line, built.lengths[pre[mine]])
             rows.take(on, mine, first[mine], unit[post[mine]])
     slot = np.full((NEURONS, NEURONS), -1, np.int32)

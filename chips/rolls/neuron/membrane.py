@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, interpolation
 from chips.static import amplifier, diode, pair, stack
 from circuits.arrays import F64, Bools
+from circuits.devices.ekv import interpolation
+from circuits.devices.softplus import inverse_softplus_of
+from circuits.lowering.on_die import DieDevices
 
 
 class Membrane:
@@ -142,5 +144,6 @@ def balance(d: DieDevices) -> F64:
     """v_mem at which mc1 carries what mc2 gives in saturation, V."""
     mc1 = d.fet["reset.mc1"]
     given = np.broadcast_to(d.saturated("reset.mc2", d.below("v_buf")), d.copies)
-    q = np.sqrt(given / mc1.current)
-    return np.asarray(mc1.threshold + d.u_t / mc1.kappa * 2.0 * (q + np.log(-np.expm1(-q))))
+    # as `gate_for`, in the form that no current overflows
+    root = inverse_softplus_of(np.sqrt(given / mc1.current))
+    return np.asarray(mc1.threshold + d.u_t / mc1.kappa * 2.0 * root)

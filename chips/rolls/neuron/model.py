@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Part, capacitance_matrix, devices_on, interpolation, part_of
+from chips.model_law import check_law
 from chips.rolls.neuron.kernel import GRID, NEURON_COLUMNS, Neurons, advance_neurons, rest_of
 from chips.rolls.neuron.membrane import Membrane, balance, membrane_capacitance
 from chips.rolls.neuron.spike import START, run_spikes
@@ -32,7 +32,10 @@ from chips.static import pair, stack
 from circuits.arrays import F64, Bools
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import Circuit
+from circuits.devices.ekv import interpolation
 from circuits.errors import ParameterError
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
@@ -47,7 +50,8 @@ ROOM = 4096  # spikes of a neuron that one call keeps
 class NeuronModel:
     """A neuron, or an array of them, with the capacitances (F) of NODES, float64[8, 8]."""
 
-    part: Part
+    circuit: Circuit
+    array: str
     capacitance: F64
 
 
@@ -56,8 +60,9 @@ def model_of(circuit: Circuit, process: Process, array: str = "") -> NeuronModel
 
     Raises `ParameterError` where the process's law is not the model's.
     """
-    part = part_of(circuit, process, array)
-    return NeuronModel(part, capacitance_matrix(part, NODES))
+    check_law(process)
+    lone = array_of(circuit, array).circuit if array else circuit
+    return NeuronModel(circuit, array, capacitance_matrix(lone, process, NODES))
 
 
 def neurons_on(
@@ -68,7 +73,7 @@ def neurons_on(
     select: bool[n], whether the slower leak, tau1, is on, off unless given; i_nmda: current into every NMDA
     gate, A.
     """
-    return neurons_of(devices_on(model.part, silicon), model.capacitance, select, i_nmda)
+    return neurons_of(standing(model.circuit, silicon, model.array), model.capacitance, select, i_nmda)
 
 
 def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float = RESTING) -> Neurons:

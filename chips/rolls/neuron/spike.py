@@ -19,10 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, inverter_lag, inverter_threshold_of
-from chips.static import amplifier, diode, law, stack, stack_current
+from chips.static import amplifier, diode, stack, stack_current
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.devices.ekv import law
+from circuits.lowering.on_die import DieDevices
 
 START = 0.5e-3  # V, ours: below the balance of the comparator, where a spike begins
 FASTER = 8.0  # drive of the second spike that is run, by the first one's; ours
@@ -174,7 +175,7 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
     circuit = SpikeCircuit(
         u_t, fets[0].kappa, fets[1].kappa, d.v_dd, (fixed, c[5, 5], c[3, 3], c[6, 6]),
         np.array([[f.current, f.threshold] for f in fets]), flat[0], d.pinch("reset.mk4", gates[0] * u_t),
-        flat[1], flat[2], inverter_threshold_of(d, "reset.mc3"), inverter_threshold_of(d, "reset.mk7"), start,
+        flat[1], flat[2], d.inverter_threshold("reset.mc3"), d.inverter_threshold("reset.mk7"), start,
         drop * u_t, drive, 2,
     )  # fmt: skip
     delay, held, peak, charge, sooner, other = (np.empty(n) for _ in range(6))
@@ -182,13 +183,13 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
     spikes_of(circuit, delay, held, peak, charge)
     off = d.saturated("reset.mk4", gates[1] * u_t)
     drawn = d.saturated("reset.mk5", d.gate["v_rfr2"]) - off
-    threshold = inverter_threshold_of(d, "reset.mk6")
+    threshold = d.inverter_threshold("reset.mk6")
     fall = np.maximum(peak - threshold, 0.0)
     drawn = np.maximum(drawn, 1e-30)
     emptied = c[3, 3] * fall / drawn
     emptied += _tail(d, c[7, 7] * d.fet["reset.mk4"].current / mk1.current, off, drawn, emptied)
-    swing = inverter_threshold_of(d, "reset.mk7") - u_t * d.pinch("reset.mk6n", threshold)
-    emptied += inverter_lag(d, "reset.mk6", swing, c[6, 6], drawn / c[3, 3])
+    swing = d.inverter_threshold("reset.mk7") - u_t * d.pinch("reset.mk6n", threshold)
+    emptied += d.inverter_lag("reset.mk6", swing, c[6, 6], drawn / c[3, 3])
     return Spikes(delay, np.log(delay / sooner) / np.log(FASTER), held + emptied, charge)
 
 

@@ -26,7 +26,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices
 from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws, new_slow
 from chips.rolls.circuit import NAME, Params
@@ -57,9 +56,9 @@ from circuits.arrays import F32, F64, Bools
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import Circuit
-from circuits.devices import Transistor
+from circuits.devices.ekv import steepness
 from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
-from circuits.lowering.flatten import flatten
+from circuits.lowering.on_die import DieDevices, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 
@@ -214,19 +213,12 @@ class _Gates:
 
     def __call__(self, circuit: Circuit, name: str) -> float:
         """Of the device at path `name`."""
-        for group in flatten(circuit).groups:
-            device = group.device
-            if isinstance(device, Transistor) and name == ".".join(
-                (*(part for part, _ in group.path), device.name)
-            ):
-                area = np.array([device.multiplicity * device.width * device.length])
-                is_n = np.array([device.polarity == "n"])
-                slope = self.silicon.law(device.polarity).kappa / self.silicon.thermal_voltage
-                return float(slope**2 * gate_flicker(self.flicker, self.silicon.process, is_n, area)[0])
-        raise KeyError(name)
+        device = transistor_of(circuit, name)
+        area, is_n = np.array([device.gate_area]), np.array([device.polarity == "n"])
+        slope = self.silicon.law(device.polarity).kappa / self.silicon.thermal_voltage
+        return float(slope**2 * gate_flicker(self.flicker, self.silicon.process, is_n, area)[0])
 
 
 def _steepness(d: DieDevices, name: str, gate: float) -> float:
     """`d ln I / du` of a saturated device, 1 in weak inversion; the mean over the neurons."""
-    root = np.sqrt(d.saturated(name, gate) / d.fet[name].current)
-    return float(np.mean(-np.expm1(-root) / root))
+    return float(np.mean(steepness(d.saturated(name, gate) / d.fet[name].current)))

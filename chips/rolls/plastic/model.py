@@ -23,11 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Fet, capacitance_matrix, inverter_threshold_of, part_of
+from chips.model_law import check_law
 from chips.rolls.lumped import Filter, filter_of, line_voltage
 from chips.static import sink_over_line, stack
 from circuits.arrays import F64
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
+from circuits.devices.ekv import interpolation
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices
 from circuits.silicon.process import Process
 
 CELL_DEVICES = (
@@ -89,19 +92,20 @@ class Gates(NamedTuple):
 
 def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
     """Capacitances of a plastic synapse's nodes."""
-    part = part_of(plastic_synapse.cell(params), process)
-    c = capacitance_matrix(part, ("w", "wx", "ws"))
+    check_law(process)
+    c = capacitance_matrix(plastic_synapse.cell(params), process, ("w", "wx", "ws"))
     far = c[1:, 1:]
     return CellModel(float(c[0, 0]), float(far.sum()), float(far[0, 0] / far.sum()))
 
 
 def gate_model(params: calcium_gate.Params, process: Process) -> GateModel:
     """Capacitances of a learning circuit's nodes."""
-    part = part_of(calcium_gate.gate(params), process)
-    c = capacitance_matrix(part, ("v_ca", "line", *(f"over_{name}" for name in OVERS), "far", "step"))
-    far, nodes = c[5:, 5:], tuple(float(c[2 + k, 2 + k]) for k in range(3))
+    check_law(process)
+    nodes = ("v_ca", "line", *(f"over_{name}" for name in OVERS), "far", "step")
+    c = capacitance_matrix(calcium_gate.gate(params), process, nodes)
+    far, over = c[5:, 5:], tuple(float(c[2 + k, 2 + k]) for k in range(3))
     return GateModel(
-        float(c[0, 0]), float(c[1, 1]), (nodes[0], nodes[1], nodes[2]), float(far.sum()),
+        float(c[0, 0]), float(c[1, 1]), (over[0], over[1], over[2]), float(far.sum()),
         float(far[0, 0] / far.sum()),
     )  # fmt: skip
 
@@ -137,7 +141,7 @@ def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
         shift = fet.kappa * (first.threshold - fet.threshold) / d.u_t
         ratio.append(fet.current / first.current * np.exp(shift))
         threshold.append(d.saturated(f"ms_{name}", d.gate[f"v_{name}"]))
-        passed.append(inverter_threshold_of(d, inverter))
+        passed.append(d.inverter_threshold(inverter))
     switched = m.switch * np.maximum(_highest(d, "mc1", at) - m.held * d.gate["v_shift"], 0.0)
     return Gates(
         own, _sunk(d, "mc1", "mc3", "mc2", "v_caw", at), switched, _held_leak(d, "mc1"), np.array(ratio),
@@ -176,9 +180,9 @@ def _highest(d: DieDevices, switch: str, line: float) -> F64:
 
 def _held_leak(d: DieDevices, switch: str) -> F64:
     """What a shut switch draws from a line, its far node at v_shift, A."""
-    fet: Fet = d.fet[switch]
+    fet = d.fet[switch]
     pinch = d.pinch(switch, 0.0) - d.gate["v_shift"] / d.u_t
-    return np.asarray(fet.current * np.logaddexp(0.0, 0.5 * pinch) ** 2)
+    return np.asarray(fet.current * interpolation(pinch))
 
 
 def _sunk(d: DieDevices, near: str, far: str, sink: str, gate: str, line: float) -> F64:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Fet, devices_on, part_of
+from chips.model_law import check_law
 from chips.rolls.chip import STEP
 from chips.rolls.layout import (
     COUNTS,
@@ -38,6 +38,7 @@ from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import BiasKind, Circuit, Instance, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -151,7 +152,8 @@ def moves(weights: Sequence[float], times: F64, events: Sequence[float], step: f
 def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F64]:
     """COPIES of the pair for the chip's kernel, their weights low, and the rows of the chip's state."""
     circuit = rebias(pair(), {}, kind)
-    d = _copies(devices_on(part_of(circuit, silicon.process), silicon))
+    check_law(silicon.process)
+    d = standing(circuit, silicon).taken(np.zeros(COPIES, dtype=np.int64))
     volts = {b.port: np.asarray(bias_voltages(circuit, b, silicon)) for b in circuit.biases}
     gates = {p: v for p, v in volts.items() if not p.startswith("n_")}
     own = {p.removeprefix("n_"): v for p, v in volts.items() if p.startswith("n_")}
@@ -177,14 +179,5 @@ def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F6
     return Plastic(built.tables, arrays_of(start), events, scratch_of(new_scratch(COPIES))), state
 
 
-def _copies(d: DieDevices) -> DieDevices:
-    fets = {
-        k: Fet(np.repeat(f.current, COPIES), np.repeat(f.threshold, COPIES), f.kappa)
-        for k, f in d.fet.items()
-    }
-    return d._replace(copies=COPIES, fet=fets)
-
-
 def _part(d: DieDevices, prefix: str, gates: dict[str, F64], new: str = "") -> DieDevices:
-    fets = {new + k.removeprefix(prefix): f for k, f in d.fet.items() if k.startswith(prefix)}
-    return d._replace(fet=fets, gate=gates)
+    return d.renamed(prefix, new)._replace(gate=gates)

@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, capacitance_matrix, part_of
 from chips.rolls.circuit import Params
 from chips.rolls.layout import OCTAVE_BITS, VOLTAGE, Membranes
 from chips.rolls.lumped import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
@@ -43,6 +42,8 @@ from circuits.blocks.rolls import calcium_gate, dpi_synapse, plastic_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import BiasKind
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
@@ -80,8 +81,7 @@ class _Ready:
 
 @lru_cache(maxsize=8)
 def _prepare(params: Params, learning: Learning, process: Process) -> _Ready:
-    part = part_of(dpi_synapse.excitatory_filter(params.synapse), process)
-    c = capacitance_matrix(part, ("v_syn", "line"))
+    c = capacitance_matrix(dpi_synapse.excitatory_filter(params.synapse), process, ("v_syn", "line"))
     extenders = [
         synapse_model_of(dpi_synapse.build(each.synapse), process) for each in (learning.cell, learning.gate)
     ]

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.synapse.model import SynapseModel, pulse_of
 from chips.rolls.synapse.weight import BITS, branches, held_leak
 from chips.static import degenerated_sum, diode, sink_over_line
-from circuits.arrays import F64, I64
+from circuits.arrays import F64
+from circuits.lowering.on_die import DieDevices
 
 WEIGHT_DEVICES = (*(f"me{k}" for k in range(1, 10)), *(f"mi{k}" for k in (1, 2, 3, 4, 5, 6, 7)))
 
@@ -28,12 +28,6 @@ class Draw(NamedTuple):
     current: F64
     late: F64
     switched: F64
-
-
-def taken(d: DieDevices, index: I64) -> DieDevices:
-    """The copies `index` of devices."""
-    fets = {name: Fet(f.current[index], f.threshold[index], f.kappa) for name, f in d.fet.items()}
-    return d._replace(copies=index.size, fet=fets)
 
 
 def draw_of(model: SynapseModel, d: DieDevices, level: int, line: float) -> Draw:

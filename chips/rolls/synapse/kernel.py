@@ -20,9 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.static import law
 from circuits.arrays import F64, Bools
 from circuits.compiled import compiled
+from circuits.devices.ekv import argument_of_root, law
 
 V_SYN, V_LINE, STEP, OUTPUT = range(4)  # columns of a filter's state: V, V, s, A
 FILTER_COLUMNS = 4
@@ -112,7 +112,7 @@ def static_output(m: Filters, k: int, v: float) -> float:
     kappa = m.kappa_n[k]
     # gate of the diode md6 by Newton on ln I, from saturation
     q = math.sqrt(current / m.i6[k])
-    w = m.t6[k] + 2.0 * (q + math.log(-math.expm1(-q))) / kappa
+    w = m.t6[k] + argument_of_root(q) / kappa
     for _ in range(20):
         p = kappa * (w - m.t6[k])
         f, df = law(p)

@@ -8,7 +8,7 @@ come late
   pulse by the mirror's own current;
 * filter: the nonlinear equations of v_syn and the line (`chips.rolls.synapse.kernel`).
 
-All device deviations are those of the transistor level (`chips.devices_on_die`).
+All device deviations are those of the transistor level (`circuits.lowering.on_die`).
 """
 
 from __future__ import annotations
@@ -18,21 +18,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.devices_on_die import (
-    DieDevices,
-    Part,
-    capacitance_matrix,
-    devices_on,
-    interpolation,
-    inverter_lag,
-    inverter_threshold_of,
-    part_of,
-)
+from chips.model_law import check_law
 from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
 from circuits.arrays import F64
 from circuits.circuit import Circuit
+from circuits.devices.ekv import interpolation
 from circuits.errors import ParameterError
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
@@ -43,7 +37,8 @@ EVENT_LENGTH, EVENT_EDGE = 10e-6, 0.1e-6  # s, of an event at a circuit's port, 
 class SynapseModel:
     """A synapse with its filters, or an array of them; capacitances in F."""
 
-    part: Part
+    circuit: Circuit
+    array: str
     pulse_capacitance: float  # at v_p
     event_coupling: float  # from the event to v_p
     inverter_coupling: float  # from v_p to its inverter's output
@@ -71,21 +66,22 @@ class SynapsesOnDie:
 
 def model_of(circuit: Circuit, process: Process, array: str = "") -> SynapseModel:
     """Prepare the model of `circuit`, a ROLLS synapse with its filters, or of its instance array `array`."""
-    part = part_of(circuit, process, array)
-    pulse = capacitance_matrix(part, ("extender.v_p", "event", "extender.p1"))
+    check_law(process)
+    lone = array_of(circuit, array).circuit if array else circuit
+    pulse = capacitance_matrix(lone, process, ("extender.v_p", "event", "extender.p1"))
     filters, switches, shares, couplings = [], [], [], []
     for line, held, far in (("exc", "ed", ()), ("inh", "ix", ("is",))):
         nodes = tuple(f"synapse.{name}" for name in (f"{line}_on", held, *far))
-        c = capacitance_matrix(part, (f"v_{line}_syn", line, *nodes))
+        c = capacitance_matrix(lone, process, (f"v_{line}_syn", line, *nodes))
         filters.append(c[:2, :2])
         switches.append(float(c[3:, 3:].sum()))
         shares.append(float(c[3, 3] / c[3:, 3:].sum()))
         couplings.append(-float(c[1, 2]))
-    mirror = capacitance_matrix(part, ("synapse.em", "synapse.ed"))
+    mirror = capacitance_matrix(lone, process, ("synapse.em", "synapse.ed"))
     at_v_p = (float(pulse[0, 0]), -float(pulse[0, 1]), -float(pulse[0, 2]), float(pulse[2, 2]))
     return SynapseModel(
-        part, *at_v_p, float(mirror[0, 0]), -float(mirror[0, 1]), (filters[0], filters[1]),
-        float(capacitance_matrix(part, ("inhibitory.vm",))[0, 0]),
+        circuit, array, *at_v_p, float(mirror[0, 0]), -float(mirror[0, 1]), (filters[0], filters[1]),
+        float(capacitance_matrix(lone, process, ("inhibitory.vm",))[0, 0]),
         (switches[0], switches[1]), (shares[0], shares[1]), (couplings[0], couplings[1]),
     )  # fmt: skip
 
@@ -94,7 +90,7 @@ def synapses_on(model: SynapseModel, silicon: Silicon, level: int) -> SynapsesOn
     """Synapses of `level` (-4 to 4, not 0) on `silicon`. Raises `ParameterError` for another level."""
     if level not in (-4, -3, -2, -1, 1, 2, 3, 4):
         raise ParameterError(f"level: {level}, must be -4 to 4 and not 0; 0 lets nothing in")
-    return synapses_of(model, devices_on(model.part, silicon), level)
+    return synapses_of(model, standing(model.circuit, silicon, model.array), level)
 
 
 def synapses_of(model: SynapseModel, d: DieDevices, level: int) -> SynapsesOnDie:
@@ -110,7 +106,7 @@ def synapses_of(model: SynapseModel, d: DieDevices, level: int) -> SynapsesOnDie
 def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     """Beginning and end of a pulse after an event's beginning, s."""
     u_t = d.u_t
-    threshold, follower = inverter_threshold_of(d, "extender.mp3"), inverter_threshold_of(d, "extender.mp4")
+    threshold, follower = d.inverter_threshold("extender.mp3"), d.inverter_threshold("extender.mp4")
     i_pwlk = d.saturated("extender.mp2", d.below("v_pwlk"))
     c = model.pulse_capacitance
     # event at which mp1 has emptied v_p down to the threshold, and at which it no longer carries I_pwlk
@@ -127,7 +123,7 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     moved = c * threshold + model.event_coupling * falling + model.inverter_coupling * (d.v_dd - follower)
     # p1 moves from where the pFET leaves its triode region
     edge = d.v_dd - u_t * d.pinch("extender.mp3p", d.v_dd - threshold)
-    lag = inverter_lag(d, "extender.mp3", edge - follower, model.inverter_capacitance, i_pwlk / c)
+    lag = d.inverter_lag("extender.mp3", edge - follower, model.inverter_capacitance, i_pwlk / c)
     return begin, np.asarray(released + moved / i_pwlk + lag)
 
 

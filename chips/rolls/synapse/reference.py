@@ -11,15 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, Fet
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.parts import devices_at, part_gates, row_place
 from chips.rolls.program.address import NEURONS, NONPLASTIC
-from chips.rolls.synapse.charge import taken
 from chips.rolls.synapse.model import SynapsesOnDie, respond, synapses_of
 from chips.rolls.tables import prepare
 from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
+from circuits.lowering.on_die import DieDevices, Fet
 
 _FINE = 8  # points of the reference a step of the chip
 
@@ -42,7 +41,7 @@ def reference_synapses(chip: RollsChip, level: int, pre: int, rows: Sequence[int
     for name, make in makes.items():
         own = part_gates(name, gates)
         d = devices_at(make(params.synapse), places[name], silicon, own, None, f"{name}.")
-        fets.update(taken(d, at.get(name, np.array(rows))).fet)
+        fets.update(d.taken(at.get(name, np.array(rows))).fet)
         # a filter's v_tau is v_etau or v_itau of the block
         letter = {"excitatory": "e", "inhibitory": "i"}.get(name, "")
         ports.update({f"v_{letter}{port[2:]}": np.asarray(v) for port, v in own.items()})

@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.devices_on_die import DieDevices, interpolation
 from chips.static import degenerated_sum, diode, sink_over_line, stack
 from circuits.arrays import F64
+from circuits.devices.ekv import interpolation
+from circuits.lowering.on_die import DieDevices
 
 BITS = ((False, False), (True, False), (False, True), (True, True))  # w0, w1 of levels 1 to 4
 GRID = 257  # points of a table over the line's voltage

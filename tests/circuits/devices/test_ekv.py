@@ -8,7 +8,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from circuits.devices.ekv import argument, argument_of_root, interpolation, law, steepness, steepness_of_root
+from circuits.devices.ekv import (
+    argument,
+    argument_of_root,
+    interpolation,
+    law,
+    of_weak,
+    steepness,
+    steepness_of_root,
+)
 
 # roundings of an exponential, a logarithm and a square (1e-16 each) and of the argument itself, which the
 # exponential multiplies: |u| / 2 <= 50
@@ -29,6 +37,7 @@ def exact(u: float) -> float:
 def test_both_forms_are_the_interpolation(u: float) -> None:
     assert float(interpolation(u)) == pytest.approx(exact(u), rel=TOLERANCE)
     assert law(u)[0] == pytest.approx(exact(u), rel=TOLERANCE)
+    assert float(of_weak(math.exp(u))) == pytest.approx(exact(u), rel=TOLERANCE)
 
 
 @compiling

@@ -103,3 +103,4 @@ def test_inverse(x: float) -> None:
     # a rounding of y moves x by 1e-16 y / slope, and the slope is at least y / 2 below 0
     y, _ = both(np.array([x]))
     assert inverse_softplus(float(y[0])) == pytest.approx(x, rel=1e-13, abs=1e-12)
+    assert inverse_softplus_of(y)[0] == pytest.approx(x, rel=1e-13, abs=1e-12)

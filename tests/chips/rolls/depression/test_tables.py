@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chips.devices_on_die import interpolation
 from chips.noise import SiliconNoise
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.depression.kernel import deliver_depressed
@@ -22,6 +21,7 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
 from chips.rolls.setups.learning_groups import of_group
+from circuits.devices.ekv import interpolation
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die

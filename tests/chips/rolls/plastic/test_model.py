@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from chips.devices_on_die import devices_on, part_of
 from chips.rolls.chip import RollsChip
 from chips.rolls.layout import OCTAVE_BITS, VOLTAGE
 from chips.rolls.neuron.membrane import Membrane
@@ -19,6 +18,7 @@ from circuits.blocks.rolls import dpi_synapse, plastic_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices import Source
 from circuits.devices.source import Constant
+from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -40,8 +40,8 @@ def circuit_measures(circuit, silicon, up):
 def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
     silicon = Silicon(ROLLS_180, temperature, Die(number=die))
     circuit = rebias(plastic_synapse.build(), {}, "generator")
-    d = devices_on(part_of(circuit, ROLLS_180), silicon)
-    own = d._replace(fet={name.removeprefix("cell."): fet for name, fet in d.fet.items()})
+    d = standing(circuit, silicon)
+    own = d.renamed("cell.")
     cells = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE)
     length = pulse_length(model_of(dpi_synapse.build(), ROLLS_180), d)[0]
     up, down = (circuit_measures(circuit, silicon, way) for way in (1.0, -1.0))
@@ -58,8 +58,8 @@ def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
 def test_a_weights_threshold_is_the_comparators(die):
     silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
     circuit = rebias(plastic_synapse.build(), {}, "generator")
-    d = devices_on(part_of(circuit, ROLLS_180), silicon)
-    own = d._replace(fet={name.removeprefix("cell."): fet for name, fet in d.fet.items()})
+    d = standing(circuit, silicon)
+    own = d.renamed("cell.")
     middle = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE).middle[0]
     # the second stage's own offset over the first one's gain, of 1 / U_T and more: below 1 mV
     for off, low in ((-1e-3, 1.8), (1e-3, 0.0)):

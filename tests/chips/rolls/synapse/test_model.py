@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chips.devices_on_die import DieDevices, devices_on, part_of
 from chips.rolls.synapse.model import model_of, pulses, respond, synapses_on
 from circuits.bias import rebias
 from circuits.blocks.rolls.dpi_synapse import BLOCK, FIRST_EVENT, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
+from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -28,7 +28,7 @@ def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
     silicon = Silicon(ROLLS_180, 40.0, Die(number=1003))
     circuit = rebias(build(), kind=kind)
     machine = to_kernel(BLOCK.testbench(circuit, DEFAULTS, ROLLS_180.v_dd), silicon)
-    d: DieDevices = devices_on(part_of(circuit, ROLLS_180), silicon)
+    d: DieDevices = standing(circuit, silicon)
     table = machine.kernel.transistors
     assert np.allclose(np.concatenate([f.threshold for f in d.fet.values()]), table.v_t0, rtol=1e-12)
     assert np.allclose(
