@@ -14,6 +14,7 @@ from circuits.devices.softplus import (
     LIMIT,
     exp_negative,
     inverse_softplus,
+    inverse_softplus_of,
     softplus,
     softplus_at,
     softplus_five,
