@@ -21,6 +21,7 @@ from chips.ranging import circuit as ranging_chip
 from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Bias, Circuit
+from circuits.event import falling_crossing
 from circuits.lowering.kernel import to_kernel
 from circuits.place import circuit_at
 from circuits.silicon.silicon import Silicon
@@ -124,7 +125,7 @@ def _bench(circuit: Circuit, silicon: Silicon, delay: float | None, stop: float)
 
 def _release(result: Result, gate: str, silicon: Silicon) -> float:
     """From the call to the fall of the inhibition's gate through half the supply, s; NaN without one."""
-    found = rebound_neuron.falling_crossing(result.time, result[gate], 0.5 * silicon.process.v_dd)
+    found = falling_crossing(result.time, result[gate], 0.5 * silicon.process.v_dd)
     return math.nan if found is None else found - rebound_neuron.CALL_TIME
 
 

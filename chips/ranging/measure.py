@@ -32,6 +32,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant, Polyline, Waveform, vertices
 from circuits.errors import SolverError
+from circuits.event import pulse
 from circuits.lowering.kernel import Machine
 from circuits.lowering.supply import half_supply
 from circuits.silicon.die import Die
@@ -168,7 +169,7 @@ def _source(port: str, waveform: Waveform) -> Source:
 
 
 def _event(port: str, silicon: Silicon) -> Source:
-    return _source(port, rebound_neuron.pulse((0.0,), silicon.process.v_dd))
+    return _source(port, pulse((0.0,), silicon.process.v_dd))
 
 
 def _line(time: tuple[float, ...], value: tuple[float, ...]) -> Polyline:

@@ -29,11 +29,11 @@ from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Waveform
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import delivered_energy, supply_power

@@ -10,11 +10,11 @@ from chips.rolls.cut import Cut, cut_row, silicon_of
 from chips.rolls.cut import testbench as bench_of
 from circuits.blocks.block import Stimulus
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import BiasKind, split_reference
 from circuits.count import pulse_count
 from circuits.devices.source import Waveform
 from circuits.errors import ParameterError, SolverError, TopologyError
+from circuits.event import pulse
 from circuits.lowering.flatten import flatten
 from circuits.silicon.process import ROLLS_180
 from circuits.testbench import Testbench

@@ -10,7 +10,7 @@ from chips.rolls.cut import testbench as bench_of
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.sonar.rebound_neuron import pulse
+from circuits.event import pulse
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon

@@ -21,10 +21,10 @@ from chips.rolls.program.bias_file import BiasTable
 from circuits.bias import rebias
 from circuits.blocks.rolls import depressing_synapse, dpi_synapse
 from circuits.blocks.rolls.bias import OFF_CURRENT, current_of
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant
+from circuits.event import pulse
 from circuits.silicon.process import thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import delivered_energy

@@ -19,8 +19,8 @@ from chips.rolls.layout import COUNTS, VIRTUAL, Traffic, new_scratch
 from chips.rolls.program.address import NEURONS
 from circuits.arrays import F64
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 

@@ -29,11 +29,11 @@ from chips.rolls.program.bias_file import BiasTable
 from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import BiasKind, Circuit, Node
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import delivered_energy
 from circuits.solver.transient import simulate

@@ -34,10 +34,10 @@ from circuits.arrays import F64
 from circuits.bias import bias_voltages, rebias
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import calcium_gate, dpi_synapse, plastic_synapse
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import BiasKind, Circuit, Instance, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.event import pulse
 from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate

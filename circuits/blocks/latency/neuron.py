@@ -23,12 +23,12 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.latency.synapse import comparator, event_pulse, event_sources, step_synapse
 from circuits.blocks.mos import mos
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power

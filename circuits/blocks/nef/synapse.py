@@ -29,12 +29,12 @@ from circuits.blocks.nef.encoder import UNIT
 from circuits.blocks.nef.encoder import Params as EncoderParams
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse
-from circuits.blocks.sonar.rebound_neuron import rising_crossing
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, OperationalAmplifier, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.event import rising_crossing
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result

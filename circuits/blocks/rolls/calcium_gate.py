@@ -30,12 +30,12 @@ from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import current_of
 from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
+from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power

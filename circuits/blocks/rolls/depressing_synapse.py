@@ -35,10 +35,10 @@ from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls.bias import current_of
 from circuits.blocks.rolls.dpi_synapse import SUPPLY
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180, thermal_voltage
 from circuits.solver.power import drain_current, supply_power

@@ -32,13 +32,13 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import default_current
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, pulse, rising_crossing
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import pulse_count
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power

@@ -34,7 +34,6 @@ from circuits.blocks.mos import inverter, mos, nor
 from circuits.blocks.rolls.bias import current_of, default_current
 from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import pulse_count
@@ -42,6 +41,7 @@ from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon

@@ -21,13 +21,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.blocks.sonar.vocalization_controller import amplifier, inverter, mos, strays
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Port
 from circuits.count import PULSES, whole_number
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench

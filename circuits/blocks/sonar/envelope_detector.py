@@ -26,12 +26,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.sonar.rebound_neuron import rising_crossing
 from circuits.circuit import Bias, Circuit, Port
 from circuits.count import SAMPLES, whole_number
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant, Sampled
 from circuits.errors import ParameterError
+from circuits.event import rising_crossing
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.sonar.centroid_board import NEURONS, neuron_index, transmission_gate
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, pulse, rising_crossing
 from circuits.blocks.sonar.vocalization_controller import inverter, mos, strays
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Resistor, Source
 from circuits.devices.source import Constant
+from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result

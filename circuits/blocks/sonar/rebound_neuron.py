@@ -18,8 +18,9 @@ from circuits.blocks.sonar.rebound_analysis import closed_forms
 from circuits.blocks.sonar.rebound_equation_table import EQUATIONS
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
-from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import Polarity
 from circuits.solver.power import supply_power
@@ -241,11 +242,6 @@ AFTER_RELEASE = 8e-3  # s, how long the testbench goes on after the later of ech
 NOMINAL_RELEASE = 7e-3  # s
 
 
-def pulse(times: tuple[float, ...], v_dd: float) -> Waveform:
-    """Full-supply pulses of 10 us with 0.1 us edges, the form that an event takes at a circuit's port."""
-    return Pulse(0.0, v_dd, times, 10e-6, 0.1e-6, 0.1e-6) if times else Constant(0.0)
-
-
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A call at 1 ms and an echo `delay` later; either can be off. `duration` overrides the length."""
     delay = stimuli["delay"] or 0.0
@@ -281,20 +277,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "v_mem_peak_V": float(v_mem[peak]),
         "supply_power_W": supply_power(result),
     }
-
-
-def rising_crossing(time: np.ndarray, v: np.ndarray, level: float) -> float | None:
-    """First time at which v rises through level by linear interpolation, s; None where it never does."""
-    below = np.flatnonzero((v[:-1] < level) & (v[1:] >= level))
-    if below.size == 0:
-        return None
-    k = int(below[0])
-    return float(time[k] + (level - v[k]) / (v[k + 1] - v[k]) * (time[k + 1] - time[k]))
-
-
-def falling_crossing(time: np.ndarray, v: np.ndarray, level: float) -> float | None:
-    """First time at which v falls through level, s; None where it never does."""
-    return rising_crossing(time, -v, -level)
 
 
 def outcome(result: Result) -> str:

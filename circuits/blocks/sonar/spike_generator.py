@@ -25,11 +25,12 @@ import numpy as np
 
 from circuits.blocks.block import Stimulus, Values
 from circuits.blocks.sonar.rebound_neuron import Params as RangingParams
-from circuits.blocks.sonar.rebound_neuron import axon, falling_crossing, rising_crossing
+from circuits.blocks.sonar.rebound_neuron import axon
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import Polarity
 from circuits.solver.power import supply_power

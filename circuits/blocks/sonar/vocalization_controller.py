@@ -20,10 +20,10 @@ import math
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.sonar.rebound_neuron import rising_crossing
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Device, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.event import rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import Polarity
 from circuits.solver.power import supply_power

@@ -33,11 +33,11 @@ from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power

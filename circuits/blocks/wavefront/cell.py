@@ -29,11 +29,11 @@ from dataclasses import dataclass
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.sonar.rebound_neuron import rising_crossing
 from circuits.circuit import Bias, Circuit, InstanceArray, Port
 from circuits.devices import Device, Source
 from circuits.devices.source import Constant, PiecewiseLinear, Waveform
 from circuits.errors import ParameterError
+from circuits.event import rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power

@@ -19,7 +19,6 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_delay import EDGE, UNIT, code_voltages
@@ -29,6 +28,7 @@ from circuits.count import whole_number
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result

@@ -28,11 +28,11 @@ from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.lso import lso_neuron
 from circuits.blocks.sonar import high_threshold_neuron, vocalization_controller
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source
 from circuits.devices.noise import WHITE_ONLY
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon

@@ -31,10 +31,10 @@ from circuits.bias import bias_voltages, rebias, saturation_current
 from circuits.blocks.block import Block
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
-from circuits.blocks.sonar.rebound_neuron import falling_crossing
 from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Transistor
 from circuits.errors import SolverError
+from circuits.event import falling_crossing
 from circuits.silicon.process import ROLLS_180, kelvin, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate

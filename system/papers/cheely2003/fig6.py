@@ -31,6 +31,7 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.tuning import RESOLUTION, NeuronClass, Tuning, tune, tuning_machine
 from circuits.circuit import Circuit
 from circuits.devices.source import polyline
+from circuits.event import pulse
 from circuits.lowering.kernel import Machine
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
@@ -149,10 +150,10 @@ def _fires(machine: Machine, tuning: Tuning, delays: F64) -> Bools:
     runner, rest = Runner(machine), operating_point(machine)
     v_dd = machine.silicon.process.v_dd
     start = rebound_neuron.CALL_TIME
-    call = polyline("call", rebound_neuron.pulse((start,), v_dd))
+    call = polyline("call", pulse((start,), v_dd))
     found = []
     for delay in delays.tolist():
-        echo = polyline("echo", rebound_neuron.pulse((start + delay,), v_dd))
+        echo = polyline("echo", pulse((start + delay,), v_dd))
         until = start + max(delay, tuning.t_inh) + AFTER
         _, segment = runner.advance(runner.begin(rest), until, {"call": call, "echo": echo})
         found.append(bool(segment.spikes))

@@ -38,6 +38,7 @@ from circuits.bias import rebias
 from circuits.blocks.sonar import centroid_board, rebound_neuron
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline, polyline
+from circuits.event import pulse
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
@@ -126,7 +127,7 @@ def _neuron_spikes(chip: Circuit, k: int, delays: F64) -> list[list[float]]:
     found = []
     for delay in delays:
         echo = rebound_neuron.CALL_TIME + float(delay)
-        line = polyline("echo", rebound_neuron.pulse((echo,), v_dd))
+        line = polyline("echo", pulse((echo,), v_dd))
         _, segment = runner.advance(
             runner.begin(rest), echo + AFTER_ECHO, {"echo": line}, stop_at_event=False
         )
@@ -160,7 +161,7 @@ def _lines(spikes: Spikes, v_dd: float) -> dict[str, Polyline]:
     lines = {}
     for k in range(ranging_chip.NEURONS):
         times = tuple(call + time for call in calls for time, neuron in spikes if neuron == k)
-        lines[f"spike[{k}]"] = polyline(f"spike[{k}]", rebound_neuron.pulse(times, v_dd))
+        lines[f"spike[{k}]"] = polyline(f"spike[{k}]", pulse(times, v_dd))
     return lines
 
 

@@ -27,10 +27,10 @@ from matplotlib.figure import Figure
 
 from chips.ranging import circuit as ranging_chip
 from circuits.blocks.bias import chain as bias_chain
-from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline, polyline
+from circuits.event import pulse
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
@@ -145,10 +145,7 @@ def _lines(machine: Machine, case: Case) -> dict[str, Polyline]:
     v_dd = machine.silicon.process.v_dd
     calls = tuple(BEFORE + n / case.rate for n in range(SETTLING + 1))
     echoes = tuple(sorted(call + echo for call in calls for echo in case.echoes))
-    return {
-        name: polyline(name, rebound_neuron.pulse(times, v_dd))
-        for name, times in (("call", calls), ("echo", echoes))
-    }
+    return {name: polyline(name, pulse(times, v_dd)) for name, times in (("call", calls), ("echo", echoes))}
 
 
 def _rows(found: dict[str, Power]) -> tuple[Row, ...]:

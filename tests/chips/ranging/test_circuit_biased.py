@@ -11,6 +11,7 @@ from chips.ranging import circuit as ranging_chip
 from chips.registry import load_chip
 from circuits.blocks.bias import chain as bias_chain
 from circuits.blocks.sonar import rebound_neuron
+from circuits.event import falling_crossing
 from circuits.lowering.check import check_circuit
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.die import Die
@@ -76,7 +77,7 @@ def test_a_call_reaches_the_gates_of_the_chain_and_ends_inhibition_earlier() -> 
     node, ends = "neuron[3].inhibition.b", []
     for chip in (ranging_chip.build(), ranging_chip.build_with_chain()):
         result = simulate(ranging_chip.testbench(chip, stimuli, 5.0), record=(node,))
-        crossing = rebound_neuron.falling_crossing(result.time, result[node], 2.5)
+        crossing = falling_crossing(result.time, result[node], 2.5)
         assert crossing is not None
         ends.append(crossing - rebound_neuron.CALL_TIME)
     fixed, coupled = ends

@@ -12,9 +12,9 @@ from chips.rolls.program.program import Program, VirtualInput
 from circuits.bias import bias_voltages
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.devices import Transistor
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180

@@ -13,10 +13,10 @@ from chips.rolls.setups.learning import learning_biases
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse, plastic_synapse
 from circuits.blocks.rolls.neuron import RESTING
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant
+from circuits.event import pulse
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current

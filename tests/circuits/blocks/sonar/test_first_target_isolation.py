@@ -5,10 +5,10 @@ import pytest
 
 from circuits.blocks.sonar import first_target_isolation as board
 from circuits.blocks.sonar.centroid_board import NEURONS
-from circuits.blocks.sonar.rebound_neuron import pulse
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point

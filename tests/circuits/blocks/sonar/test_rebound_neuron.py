@@ -14,6 +14,7 @@ from circuits.blocks.sonar import rebound_neuron as block
 from circuits.circuit import Circuit, Instance
 from circuits.devices import Capacitor, Transistor
 from circuits.errors import ParameterError
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.check import check_circuit
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.process import AMI_1500, Process
@@ -244,10 +245,10 @@ def test_outcome_counts_spikes(spikes: int, word: str) -> None:
 def test_crossings() -> None:
     time = np.array([0.0, 1.0, 2.0, 3.0])
     v = np.array([0.0, 4.0, 0.0, 4.0])
-    assert block.rising_crossing(time, v, 1.0) == pytest.approx(0.25)
-    assert block.falling_crossing(time, v, 1.0) == pytest.approx(1.75)
-    assert block.rising_crossing(time, v, 5.0) is None
-    assert block.falling_crossing(time, -v, -5.0) is None
+    assert rising_crossing(time, v, 1.0) == pytest.approx(0.25)
+    assert falling_crossing(time, v, 1.0) == pytest.approx(1.75)
+    assert rising_crossing(time, v, 5.0) is None
+    assert falling_crossing(time, -v, -5.0) is None
 
 
 def test_an_echo_before_the_call_is_refused() -> None:

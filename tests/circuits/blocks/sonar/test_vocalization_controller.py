@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from circuits.blocks.sonar import vocalization_controller as board
-from circuits.blocks.sonar.rebound_neuron import falling_crossing, rising_crossing
+from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
