@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from chips.board_kernel import monotone_cubic
+from chips.interpolation import monotone_cubic
 from chips.record_file import load_record, record_file, save_record, stale
 from circuits.arrays import F64
 from circuits.circuit import Circuit

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from chips.board_kernel import SOUND_DURATION
 from chips.cell import Cell
+from chips.hearing.kernel import SOUND_DURATION
 from chips.hearing.mismatch import PARAMETERS
 from chips.hearing.mismatch_measure import (
     REST_SHIFTS,

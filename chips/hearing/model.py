@@ -1,7 +1,7 @@
 """Hearing at behavioural level: sounds in, spikes of the onset and of the high-threshold neuron out.
 
 Stands for envelope detector, onset neuron and high-threshold neuron. A sound is a 1 ms tone with 0.2 ms
-edges, its onset (s) and peak at the microphone before clipping (V). Equations in `chips.board_kernel`,
+edges, its onset (s) and peak at the microphone before clipping (V). Equations in `chips.hearing.kernel`,
 thresholds, latencies and recoveries from `chips.hearing.measure`. Sounds that overlap add up with a phase
 that is not known here: a sound that begins while another lasts is counted as undecided, and so is one within
 5 % of a threshold or of a recovery. Noise of the devices moves thresholds from sound to sound
@@ -22,7 +22,7 @@ from functools import cache
 
 import numpy as np
 
-from chips.board_kernel import MEMORY, Hearing, hear_sound
+from chips.hearing.kernel import MEMORY, Hearing, hear_sound
 from chips.hearing.mismatch import RATIO, deviations
 from chips.hearing.noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
 from chips.noise import SiliconNoise

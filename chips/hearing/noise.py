@@ -24,7 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.board_kernel import SOUND_DURATION, Hearing, table_at
+from chips.hearing.kernel import SOUND_DURATION, Hearing
+from chips.interpolation import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from circuits.arrays import F64

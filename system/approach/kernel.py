@@ -14,17 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.board_kernel import (
-    EVENT_WIDTH,
-    Centroid,
-    Hearing,
-    Vocalization,
-    amplitude_at,
-    centroid_step,
-    hear_sound,
-    vocalization_line,
-)
+from chips.boards.centroid.kernel import EVENT_WIDTH, Centroid, centroid_step
+from chips.boards.vocalization.kernel import Vocalization, amplitude_at, vocalization_line
 from chips.boards.vocalization.noise import OscillatorNoise, phase_after_call
+from chips.hearing.kernel import Hearing, hear_sound
 from chips.hearing.noise import HearingNoise, threshold_factors
 from chips.ranging.kernel import PULSE, Chip, Plan, next_due, on_call, on_echo, take
 from chips.ranging.law import Neurons

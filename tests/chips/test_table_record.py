@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from chips.board_kernel import monotone_cubic
 from chips.hearing.model import circuits
+from chips.interpolation import monotone_cubic
 from chips.latency import measure as latency_measurement
 from chips.lso import measure as lso_measurement
 from chips.measurement import MEASUREMENTS

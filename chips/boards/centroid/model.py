@@ -3,7 +3,7 @@
 Same ports as the circuit: events spike[k] in, proximity (analog) out. A spike opens its neuron's gate for one
 event's width; open gates pull the hold node towards their look-up voltages, each with the strength that was
 measured, and simultaneous spikes average. Between spikes the node leaks towards the measured far default.
-Equations in `chips.board_kernel`, numbers from `chips.boards.centroid.measure`.
+Equations in `chips.boards.centroid.kernel`, numbers from `chips.boards.centroid.measure`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from chips.board_kernel import EVENT_WIDTH, Centroid, centroid_run
+from chips.boards.centroid.kernel import EVENT_WIDTH, Centroid, centroid_run
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
 from chips.table_record import all_on_silicon, check_box, matching_tables
 from circuits.arrays import F64

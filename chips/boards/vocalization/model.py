@@ -3,7 +3,7 @@
 Same ports as the circuit, which is enabled from the start on: proximity and amplitude_control (analog) in,
 call (event) and amplitude (analog) out. The phase grows with the measured linear rate; a call comes when it
 reaches one, and the next interval begins after the measured length of the call. The amplitude is linear.
-Equations in `chips.board_kernel`, numbers from `chips.boards.vocalization.measure`, noise from
+Equations in `chips.boards.vocalization.kernel`, numbers from `chips.boards.vocalization.measure`, noise from
 `chips.boards.vocalization.noise`.
 """
 
@@ -16,7 +16,7 @@ from functools import cache
 
 import numpy as np
 
-from chips.board_kernel import Vocalization, vocalization_run
+from chips.boards.vocalization.kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
 from chips.cell import Event, Output
 from chips.noise import SiliconNoise
