@@ -21,7 +21,8 @@ import xarray as xr
 
 from _damage import COMMON, Damage
 from _fuzz_netlist import DAMAGE, make_root, netlist_seeds, read_deck
-from chips.ranging.record import read_record
+from chips.ranging.record import rebound_record
+from chips.record import read_record
 from chips.rolls.program.bias_file import default_biases, format_biases, read_biases
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
@@ -232,7 +233,7 @@ def _read_columns(path: Path) -> None:
 def _read_record(path: Path) -> None:
     """A record that was sealed as it is: unsealed ones are refused unread."""
     path.write_bytes(sealed(path.read_bytes()))
-    read_record(path)
+    rebound_record(read_record(path))
 
 
 KEYS = [("forest", 1000), ("die", 3)]

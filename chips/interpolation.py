@@ -1,9 +1,23 @@
-"""Compiled interpolation between the points of a record's tables."""
+"""Interpolation between the points of a record's tables."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
+import numpy as np
+
 from circuits.arrays import F64
 from circuits.compiled import compiled
+
+
+@lru_cache(maxsize=1024)
+def lagrange_weights(nodes: tuple[float, ...], x: float) -> F64:
+    """Weights at x of the polynomial through all nodes, float64[nodes]; not to be written to."""
+    at = np.array(nodes)
+    others = [np.delete(at, i) for i in range(at.size)]
+    weights = np.array([np.prod((x - o) / (a - o)) for a, o in zip(at, others, strict=True)])
+    weights.setflags(write=False)
+    return weights
 
 
 @compiled()

@@ -8,6 +8,7 @@ Specification (0.8) has them.
 from __future__ import annotations
 
 import os
+from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 
@@ -52,6 +53,11 @@ def record_file(block: str) -> Path:
         if os.access(path, os.R_OK):
             return path
     raise DataError(f"{block}: no record; {_MEASURE}")
+
+
+def record_digest(block: str) -> str:
+    """SHA-256 of the file of the record that is read, in hexadecimal; raises `DataError` without one."""
+    return sha256(record_file(block).read_bytes()).hexdigest()
 
 
 def save_record(data: xr.Dataset, path: Path) -> None:

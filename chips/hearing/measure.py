@@ -17,7 +17,6 @@ import warnings
 from collections.abc import Sequence
 
 import numpy as np
-import xarray as xr
 
 from chips.cell import Cell
 from chips.hearing.kernel import SOUND_DURATION
@@ -30,7 +29,9 @@ from chips.hearing.mismatch_measure import (
     threshold_errors,
 )
 from chips.hearing.model import NEURONS, Deafened, HearingState, circuits, hear, hearing_on
+from chips.model import Model
 from chips.polyline import thin
+from chips.record import Axis, Record, Table
 from chips.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
@@ -65,21 +66,19 @@ GAPS = (0.2e-3, 15e-3)  # s, within which a recovery lies
 RESOLUTION = 0.02  # of a bisected quantity
 
 
-def measure() -> xr.Dataset:
+def measure() -> Record:
     """Measure the record; takes about seven minutes on one core."""
     axes: dict[str, tuple[str, ...]] = {}
     for name in NEURONS:
         axes[f"{name}_latency_s"] = (f"{name}_ratio",)
         axes[f"{name}_recovery_s"] = (f"{name}_peak_V", f"{name}_second_peak_V")
-    data = measure_over(_at, circuits(), SHIFTS, axes)
     known = {f"{n}_ratio": RATIOS[n] for n in NEURONS} | {f"{n}_peak_V": PEAKS[n] for n in NEURONS}
-    for name, values in gradients().items():
-        data[name] = (("temperature", "mismatch"), values)
-    data["onset_rest_margin_V"] = (("temperature", "polarity", "rest_shift"), rest_margins())
-    data["onset_rest_margin_bend"] = (("temperature",), rest_bends())
-    data = data.assign_coords(rest_shift=list(REST_SHIFTS))
-    data = data.assign_coords(mismatch=list(PARAMETERS))
-    return data.assign_coords({name: list(values) for name, values in known.items()})
+    places: dict[str, Axis] = {name: tuple(values.tolist()) for name, values in known.items()}
+    places |= {"rest_shift": REST_SHIFTS, "mismatch": PARAMETERS}
+    tables = {name: Table(("temperature", "mismatch"), values) for name, values in gradients().items()}
+    tables["onset_rest_margin_V"] = Table(("temperature", "polarity", "rest_shift"), rest_margins())
+    tables["onset_rest_margin_bend"] = Table(("temperature",), rest_bends())
+    return measure_over(_at, circuits(), SHIFTS, axes).extended(tables, places)
 
 
 class Ears:
@@ -218,3 +217,12 @@ def _recovery(ears: Ears, name: str, first: float, second: float) -> float:
         else:
             low = gap
     return high
+
+
+MODEL = Model(
+    "hearing",
+    circuits,
+    lambda _: measure(),
+    lambda *_: held_out_errors(),
+    hearing_on,
+)

@@ -20,7 +20,7 @@ import numpy as np
 
 from chips.hearing.mismatch import PARAMETERS
 from chips.hearing.model import hearing_on, rest_margin_on
-from chips.ranging.measure import Perturb
+from chips.perturbation import deviating
 from chips.table_record import POLARITIES, TEMPERATURES, WIDEST
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
@@ -70,9 +70,7 @@ class Deviating:
         circuit, _, name = self.parameter.partition("/")
         if circuit not in {bench.circuit.name, EVERY}:
             return machine
-        device, _, kind = name.rpartition(".")
-        perturb = Perturb(device, *((self.amount, 0.0) if kind == "v_t0" else (0.0, self.amount)))
-        return perturb.apply(machine)
+        return deviating(machine, name, self.amount)
 
 
 def gradients() -> dict[str, F64]:

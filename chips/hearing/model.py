@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -26,11 +26,12 @@ from chips.hearing.kernel import MEMORY, Hearing, hear_sound
 from chips.hearing.mismatch import RATIO, deviations
 from chips.hearing.noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
 from chips.noise import SiliconNoise
+from chips.record import Record
 from chips.table_record import (
     all_on_silicon,
     check_box,
-    matching_tables,
     on_silicon,
+    tables_of,
     temperature_weights,
 )
 from circuits.arrays import F64
@@ -78,10 +79,10 @@ def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | No
 
     Raises `ParameterError` outside the record and `DataError` where the record is stale.
     """
-    check_box(path, silicon)
-    record = matching_tables("hearing", circuits, silicon.process)
-    data, own = record.values, deviations(silicon)
-    margin, unsure = _rest_margin(data, silicon, own), 2.0 * record.errors.get("rest_margin_rms_V", 0.0)
+    data = tables_of("hearing", circuits, silicon.process)
+    check_box(path, silicon, data)
+    own = deviations(silicon)
+    margin, unsure = _rest_margin(data, silicon, own), 2.0 * data.errors.get("rest_margin_rms_V", 0.0)
     if margin < unsure:
         warnings.warn(
             f"{path}.onset: rest margin {margin:.2g} V, must be > {unsure:.2g} V, else a loud sound must come"
@@ -95,29 +96,29 @@ def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | No
 
 def rest_margin_on(silicon: Silicon) -> float:
     """By how much v_level may fall before the resting onset neuron does not hear, V; below 0 it does not."""
-    data = matching_tables("hearing", circuits, silicon.process).values
+    data = tables_of("hearing", circuits, silicon.process)
     return _rest_margin(data, silicon, deviations(silicon))
 
 
-def _rest_margin(data: Mapping[str, F64], silicon: Silicon, own: F64) -> float:
-    at = temperature_weights(silicon.temperature_c)
+def _rest_margin(data: Record, silicon: Silicon, own: F64) -> float:
+    at = temperature_weights(data, silicon.temperature_c)
     shared = float(on_silicon(data, "onset_rest_margin_V", silicon, "rest_shift"))
     ratio = _by_mismatch(data, "onset_rest_margin", silicon, own * RATIO)
     bend = float(at @ data["onset_rest_margin_bend"])
     return shared + _by_mismatch(data, "onset_rest_margin", silicon, own) + 0.5 * bend * ratio**2
 
 
-def _by_mismatch(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> float:
-    at = temperature_weights(silicon.temperature_c)
+def _by_mismatch(data: Record, name: str, silicon: Silicon, own: F64) -> float:
+    at = temperature_weights(data, silicon.temperature_c)
     return float(np.tensordot(at, data[f"{name}_gradient"], (0, 0)) @ own)
 
 
-def _neuron(data: Mapping[str, F64], name: str, silicon: Silicon, own: F64) -> Hearing:
+def _neuron(data: Record, name: str, silicon: Silicon, own: F64) -> Hearing:
     names = [f"{name}_{q}" for q in ("threshold_V", "latency_s", "recovery_s")]
     threshold, latency, recovery = all_on_silicon(data, names, silicon)
     threshold = threshold * math.exp(_by_mismatch(data, f"{name}_threshold", silicon, own))
-    knots = np.log(np.asarray(data[f"{name}_ratio"]))
-    loudness = np.log(np.asarray(data[f"{name}_peak_V"]))
+    knots = np.log(data[f"{name}_ratio"])
+    loudness = np.log(data[f"{name}_peak_V"])
     return Hearing(float(threshold), knots, latency, loudness, recovery)
 
 

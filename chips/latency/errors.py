@@ -18,7 +18,7 @@ import numpy as np
 from chips.latency.chip import LatencyChip
 from chips.latency.design import REACH, Design, gate_voltages
 from chips.latency.kernel import Charge, Race, integrate, race, recall
-from chips.latency.measure import EXCITATIONS, INHIBITIONS, RTOL, SYNAPSES
+from chips.latency.measure import EXCITATIONS, INHIBITIONS, RTOL, SYNAPSES, circuits, measure
 from chips.latency.model import usual_biases
 from chips.latency.place import (
     INHIBITION_WIRES,
@@ -31,6 +31,7 @@ from chips.latency.place import (
     line_volts,
     standing,
 )
+from chips.model import Model
 from chips.table_record import HELD_OUT_TEMPERATURES
 from circuits.arrays import F64
 from circuits.blocks.latency import neuron as latency_neuron
@@ -219,3 +220,17 @@ def _run(
     volts = line_volts(chip.biases, chip.silicon, wires, element)
     bench = bench_at(part.name, part, volts, events, stop + START, chip.silicon.process.v_dd, (watch,))
     return simulate(bench, standing(chip.silicon, *parts), rtol=RTOL, record=())
+
+
+def _usual_chip(silicon: Silicon) -> LatencyChip:
+    design = usual_design()
+    return LatencyChip(design, usual_biases(design), silicon)
+
+
+MODEL = Model(
+    "latency-chip",
+    circuits,
+    lambda _: measure(),
+    lambda *_: held_out_errors(),
+    _usual_chip,
+)

@@ -17,10 +17,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import xarray as xr
 
+from chips.perturbation import deviating
+from chips.record import Record, Table
 from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
-from chips.wavefront.measure import perturbed
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
 from circuits.blocks.block import Block
@@ -62,11 +62,12 @@ def circuits() -> tuple[Circuit, ...]:
     )
 
 
-def measure() -> xr.Dataset:
+def measure() -> Record:
     """Measure the record, without errors; takes half a minute on one core."""
-    data = measure_over(charges, circuits(), SHIFTS, {})
+    record = measure_over(charges, circuits(), SHIFTS, {})
     gradient = np.array([_gradient(Silicon(temperature_c=t)) for t in TEMPERATURES])
-    return data.assign(comparator=(("temperature", "parameter"), gradient), parameter=list(PARAMETERS))
+    tables = {"comparator": Table(("temperature", "parameter"), gradient)}
+    return record.extended(tables, {"parameter": PARAMETERS})
 
 
 def charges(silicon: Silicon) -> Quantities:
@@ -123,9 +124,7 @@ def _gradient(silicon: Silicon) -> F64:
     machine = to_kernel(block.testbench(circuit, values, silicon.process.v_dd), silicon)
 
     def window(parameter: str, move: float) -> float:
-        device, _, kind = parameter.partition(".")
-        given = {"threshold": move} if kind == "v_t0" else {"log_beta": move}
-        moved = perturbed(machine, f"input0.timer.{device}", **given)
+        moved = deviating(machine, f"input0.timer.{parameter}", move)
         found = block.measures(simulate(moved, rtol=RTOL))["window_s"]
         if found is None:
             raise SolverError(f"latency_chip.{parameter}: no window in the run")

@@ -25,7 +25,7 @@ import numpy as np
 from chips.latency.design import NAME, REACH, Biases, Charges, Design, gate_voltages, lines_of
 from chips.latency.measure import COMPARATOR, QUANTITIES, SYNAPSES, circuits
 from chips.model_law import check_law
-from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from chips.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from circuits.arrays import F64, I64
 from circuits.blocks.latency import neuron, unit
 from circuits.blocks.latency.coincidence import INPUTS
@@ -124,13 +124,13 @@ def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) 
     if not (math.isfinite(area) and area > 0.0):
         raise ParameterError(f"{NAME}.area: {area:g} times the circuits', must be > 0")
     check_law(silicon.process)
-    check_box(NAME, silicon)
+    check_box(NAME, silicon, tables_of(NAME, circuits, silicon.process))
     return _Maker(design, biases, silicon, area).make()
 
 
 def charges_on(silicon: Silicon) -> dict[str, float]:
     """Charges of the record on the silicon without mismatch, C, by `QUANTITIES`."""
-    tables = matching_tables(NAME, circuits, silicon.process).values
+    tables = tables_of(NAME, circuits, silicon.process)
     found = all_on_silicon(tables, QUANTITIES, silicon)
     return {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
 
@@ -142,9 +142,9 @@ class _Maker:
         self.design = design
         self.gate = gate_voltages(biases, silicon)
         self.charge = charges_on(silicon)
-        tables = matching_tables(NAME, circuits, silicon.process).values
+        tables = tables_of(NAME, circuits, silicon.process)
         # of V_T0 and ln beta of each device in turn, as of `DieDevices.offset`
-        self.gradient = temperature_weights(silicon.temperature_c) @ tables["comparator"]
+        self.gradient = temperature_weights(tables, silicon.temperature_c) @ tables["comparator"]
         n, u = design.paths, design.taps
         places: Mapping[str, Path] = {
             "tap": (("tap", (u + 1,)),),

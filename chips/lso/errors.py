@@ -22,10 +22,12 @@ from chips.lso.measure import (
     THRESHOLD,
     circuits,
     crossing,
+    measure,
     ramp_bench,
 )
 from chips.lso.model import LEAST_AREA, SIDES, Head, head_on, level_times, side_spikes
 from chips.lso.place import NAME, line_volts
+from chips.model import Model
 from chips.table_record import HELD_OUT_TEMPERATURES
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import EDGE, WIDTH
@@ -141,3 +143,12 @@ def level_delays(
     bench = replace(bench, sources=(*bench.sources, *held))
     spikes = simulate(bench, placed, rtol=RTOL, record=()).spikes["spike"]
     return ours, float(spikes[0]) - crossing(slope) if spikes.size else np.inf
+
+
+MODEL = Model(
+    "lso-neuron",
+    circuits,
+    lambda _: measure(),
+    lambda *_: held_out_errors(),
+    head_on,
+)

@@ -22,12 +22,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import xarray as xr
 from scipy.optimize import brentq
 
 from chips.lso.law import Membrane, ramp_delay, rise_time
+from chips.perturbation import deviating
+from chips.record import Record, Table
 from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
-from chips.wavefront.measure import perturbed
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
 from circuits.blocks.latency.synapse import WIDTH
@@ -70,16 +70,17 @@ def circuits() -> tuple[Circuit, ...]:
     )
 
 
-def measure() -> xr.Dataset:
+def measure() -> Record:
     """Measure the record, without errors; takes three minutes on one core."""
-    data = measure_over(quantities, circuits(), SHIFTS, {})
     silicons = [Silicon(temperature_c=t) for t in TEMPERATURES]
-    names, level_names = parameters(COMPARATOR), parameters(LEVEL_COMPARATOR)
-    return data.assign(
-        comparator=(("temperature", "parameter"), np.array([_timer_slopes(s) for s in silicons])),
-        level=(("temperature", "level_parameter"), np.array([_level_slopes(s) for s in silicons])),
-        parameter=list(names),
-        level_parameter=list(level_names),
+    timer = np.array([_timer_slopes(s) for s in silicons])
+    level = np.array([_level_slopes(s) for s in silicons])
+    return measure_over(quantities, circuits(), SHIFTS, {}).extended(
+        {
+            "comparator": Table(("temperature", "parameter"), timer),
+            "level": Table(("temperature", "level_parameter"), level),
+        },
+        {"parameter": parameters(COMPARATOR), "level_parameter": parameters(LEVEL_COMPARATOR)},
     )
 
 
@@ -143,14 +144,14 @@ def level_numbers(level: Circuit, silicon: Silicon, delay: Callable[[float], flo
     return (slow - float(ramp_delay(SLOW, charge, current, law.kappa, law.u_t))) * SLOW, charge
 
 
-def level_delay(level: Circuit, silicon: Silicon, slope: float, device: str = "", move: float = 0.0) -> float:
+def level_delay(
+    level: Circuit, silicon: Silicon, slope: float, parameter: str = "", move: float = 0.0
+) -> float:
     """From a ramp's crossing of the level unit's threshold to its spike, s; a parameter of a device moved."""
     bench = ramp_bench(rebias(level, {"v_threshold": THRESHOLD}), slope, silicon.process.v_dd)
     machine = to_kernel(bench, silicon)
-    name, _, kind = device.partition(".")
-    if device:
-        given = {"threshold": move} if kind == "v_t0" else {"log_beta": move}
-        machine = perturbed(machine, f"generator.comparator.{name}", **given)
+    if parameter:
+        machine = deviating(machine, f"generator.comparator.{parameter}", move)
     spikes = simulate(machine, rtol=RTOL, record=()).spikes["spike"]
     if not spikes.size:
         raise SolverError("sonar_head.level: no spike in the run; give it a higher ramp")
@@ -186,9 +187,7 @@ def _timer_slopes(silicon: Silicon) -> F64:
     machine = to_kernel(bench, silicon)
 
     def lasted(parameter: str, move: float) -> float:
-        device, _, kind = parameter.partition(".")
-        given = {"threshold": move} if kind == "v_t0" else {"log_beta": move}
-        moved = perturbed(machine, f"excite0.timer.{device}", **given)
+        moved = deviating(machine, f"excite0.timer.{parameter}", move)
         found = lso_neuron.measures(simulate(moved, rtol=RTOL))["step_s"]
         if found is None:
             raise SolverError(f"sonar_head.{parameter}: no step in the run")

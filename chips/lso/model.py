@@ -29,7 +29,7 @@ from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso.measure import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
 from chips.lso.place import NAME, line_volts
 from chips.model_law import check_law
-from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from chips.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.lso.lso_neuron import REFERENCE
@@ -93,7 +93,7 @@ def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Hea
             " the behavioural model was measured"
         )
     check_law(silicon.process)
-    check_box(NAME, silicon)
+    check_box(NAME, silicon, tables_of(RECORD, circuits, silicon.process))
     return _Maker(silicon, kind, area).make()
 
 
@@ -133,7 +133,7 @@ class _Maker:
 
     def __init__(self, silicon: Silicon, kind: BiasKind, area: float) -> None:
         self.silicon = silicon.of_area(area)
-        self.tables = matching_tables(RECORD, circuits, silicon.process).values
+        self.tables = tables_of(RECORD, circuits, silicon.process)
         found = all_on_silicon(self.tables, QUANTITIES, silicon)
         self.charge = {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
         self.lso, self.level = circuits()
@@ -185,7 +185,7 @@ class _Maker:
 
     def slopes(self, table: str) -> F64:
         """Slopes of the record at the silicon's temperature."""
-        return np.asarray(temperature_weights(self.silicon.temperature_c) @ self.tables[table])
+        return np.asarray(temperature_weights(self.tables, self.silicon.temperature_c) @ self.tables[table])
 
     def rest(self) -> F64:
         """How far below its threshold each level unit's input must rest to be heard, V, [SIDES, LEVELS]."""

@@ -36,7 +36,7 @@ from chips.lso.place import NAME
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
-from chips.table_record import all_on_silicon, matching_tables
+from chips.table_record import all_on_silicon, tables_of
 from circuits.arrays import F64
 from circuits.lowering.on_die import Mirror, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
@@ -80,7 +80,7 @@ class LsoNoise:
 def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.0) -> LsoNoise:
     """Noise of a head with these numbers; area: of the drawn devices over the circuits'."""
     lso, _ = circuits()
-    tables = matching_tables(RECORD, circuits, silicon.process).values
+    tables = tables_of(RECORD, circuits, silicon.process)
     (timer,) = all_on_silicon(tables, ("timer",), silicon)
     square = silicon.law("p").square_current
     devices = [transistor_of(lso, f"excite0.{d}") for d in ("me", "mt")]

@@ -33,7 +33,7 @@ from chips.ranging.neuron_kernel import (
     echo,
 )
 from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
-from chips.ranging.record import Record
+from chips.ranging.record import ReboundRecord
 from circuits.arrays import F64, I64
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
@@ -95,7 +95,7 @@ class RangingChip:
         circuit: Circuit | None = None,
         path: str = "ranging_chip",
         outside_box: Literal["refuse", "warn"] = "refuse",
-        record: Record | None = None,
+        record: ReboundRecord | None = None,
         noise: SiliconNoise | None = None,
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box unless it is to warn."""

@@ -16,15 +16,31 @@ peak minus threshold, is the margin.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from chips.model import Biases, Cells, Model, Progress, Proxy
 from chips.model_law import check_law
+from chips.perturbation import POLARITIES, perturbed
+from chips.ranging.chip import RangingChip
 from chips.ranging.model import ReboundModel, model_of, neurons_on, stimulated
-from chips.ranging.record import GRID, Box, Grid, Quantity, Record, record_key
+from chips.ranging.proxy import METRICS, tuned
+from chips.ranging.record import (
+    GRID,
+    NAME,
+    Box,
+    Grid,
+    Quantity,
+    ReboundRecord,
+    rebound_key,
+    rebound_record,
+    to_record,
+)
 from chips.ranging.response import tune
+from chips.ranging.sheet import rebound_sheet
+from chips.record import Record
 from circuits.arrays import F64
 from circuits.bias import gate_voltage, rebias
 from circuits.blocks.sonar import rebound_neuron
@@ -53,7 +69,7 @@ FAR_THRESHOLD = 3.3  # V, that no rebound reaches
 
 INHIBITION = tuple(f"inhibition.mi{k}" for k in (1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12))
 FIRING = tuple(f"comparator.mc{k}" for k in range(1, 6)) + tuple(f"axon.ma{k}" for k in range(1, 8))
-POLARITIES = ("n", "p")  # what all devices of a polarity share
+HELD = ("inhibition.mi5",)  # sets the current over which the record is kept, and stays where it is
 ECHO = ("excitation.me1", "excitation.me2", "excitation.me3")
 
 
@@ -69,20 +85,7 @@ class Perturb:
         """The machine with the deviation."""
         if self.device in {"", "v_th"}:
             return machine
-        names = [
-            ".".join([*(n for n, _ in g.path), g.device.name])
-            for g in machine.flat.groups
-            if isinstance(g.device, Transistor)
-        ]
-        t = machine.kernel.transistors
-        moved = np.array([n == self.device for n in names])
-        if self.device in {"n", "p"}:
-            # mi5 sets the current over which the record is kept, and stays where it is
-            moved = (t.sign == (1.0 if self.device == "n" else -1.0)) & (np.array(names) != "inhibition.mi5")
-        threshold = t.v_t0 + moved * self.threshold
-        current = t.specific_current * np.exp(moved * self.log_beta)
-        kernel = machine.kernel._replace(transistors=t._replace(v_t0=threshold, specific_current=current))
-        return replace(machine, kernel=kernel)
+        return perturbed(machine, self.device, self.threshold, self.log_beta, HELD)
 
     @property
     def v_th(self) -> float:
@@ -100,20 +103,16 @@ class _Task:
     per_current: bool = False
 
 
-def characterise(
+def measure(
+    progress: Progress,
     neuron: Circuit | None = None,
     process: Process = AMI_1500,
     grid: Grid = GRID,
-    progress: Callable[[float], None] | None = None,
-    held_out: tuple[int, ...] = HELD_OUT,
-    biases: Mapping[str, float] | None = None,
-) -> Record:
-    """Measure the record of a rebound neuron in a process; takes about a minute on one core.
+) -> ReboundRecord:
+    """Measure a rebound neuron in a process, without errors; takes about a minute on one core.
 
-    held_out: dies for the errors, below 1000 and not used otherwise. biases: of the neuron on these dies, A
-    or V, its own unless given; the record is measured at its own, from which others deviate.
-    Raises `ParameterError` for a process whose law the model does not follow, `SolverError` where the neuron
-    does not do what is measured.
+    progress: is told the share that is done. Raises `ParameterError` for a process whose law the model does
+    not follow, `SolverError` where the neuron does not do what is measured.
     """
     neuron = neuron or rebound_neuron.build()
     check_law(process)
@@ -126,18 +125,13 @@ def characterise(
             for temperature in grid.temperature:
                 points.append(_derivatives(task, neuron, Silicon(process, temperature), current))
                 done += len(task.parameters)
-                if progress is not None:
-                    progress(0.95 * done / total)
+                progress(done / total)
         plane = (len(_currents(task, grid)), len(grid.temperature))
         tables = [np.array(table) for table in zip(*points, strict=True)]
         for k, name in enumerate(task.names):
             value, gradient, curvature = (x[:, k].reshape(*plane, *x.shape[2:]) for x in tables)
             quantities[name] = Quantity(task.parameters, value, gradient, curvature)
-    record = Record(record_key(neuron, process, grid), grid, BOX, quantities, 0.0, {})
-    errors = held_out_errors(rebias(neuron, biases), process, record, held_out)
-    if progress is not None:
-        progress(1.0)
-    return replace(record, margin=2.0 * errors["margin_rms_V"], errors=errors)
+    return ReboundRecord(rebound_key(neuron, process, grid), grid, BOX, quantities, {})
 
 
 def _currents(task: _Task, grid: Grid) -> tuple[float, ...]:
@@ -271,7 +265,7 @@ _TASKS = (
 
 
 def held_out_errors(
-    neuron: Circuit, process: Process, record: Record, dies: tuple[int, ...]
+    neuron: Circuit, process: Process, record: ReboundRecord, dies: tuple[int, ...]
 ) -> dict[str, float]:
     """Errors of the model on dies, with mismatch and process variation, that no gradient has seen.
 
@@ -316,3 +310,20 @@ def _compare(model: ReboundModel, silicon: Silicon) -> Iterator[tuple[float, flo
         float(level - fired),
         float(tune(far_off).peak[0] - segment.voltage[:, 0].max()),
     )
+
+
+def _judged(record: Record, biases: Biases | None) -> dict[str, float]:
+    neuron = rebias(rebound_neuron.build(), biases)
+    return held_out_errors(neuron, AMI_1500, rebound_record(record), HELD_OUT)
+
+
+MODEL = Model(
+    NAME.replace("_", "-"),
+    lambda: (rebound_neuron.build(),),
+    lambda progress: to_record(measure(progress)),
+    _judged,
+    lambda silicon: RangingChip(silicon, rebound_neuron.build(), NAME),
+    figures=lambda record: {"margin_V": rebound_record(record).margin},
+    cells=Cells(("rebound-neuron", "ranging-chip", "ranging-chip-biased"), rebound_sheet),
+    proxy=Proxy(METRICS, tuned),
+)

@@ -22,9 +22,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from chips.interpolation import lagrange_weights
 from chips.model_law import check_law
 from chips.ranging.law import Neurons, Pull, pull_low
-from chips.ranging.record import Record, record_key, record_of
+from chips.ranging.record import ReboundRecord, rebound_key, record_of
 from chips.record_file import stale
 from circuits.arrays import F64
 from circuits.bias import bias_voltages, saturation_current
@@ -66,7 +67,7 @@ class ReboundModel:
 
     circuit: Circuit
     process: Process
-    record: Record
+    record: ReboundRecord
     transistors: Mapping[str, DeviceGroup]
     reference: Mapping[str, float]
     inverse_capacitance: F64
@@ -89,7 +90,7 @@ class Devices(NamedTuple):
     log_beta: dict[str, F64]
 
 
-def model_of(circuit: Circuit, process: Process, record: Record | None = None) -> ReboundModel:
+def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = None) -> ReboundModel:
     """Prepare the model of `circuit`, a rebound neuron or an array of them.
 
     Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
@@ -98,7 +99,7 @@ def model_of(circuit: Circuit, process: Process, record: Record | None = None) -
     record = record or record_of()
     check_law(process)
     neuron = neuron_of(circuit)
-    if record_key(neuron, process, record.grid) != record.key:
+    if rebound_key(neuron, process, record.grid) != record.key:
         raise stale("rebound_neuron")
     array = "" if neuron is circuit else circuit.instances[0].name
     groups = [g for g in flatten(circuit).groups if not array or g.path[0][0] == array]
@@ -242,7 +243,7 @@ def inhibition_current(d: Devices, gate: F64) -> F64:
 def evaluate(model: ReboundModel, d: Devices, v_th: F64, i_inh: F64, silicon: Silicon) -> dict[str, F64]:
     """The smooth quantities of n neurons by name; v_th: V; i_inh: float64[n], A."""
     grid = model.record.grid
-    weight = _lagrange(grid.temperature, silicon.temperature_c)
+    weight = lagrange_weights(grid.temperature, silicon.temperature_c)
     share = _cardinal_splines(grid.current)(np.log(i_inh))
     result = {}
     for name, q in model.record.quantities.items():
@@ -275,14 +276,6 @@ def _deviation(model: ReboundModel, d: Devices, parameter: str, v_th: F64) -> F6
     return (d.shift if name == "v_t0" else d.log_beta)[device]
 
 
-@lru_cache(maxsize=256)
-def _lagrange(nodes: tuple[float, ...], x: float) -> F64:
-    """Weights at x of the polynomial through all nodes; not to be written to."""
-    at = np.array(nodes)
-    others = [np.delete(at, i) for i in range(at.size)]
-    weights = np.array([np.prod((x - o) / (a - o)) for a, o in zip(at, others, strict=True)])
-    weights.setflags(write=False)
-    return weights
 
 
 def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon) -> F64:

@@ -1,28 +1,29 @@
-"""Records of characterised blocks: smooth quantities over bias and temperature, with gradients and errors.
+"""What the rebound neuron's model reads from its record: smooth quantities with gradients, and the box.
 
-A record is a netCDF file (`chips.record_file`). Its key is a hash of the circuit (bias values aside, over
-which it is measured), the process, the characteriser's version and the grid: when one of them changes, the
-record is stale and must be measured again, by `noctule characterise`.
+A quantity NAME has the tables `NAME`, `NAME_gradient` and `NAME_curvature` over I_inh_tau, where it depends
+on it, and temperature, and the axis `NAME_parameter` of the deviations that move it. The record's key is of
+the circuit (bias values aside, over which it is measured), the process, the version of the measurement and
+the grid.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from hashlib import sha256
-from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
-from chips.record_file import load_record, record_file, save_record
+from chips.record import WITHOUT_BIASES, Record, Table, content, current_record, record_key
 from circuits.arrays import F64
 from circuits.circuit import Circuit
-from circuits.errors import DataError
 from circuits.silicon.process import Process
 
+NAME = "rebound_neuron"
 VERSION = 1  # of the characteriser: what it measures and how
+CURRENT, TEMPERATURE = "i_inh_tau", "temperature"  # axes
+_ANY_CURRENT = "any_i_inh_tau"  # in the place of the current's axis: one value for all
+_GRADIENT, _CURVATURE, _PARAMETER = "_gradient", "_curvature", "_parameter"
+_MARGIN = "margin_rms_V"  # the error that the margin follows from
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,89 +63,67 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
-    """What was measured. margin: V about the threshold within which the model does not decide.
-
-    errors: on dies that were not used to build it, by name with the unit at its end.
-    """
+class ReboundRecord:
+    """A record as the model uses it. errors: on dies that were not used to build it, by name, unit last."""
 
     key: str
     grid: Grid
     box: Box
     quantities: Mapping[str, Quantity]
-    margin: float
     errors: Mapping[str, float]
 
+    @property
+    def margin(self) -> float:
+        """V about the threshold within which the model does not decide: twice the rms of what decides."""
+        return 2.0 * self.errors.get(_MARGIN, 0.0)
 
-def record_key(circuit: Circuit, process: Process, grid: Grid) -> str:
+
+def rebound_key(circuit: Circuit, process: Process, grid: Grid) -> str:
     """Key of the record of `circuit` in `process`."""
-    text = repr((_without_biases(circuit), process, VERSION, grid))
-    return sha256(text.encode()).hexdigest()[:32]
+    return record_key(content(circuit, WITHOUT_BIASES), process, VERSION, grid)
 
 
-def _without_biases(circuit: Circuit) -> tuple[object, ...]:
-    inner = tuple((i.name, _without_biases(i.circuit), dict(i.connections)) for i in circuit.instances)
-    return circuit.name, circuit.ports, circuit.devices, inner
+def to_record(rebound: ReboundRecord) -> Record:
+    """The record that `rebound_record` reads."""
+    tables: dict[str, Table] = {}
+    axes: dict[str, tuple[float, ...] | tuple[str, ...]] = {
+        CURRENT: rebound.grid.current,
+        TEMPERATURE: rebound.grid.temperature,
+    }
+    for name, q in rebound.quantities.items():
+        plane = (CURRENT if q.value.shape[0] > 1 else _ANY_CURRENT, TEMPERATURE)
+        tables[name] = Table(plane, q.value)
+        tables[name + _GRADIENT] = Table((*plane, name + _PARAMETER), q.gradient)
+        tables[name + _CURVATURE] = Table((*plane, name + _PARAMETER), q.curvature)
+        axes[name + _PARAMETER] = q.parameters
+    b = rebound.box
+    box = {
+        "threshold_V": (-b.threshold, b.threshold),
+        "log_beta": (-b.log_beta, b.log_beta),
+        "v_th_V": (-b.v_th, b.v_th),
+        "below_supply_V": (0.0, b.v_ex_max),
+    }
+    return Record(rebound.key, VERSION, axes, tables, rebound.errors, box)
 
 
-def write_record(record: Record, path: Path) -> None:
-    """Write a record as netCDF."""
-    data = xr.Dataset(
-        coords={
-            "i_inh_tau": ("i_inh_tau", np.array(record.grid.current), {"unit": "A"}),
-            "temperature": ("temperature", np.array(record.grid.temperature), {"unit": "degC"}),
-        },
-        attrs={
-            "key": record.key,
-            "version": VERSION,
-            "margin_V": record.margin,
-            "box_threshold_V": record.box.threshold,
-            "box_log_beta": record.box.log_beta,
-            "box_v_th_V": record.box.v_th,
-            "box_v_ex_max_V": record.box.v_ex_max,
-            **{f"error_{name}": value for name, value in record.errors.items()},
-        },
-    )
-    for name, q in record.quantities.items():
-        plane = ("i_inh_tau" if q.value.shape[0] > 1 else "any_i_inh_tau", "temperature")
-        data[name] = (plane, q.value)
-        data[f"{name}_gradient"] = ((*plane, f"{name}_parameter"), q.gradient.astype(np.float32))
-        data[f"{name}_curvature"] = ((*plane, f"{name}_parameter"), q.curvature.astype(np.float32))
-        data = data.assign_coords({f"{name}_parameter": list(q.parameters)})
-    save_record(data, path)
-
-
-def read_record(path: Path) -> Record:
-    """Read a record; raises `DataError` for a file that is none."""
-    data = load_record(path)
-    a = data.attrs
-    if "key" not in a or int(a.get("version", 0)) != VERSION:
-        raise DataError(f"{path.name}: no record of version {VERSION}; write it with noctule characterise")
-    names = [str(n) for n in data.data_vars if not str(n).endswith(("_gradient", "_curvature"))]
-    return Record(
-        key=str(a["key"]),
-        grid=Grid(_floats(data["i_inh_tau"]), _floats(data["temperature"])),
-        box=Box(*(float(a[f"box_{n}"]) for n in ("threshold_V", "log_beta", "v_th_V", "v_ex_max_V"))),
-        quantities={n: _quantity(data, n, path) for n in names},
-        margin=float(a["margin_V"]),
-        errors={str(k).removeprefix("error_"): float(v) for k, v in a.items() if str(k).startswith("error_")},
+def rebound_record(record: Record) -> ReboundRecord:
+    """A record as the model uses it; raises `DataError` where it is not of a rebound neuron."""
+    sides = ("threshold_V", "log_beta", "v_th_V", "below_supply_V")
+    names = [n for n in record.tables if not n.endswith((_GRADIENT, _CURVATURE))]
+    return ReboundRecord(
+        record.key,
+        Grid(record.numbers(CURRENT), record.numbers(TEMPERATURE)),
+        Box(*(record.limits(side)[1] for side in sides)),
+        {n: _quantity(record, n) for n in names},
+        record.errors,
     )
 
 
-def _floats(values: xr.DataArray) -> tuple[float, ...]:
-    return tuple(float(v) for v in values.values)
+def _quantity(record: Record, name: str) -> Quantity:
+    tables = (record[name + suffix] for suffix in ("", _GRADIENT, _CURVATURE))
+    return Quantity(record.names(name + _PARAMETER), *tables)
 
 
-def _quantity(data: xr.Dataset, name: str, path: Path) -> Quantity:
-    try:
-        with np.errstate(invalid="raise"):
-            tables = [np.asarray(data[name + s].values, np.float64) for s in ("", "_gradient", "_curvature")]
-    except FloatingPointError:
-        raise DataError(f"{path.name}: {name} is broken; write it with noctule characterise") from None
-    return Quantity(tuple(str(p) for p in data[f"{name}_parameter"].values), *tables)
-
-
-@cache
-def record_of(block: str = "rebound_neuron") -> Record:
-    """The record of a block, the user's own or the package's; raises `DataError` where there is none."""
-    return read_record(record_file(block))
+def record_of() -> ReboundRecord:
+    """The record in force; raises `DataError` where there is none."""
+    return rebound_record(current_record(NAME))

@@ -8,15 +8,15 @@ this temperature; the capacitances are the branches of the matrix that the model
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from chips.cell import PULSE_EDGE, PULSE_WIDTH
+from chips.model import Sheet
 from chips.ranging.chip import ABOVE_SUPPLY, RangingChip
 from chips.ranging.law import Neurons
-from chips.ranging.record import Record
+from chips.ranging.record import ReboundRecord
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.silicon.silicon import Silicon
@@ -26,18 +26,9 @@ _CALL_WIDTH = PULSE_WIDTH + 1.5 * PULSE_EDGE  # s, from the event to the fall th
 _NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex_max")
 
 
-@dataclass(frozen=True, slots=True)
-class ReboundSheet:
-    """shape: () for a lone neuron; figures: of each neuron by name, SI units; remarks: a line each."""
-
-    shape: tuple[int, ...]
-    figures: tuple[dict[str, float], ...]
-    remarks: tuple[str, ...]
-
-
 def rebound_sheet(
     circuit: Circuit, silicon: Silicon, outside_box: Literal["refuse", "warn"] = "refuse"
-) -> ReboundSheet:
+) -> Sheet:
     """Sheet of `circuit`, a rebound neuron or an array of them, on `silicon`.
 
     Raises `ParameterError` outside the record's validity box (unless it is to warn), `DataError` where the
@@ -47,7 +38,7 @@ def rebound_sheet(
     neurons = chip.neurons_at(silicon.temperature_c)
     shared = _branches(np.linalg.inv(neurons.inverse_capacitance[0])) | {"call_width": _CALL_WIDTH}
     figures = tuple(_figures(neurons, k) | shared for k in range(neurons.t_inh.size))
-    return ReboundSheet(circuit.port("spike").shape, figures, _remarks(chip.model.record, silicon))
+    return Sheet(circuit.port("spike").shape, figures, _remarks(chip.model.record, silicon))
 
 
 def _figures(neurons: Neurons, k: int) -> dict[str, float]:
@@ -64,7 +55,7 @@ def _branches(matrix: F64) -> dict[str, float]:
     return found
 
 
-def _remarks(record: Record, silicon: Silicon) -> tuple[str, ...]:
+def _remarks(record: ReboundRecord, silicon: Silicon) -> tuple[str, ...]:
     grid, box, v_dd = record.grid, record.box, silicon.process.v_dd
     held = (
         f"valid at {grid.temperature[0]:g} to {grid.temperature[-1]:g} degC",

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import xarray as xr
 
+from chips.model import Model
+from chips.record import Record, Table
 from chips.selection.kernel import Selection
 from chips.selection.model import MEASURED, circuits, decision, selection
 from chips.table_record import VERSION, board_key
@@ -145,14 +146,12 @@ def modelled_decision(
     return found.winner, found.time, found.margin
 
 
-def measure() -> xr.Dataset:
-    """The record, without errors: the model is a closed form of its devices, so there is no table in it."""
+def measure() -> Record:
+    """The record, without errors: the model is a closed form of its devices, with no table of them in it."""
     shifts = (0.0,)
+    tables = {"deadline_s": Table((), np.array(DEADLINE))}
     key = board_key(circuits(), AMI_1500, shifts)
-    return xr.Dataset(coords={"shift": list(shifts)}).assign_attrs(
-        key=key, version=VERSION, least_temperature_C=MEASURED[0], greatest_temperature_C=MEASURED[1],
-        deadline_s=DEADLINE,
-    )  # fmt: skip
+    return Record(key, VERSION, {"shift": shifts}, tables, box={"temperature": MEASURED})
 
 
 def held_out_errors() -> dict[str, float]:
@@ -200,3 +199,12 @@ def pair_errors(pairs: Sequence[Pair]) -> dict[str, float]:
         "time_max_relative": float(np.abs(late).max()) if same else np.nan,
         "margin_wrong": max((p.margin for p in both if p.solved != p.modelled), default=0.0),
     }
+
+
+MODEL = Model(
+    "winner-take-all",
+    circuits,
+    lambda _: measure(),
+    lambda *_: held_out_errors(),
+    selection,
+)

@@ -51,7 +51,7 @@ import numpy as np
 
 from chips.model_law import check_law
 from chips.selection.kernel import NOBODY, Selection, decide, inversion
-from chips.table_record import matching_tables
+from chips.table_record import tables_of
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.selection import winner_take_all as circuit_of
@@ -92,7 +92,7 @@ def circuits() -> tuple[Circuit, ...]:
 
 def selection_errors() -> Mapping[str, float]:
     """The model's errors by the record; raises `DataError` where that is of another circuit."""
-    return matching_tables("winner_take_all", circuits, AMI_1500).errors
+    return tables_of("winner_take_all", circuits, AMI_1500).errors
 
 
 def _check_temperature(temperature_c: float) -> None:

@@ -15,7 +15,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from chips.wavefront.axon_record import BOX, AxonRecord, lagrange_weights
+from chips.interpolation import lagrange_weights
+from chips.record import Record
+from chips.wavefront.axon_record import (
+    COMPARATOR_CURRENT,
+    CURRENT,
+    LOCAL_SHIFT,
+    PARAMETER,
+    SHARED_SHIFT,
+    TEMPERATURE,
+)
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.wavefront.axon_delay import HIGHEST
@@ -46,7 +55,7 @@ class AxonModel:
 
     circuit: Circuit
     process: Process
-    record: AxonRecord
+    record: Record
     prefix: tuple[str, ...]
     shape: tuple[int, ...]
     area: float
@@ -97,12 +106,12 @@ def axon_tables(model: AxonModel, silicon: Silicon) -> AxonTables:
 
     Raises `ParameterError` outside the record's temperatures.
     """
-    record, grid = model.record, model.record.grid
+    record = model.record
     typical = Silicon(silicon.process, silicon.temperature_c)
-    _check(model, "temperature", silicon.temperature_c, grid.temperature, "degC")
-    weight = lagrange_weights(grid.temperature, silicon.temperature_c)
+    _check(model, "temperature", silicon.temperature_c, record.limits(TEMPERATURE), "degC")
+    weight = lagrange_weights(record.numbers(TEMPERATURE), silicon.temperature_c)
     log_charge, gain, offset = (
-        np.tensordot(weight, table, (0, 0)) for table in (record.log_charge, record.gain, record.offset)
+        np.tensordot(weight, record[table], (0, 0)) for table in ("log_charge", "gain", "offset")
     )
     fixed = all(model.circuit.bias(n).kind == "gate" for n in CURRENTS)
     return AxonTables(
@@ -113,8 +122,8 @@ def axon_tables(model: AxonModel, silicon: Silicon) -> AxonTables:
         log_charge,
         gain,
         offset,
-        _basis(grid.current),
-        _basis(grid.comparator_current),
+        _basis(record.numbers(CURRENT)),
+        _basis(record.numbers(COMPARATOR_CURRENT)),
     )
 
 
@@ -135,10 +144,10 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
     )
     specific, current, _ = _saturated(law, model, SINK, gates["i_delay"])
     _, comparator, tail_slope = _saturated(law, model, TAIL, gates["i_cmp"])
-    _check(model, "i_delay", current, model.record.grid.current, "A")
-    _check(model, "i_cmp", comparator, model.record.grid.comparator_current, "A")
+    _check(model, "i_delay", current, model.record.limits(CURRENT), "A")
+    _check(model, "i_cmp", comparator, model.record.limits(COMPARATOR_CURRENT), "A")
     for polarity, shift in shifts.items():
-        _check(model, f"{polarity}.v_t0 shift", shift.v_t0, (-BOX.shared, BOX.shared), "V")
+        _check(model, f"{polarity}.v_t0 shift", shift.v_t0, model.record.limits(SHARED_SHIFT), "V")
     x, y = np.log(current), np.log(comparator)
     at = np.array([tables.over_current(x, k) for k in range(3)])
     log_charge = at @ np.tensordot(tables.over_comparator(y), tables.log_charge, (0, 1))
@@ -146,7 +155,8 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
     unit = float(np.exp(log_charge[0, -1]) - np.exp(log_charge[0, 0])) / (HIGHEST - 1)
     gain, offset = at[0] @ tables.gain, at[0] @ tables.offset
     log_charge[0] += np.log1p(unit * _shared_change(model, shifts, gain, offset) / np.exp(log_charge[0]))
-    own = [model.record.parameters.index(f"{name}.v_t0") for name in LOCAL]
+    names = model.record.names(PARAMETER)
+    own = [names.index(f"{name}.v_t0") for name in LOCAL]
     half = 0.5 * law.kappa / law.u_t
     return Conditions(
         specific, half * (gates["i_delay"] - law.v_t0), half, float(x), log_charge, tail_slope * tail, unit,
@@ -157,16 +167,16 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
 def check_local(model: AxonModel, thresholds: F64) -> None:
     """Refuse (`ParameterError`) thresholds (V) of a comparator's devices outside the record's box."""
     worst = float(np.abs(thresholds).max(initial=0.0))
-    _check(model, "axon.mc v_t0 shift", worst, (-BOX.local, BOX.local), "V")
+    _check(model, "axon.mc v_t0 shift", worst, model.record.limits(LOCAL_SHIFT), "V")
 
 
 def _shared_change(model: AxonModel, shifts: Shifts, gain: F64, offset: F64) -> F64:
     """Change of the charge by what a die shares, in units of the charge a unit, float64[31]."""
     codes = np.arange(1, HIGHEST + 1)
-    change = np.zeros(codes.size)
+    change, names = np.zeros(codes.size), model.record.names(PARAMETER)
     for polarity, shift in shifts.items():
         for name, value in (("v_t0", shift.v_t0), ("beta", float(np.log1p(shift.beta)))):
-            k = model.record.parameters.index(f"{polarity}.{name}")
+            k = names.index(f"{polarity}.{name}")
             change += value * (offset[k] + gain[k] * codes)
     return change
 

@@ -20,22 +20,35 @@ Then the models meet dies that were not used.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
+from chips.model import Model
 from chips.model_law import check_law
+from chips.perturbation import deviating
+from chips.record import Axis, Record, Table
 from chips.table_record import (
     HELD_OUT_TEMPERATURES,
     WIDEST,
     Quantities,
+    check_box,
     measure_over,
     on_silicon,
-    write_board_record,
 )
-from chips.wavefront.axon_record import GRID, SHARED, AxonGrid, AxonRecord, axon_key, write_axon_record
-from chips.wavefront.model import axon_delays, axon_model
+from chips.wavefront.axon_conditions import Conditions, axon_tables, conditions, process_shifts
+from chips.wavefront.axon_record import (
+    BOX,
+    COMPARATOR_CURRENT,
+    CURRENT,
+    GRID,
+    PARAMETER,
+    SHARED,
+    TEMPERATURE,
+    VERSION,
+    AxonGrid,
+    axon_key,
+)
+from chips.wavefront.model import axon_delays, axon_model, cell_circuits, cell_record, input_delay
 from circuits.arrays import F64
 from circuits.bias import gate_voltage, rebias
 from circuits.blocks.wavefront import axon_delay
@@ -67,7 +80,7 @@ def measure_axon(
     circuit: Circuit | None = None,
     process: Process = AMI_1500,
     grid: AxonGrid = GRID,
-) -> AxonRecord:
+) -> Record:
     """Measure the record of an axonal delay element, without errors; takes about a minute on one core.
 
     Raises `ParameterError` for a process whose law the model does not follow.
@@ -88,7 +101,19 @@ def measure_axon(
     plane = (len(grid.temperature), len(grid.current))
     gain, offset = (np.array(x).reshape(*plane, -1) for x in zip(*slopes, strict=True))
     log_charge = np.array(charge).reshape(*plane, len(grid.comparator_current), len(CODES))
-    return AxonRecord(axon_key(circuit, process, grid), grid, log_charge, parameters, gain, offset, {})
+    tables = {
+        "log_charge": Table((TEMPERATURE, CURRENT, COMPARATOR_CURRENT, "code"), log_charge),
+        "gain": Table((TEMPERATURE, CURRENT, PARAMETER), gain),
+        "offset": Table((TEMPERATURE, CURRENT, PARAMETER), offset),
+    }
+    axes: dict[str, Axis] = {
+        TEMPERATURE: grid.temperature,
+        CURRENT: grid.current,
+        COMPARATOR_CURRENT: grid.comparator_current,
+        "code": tuple(map(float, CODES)),
+        PARAMETER: parameters,
+    }
+    return Record(axon_key(circuit, process, grid), VERSION, axes, tables, box=BOX)
 
 
 def _biased(machine: Machine, current: float, comparator_current: float) -> Machine:
@@ -104,19 +129,6 @@ def _biased(machine: Machine, current: float, comparator_current: float) -> Mach
     return replace(machine, polylines=tuple(lines))
 
 
-def perturbed(machine: Machine, device: str, threshold: float = 0.0, log_beta: float = 0.0) -> Machine:
-    """The machine with a deviation of a device, or of all of a polarity (`n`, `p`) but `HELD`: V, ln beta."""
-    t = machine.kernel.transistors
-    names = np.array(machine.flat.labels(Transistor))
-    moved = names == device
-    if device in SHARED:
-        moved = (t.sign == (1.0 if device == "n" else -1.0)) & ~np.isin(names, HELD)
-    table = t._replace(
-        v_t0=t.v_t0 + moved * threshold, specific_current=t.specific_current * np.exp(moved * log_beta)
-    )
-    return replace(machine, kernel=machine.kernel._replace(transistors=table))
-
-
 def _slopes(machine: Machine, parameters: tuple[str, ...]) -> tuple[F64, F64]:
     """Gain and offset of every parameter, float64[parameters] each."""
     ends = (CODES[0], CODES[-1])
@@ -124,23 +136,16 @@ def _slopes(machine: Machine, parameters: tuple[str, ...]) -> tuple[F64, F64]:
     unit = (high - low) / (ends[1] - ends[0])
     gain, offset = [], []
     for parameter in parameters:
-        device, _, kind = parameter.rpartition(".")
-        h = BETA_STEP if kind == "beta" else THRESHOLD_STEP
-        down, up = (
-            delays_at(perturbed(machine, device, **_deviation(kind, s * h)), ends, RTOL) for s in (-1.0, 1.0)
-        )
+        h = BETA_STEP if parameter.endswith(".beta") else THRESHOLD_STEP
+        down, up = (delays_at(deviating(machine, parameter, s * h, HELD), ends, RTOL) for s in (-1.0, 1.0))
         first, last = (up - down) / (2.0 * h * unit)
         gain.append((last - first) / (ends[1] - ends[0]))
         offset.append(first - gain[-1] * ends[0])
     return np.array(gain), np.array(offset)
 
 
-def _deviation(kind: str, value: float) -> dict[str, float]:
-    return {"log_beta" if kind == "beta" else "threshold": value}
-
-
 def axon_errors(
-    record: AxonRecord,
+    record: Record,
     circuit: Circuit | None = None,
     process: Process = AMI_1500,
     dies: tuple[int, ...] = HELD_OUT,
@@ -169,13 +174,15 @@ def axon_errors(
     }
 
 
-def measure_cell() -> xr.Dataset:
+def measure_cell() -> Record:
     """Measure the record of the wavefront cell, without errors; takes half a minute on one core."""
-    data = measure_over(_cell_at, (wavefront_cell.build(),), SHIFTS, {})
-    return data.merge(_cell_gradient()).assign_attrs(data.attrs)
+    parameters, gradient = _cell_gradient()
+    return measure_over(_cell_at, cell_circuits(), SHIFTS, {}).extended(
+        {"input_delay_gradient": Table((PARAMETER,), gradient)}, {PARAMETER: parameters}
+    )
 
 
-def cell_errors(data: xr.Dataset) -> dict[str, float]:
+def cell_errors(data: Record) -> dict[str, float]:
     """Errors of the input delay and of the window, s, known by temperature and shared shift alone."""
     late, wide = [], []
     for k, number in enumerate(HELD_OUT):
@@ -221,27 +228,39 @@ def _window(silicon: Silicon) -> float:
     return 0.5 * (low + high)
 
 
-def _cell_gradient() -> xr.Dataset:
-    """Sensitivity of the input delay of the nominal cell at 27 degC to each device's deviations."""
+def _cell_gradient() -> tuple[tuple[str, ...], F64]:
+    """Deviations of each device, and what they do to the input delay of the nominal cell at 27 degC."""
     machine = _cell_machine(Silicon())
-    parameters = [f"{d}.{x}" for d in machine.flat.labels(Transistor) for x in ("v_t0", "beta")]
+    parameters = tuple(f"{d}.{x}" for d in machine.flat.labels(Transistor) for x in ("v_t0", "beta"))
     gradient = []
     for parameter in parameters:
-        device, _, kind = parameter.rpartition(".")
-        h = BETA_STEP if kind == "beta" else THRESHOLD_STEP
-        down, up = (_input_delay(perturbed(machine, device, **_deviation(kind, s * h))) for s in (-1.0, 1.0))
+        h = BETA_STEP if parameter.endswith(".beta") else THRESHOLD_STEP
+        down, up = (_input_delay(deviating(machine, parameter, s * h)) for s in (-1.0, 1.0))
         gradient.append((up - down) / (2.0 * h))
-    return xr.Dataset({"input_delay_gradient": ("parameter", gradient)}, {"parameter": parameters})
+    return parameters, np.array(gradient)
 
 
-def characterise_wavefront(block: str, path: Path) -> dict[str, float]:
-    """Measure the record of `axon_delay` or `wavefront_cell` and write it to `path`; returns its errors."""
-    if block == "axon_delay":
-        record = measure_axon()
-        record = replace(record, errors=axon_errors(record))
-        write_axon_record(record, path)
-        return dict(record.errors)
-    data = measure_cell()
-    errors = cell_errors(data)
-    write_board_record(data, errors, path)
-    return errors
+def _load_axon(silicon: Silicon) -> Conditions:
+    tables = axon_tables(axon_model(axon_delay.build(), silicon.process), silicon)
+    return conditions(tables, silicon, process_shifts(silicon))
+
+
+def _load_cell(silicon: Silicon) -> float:
+    check_box("wavefront_cell", silicon, cell_record(silicon.process))
+    return input_delay(silicon)
+
+
+AXON_MODEL = Model(
+    "axon-delay",
+    lambda: (axon_delay.build(),),
+    lambda _: measure_axon(),
+    lambda record, _: axon_errors(record),
+    _load_axon,
+)
+CELL_MODEL = Model(
+    "wavefront-cell",
+    cell_circuits,
+    lambda _: measure_cell(),
+    lambda record, _: cell_errors(record),
+    _load_cell,
+)

@@ -22,13 +22,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from chips.interpolation import lagrange_weights
 from chips.model_law import check_law
+from chips.record import Record
 from chips.record_file import stale
-from chips.table_record import matching_record, temperature_weights
+from chips.table_record import tables_of, temperature_weights
 from chips.wavefront.axon_conditions import (
     LOCAL,
     REMEDY,
@@ -44,7 +45,14 @@ from chips.wavefront.axon_conditions import (
     process_shifts,
 )
 from chips.wavefront.axon_graph import AxonGraph
-from chips.wavefront.axon_record import AxonRecord, axon_key, axon_record, lagrange_weights
+from chips.wavefront.axon_record import (
+    COMPARATOR_CURRENT,
+    CURRENT,
+    TEMPERATURE,
+    axon_key,
+    axon_record,
+    grid_of,
+)
 from circuits.arrays import F64, I64
 from circuits.bias import rebias
 from circuits.blocks.wavefront import axon_delay
@@ -70,7 +78,7 @@ class AxonDraws(NamedTuple):
     local: F64
 
 
-def axon_model(circuit: Circuit, process: Process = AMI_1500, record: AxonRecord | None = None) -> AxonModel:
+def axon_model(circuit: Circuit, process: Process = AMI_1500, record: Record | None = None) -> AxonModel:
     """Model of a lone axonal delay element, its biases those of `circuit`.
 
     Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
@@ -86,7 +94,7 @@ def chip_model(
     bias_kind: BiasKind = "gate",
     unit: float = UNIT,
     area: float = 1.0,
-    record: AxonRecord | None = None,
+    record: Record | None = None,
 ) -> AxonModel:
     """Model of all axons of a chip of `shape`, (rows, columns) of a grid or (cells,).
 
@@ -106,12 +114,12 @@ def chip_model(
 
 
 def _model(
-    circuit: Circuit, axon: Circuit, process: Process, record: AxonRecord | None, prefix: tuple[str, ...],
+    circuit: Circuit, axon: Circuit, process: Process, record: Record | None, prefix: tuple[str, ...],
     shape: tuple[int, ...], area: float,
 ) -> AxonModel:  # fmt: skip
     record = record or axon_record()
     check_law(process)
-    if axon_key(axon, process, record.grid) != record.key:
+    if axon_key(axon, process, grid_of(record)) != record.key:
         raise stale("axon_delay")
     return AxonModel(circuit, process, record, prefix, shape, area, axon)
 
@@ -186,19 +194,24 @@ def input_delay(silicon: Silicon) -> float:
     return _at_shifts(_input_table(silicon.process, silicon.temperature_c), process_shifts(silicon))
 
 
-def cell_record(process: Process) -> xr.Dataset:
+def cell_circuits() -> tuple[Circuit, ...]:
+    """What the wavefront cell's record is of."""
+    return (wavefront_cell.build(),)
+
+
+def cell_record(process: Process) -> Record:
     """The wavefront cell's record, which must be of today's circuit; else `DataError`."""
     like = AMI_1500
     plain = replace(process, pair_a_vt=like.pair_a_vt, pair_a_beta=like.pair_a_beta, variation=like.variation)
-    return matching_record("wavefront_cell", (wavefront_cell.build(),), plain)
+    return tables_of("wavefront_cell", cell_circuits, plain)
 
 
 @lru_cache(maxsize=64)
 def _input_table(process: Process, temperature_c: float) -> tuple[F64, F64]:
     """Shared shifts, float64[k], V, and input delay over them by polarity, float64[2, k], s."""
     data = cell_record(process)
-    values = np.tensordot(temperature_weights(temperature_c), data["input_delay_s"].values, (0, 0))
-    return np.asarray(data["shift"].values), values
+    values = np.tensordot(temperature_weights(data, temperature_c), data["input_delay_s"], (0, 0))
+    return data["shift"], values
 
 
 def _at_shifts(table: tuple[F64, F64], shifts: Shifts) -> float:
@@ -207,17 +220,17 @@ def _at_shifts(table: tuple[F64, F64], shifts: Shifts) -> float:
     return parts[0] + parts[1] - float(np.interp(0.0, grid, values[0]))
 
 
-def _unit_current(record: AxonRecord, unit: float) -> float:
+def _unit_current(record: Record, unit: float) -> float:
     """Sink's current, A, at which the unit is `unit` (s) at 27 degC and the comparator's usual current."""
     comparator = float(np.asarray(axon_delay.build().bias("i_cmp").value))
-    charge = np.tensordot(lagrange_weights(record.grid.temperature, 27.0), record.log_charge, (0, 0))
-    charge = CubicSpline(np.log(record.grid.comparator_current), charge, axis=1)(np.log(comparator))
-    units = (np.exp(charge[:, -1]) - np.exp(charge[:, 0])) / (HIGHEST - 1) / np.array(record.grid.current)
+    charge = np.tensordot(lagrange_weights(record.numbers(TEMPERATURE), 27.0), record["log_charge"], (0, 0))
+    charge = CubicSpline(np.log(record[COMPARATOR_CURRENT]), charge, axis=1)(np.log(comparator))
+    units = (np.exp(charge[:, -1]) - np.exp(charge[:, 0])) / (HIGHEST - 1) / record[CURRENT]
     if not units[-1] <= unit <= units[0]:
         raise ParameterError(
             f"wavefront_chip.unit: {unit:.3g} s, must be {units[-1]:.3g} to {units[0]:.3g} s, {REMEDY}"
         )
-    spline = CubicSpline(np.log(units[::-1]), np.log(record.grid.current[::-1]))
+    spline = CubicSpline(np.log(units[::-1]), np.log(record[CURRENT][::-1]))
     return float(np.exp(spline(np.log(unit))))
 
 

@@ -4,35 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Mapping
-from importlib import import_module
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from chips.measurement import characterise_board
-from chips.ranging.record import Record, write_record
+from chips.model import characterise, load_model
+from chips.record import write_record
 from chips.record_file import cached_file, shipped_file
-from chips.wavefront.measure import characterise_wavefront
-from circuits.errors import DataError, ParameterError, unknown_name
-from circuits.registry import load_block
+from circuits.errors import DataError, ParameterError
+from circuits.registry import block_names, load_block
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.files.writing import write_bytes_atomic
 from system.options.block import read_bias_set
-
-# Blocks with a characteriser, `module:function`; a record is named after its block.
-CHARACTERISERS: dict[str, str] = {"rebound-neuron": "chips.ranging.measure:characterise"}
-# Blocks whose record is of the boards' kind, all measured by `chips.measurement`.
-BOARDS = (
-    "centroid-board",
-    "vocalization-controller",
-    "hearing",
-    "first-target-isolation",
-    "winner-take-all",
-    "latency-chip",
-    "lso-neuron",
-)
-# Blocks of the wavefront chip, measured by `chips.wavefront.measure`.
-WAVEFRONT = ("axon-delay", "wavefront-cell")
 
 
 def characterise_command(
@@ -44,41 +27,25 @@ def characterise_command(
     update_package: the package's own record, in a checkout; bias_set: the set of biases at which the errors
     on other dies are measured, the block's own unless given.
     """
-    known = (*CHARACTERISERS, *BOARDS, *WAVEFRONT)
-    if block not in known:
-        raise unknown_name("characterised block", block, known)
+    model = load_model(block)
     biases = _biases(block, bias_set, output)
     path = _path(block, output, update_package=update_package)
     start = time.perf_counter()
     with TemporaryDirectory() as folder, progress_bar(f"characterise {block}") as progress:
+        record = characterise(model, progress, biases)
         made = Path(folder) / path.name
-        described, errors, note = _measured(block, made, biases, progress)
+        write_record(record, made)
         write_bytes_atomic(path, made.read_bytes())
     seconds = time.perf_counter() - start
+    figures = model.figures(record)
     if as_json:
-        print_json(
-            {"block": block, "file": str(path), **described, "errors": dict(errors), "seconds": seconds}
-        )
+        document = {"block": block, "file": str(path), "key": record.key, **figures}
+        print_json({**document, "errors": dict(record.errors), "seconds": seconds})
         return
-    rows = [(name, f"{value:.3g}") for name, value in errors.items()]
+    rows = [(name, f"{value:.3g}") for name, value in (*record.errors.items(), *figures.items())]
     print_table(f"{block}: errors on dies that were not used", ["error", "value:"], rows)
     read = ", which is read before the package's" if path == cached_file(block) else ""
-    print_line(f"{note}written to {path}{read}, in {seconds:.0f} s")
-
-
-def _measured(
-    block: str, path: Path, biases: Mapping[str, float] | None, progress: Callable[[float], None]
-) -> tuple[dict[str, object], Mapping[str, float], str]:
-    """Write the record to `path`; what JSON says of it, its errors, and a note on it."""
-    if block not in CHARACTERISERS:
-        measure = characterise_wavefront if block in WAVEFRONT else characterise_board
-        return {}, measure(block.replace("-", "_"), path), ""
-    module, function = CHARACTERISERS[block].split(":")
-    characterise: Callable[..., Record] = getattr(import_module(module), function)
-    record = characterise(progress=progress, biases=biases)
-    write_record(record, path)
-    note = f"threshold decided beyond {record.margin * 1e3:.2g} mV; "
-    return {"key": record.key, "margin_V": record.margin}, record.errors, note
+    print_line(f"written to {path}{read}, in {seconds:.0f} s")
 
 
 def _path(block: str, output: str | None, *, update_package: bool) -> Path:
@@ -106,7 +73,7 @@ def _path(block: str, output: str | None, *, update_package: bool) -> Path:
 def _biases(block: str, bias_set: str | None, output: str | None) -> Mapping[str, float] | None:
     if bias_set is None:
         return None
-    if block not in CHARACTERISERS:
+    if block not in block_names() or not load_block(block).bias_sets:
         raise ParameterError(f"--bias-set: {bias_set}, {block} has no named sets; leave it out")
     if output is None:
         rule = "a record that is read by itself has the errors at the block's own"

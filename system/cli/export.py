@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from chips.ranging.sheet import rebound_sheet
+from chips.model import Cells, load_model, model_names
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
@@ -25,8 +25,6 @@ from system.options.block import Choice, choose, describe_silicon
 from system.options.silicon import SiliconChoice
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
-
-_BEHAVIOURAL = ("rebound-neuron", "ranging-chip", "ranging-chip-biased")
 
 
 def export_command(
@@ -141,14 +139,24 @@ def _refuse_with_behavioural(dialect: str, mapping: str | None, settings: Settin
 
 
 def _as_cells(choice: Choice) -> str:
-    """Behavioural neurons of the chosen block, in Verilog-A (`netlists.verilog_a.cell`)."""
+    """Behavioural cells of the chosen block, in Verilog-A (`netlists.verilog_a.cell`)."""
     circuit, name = choice.circuit, choice.block.name
-    if name not in _BEHAVIOURAL:
-        known = ", ".join(_BEHAVIOURAL)
-        raise ParameterError(f"--level: {name} has no behavioural cell, {known} have; leave --level out")
-    sheet = rebound_sheet(circuit, choice.silicon)
+    sheet = _cells_of(name).sheet(circuit, choice.silicon)
     cells = CellArray(circuit.name, sheet.shape, sheet.figures, sheet.remarks)
     return format_cells(cells, choice.silicon, name)
+
+
+def _cells_of(name: str) -> Cells:
+    """How the cells of a block are written down; raises `ParameterError` where no model has any."""
+    known: list[str] = []
+    for model in map(load_model, model_names()):
+        if model.cells is not None:
+            if name in model.cells.blocks:
+                return model.cells
+            known += model.cells.blocks
+    raise ParameterError(
+        f"--level: {name} has no behavioural cell, {', '.join(known)} have; leave --level out"
+    )
 
 
 def _refuse_with_mapping(dialect: str, settings: Settings) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from chips.lso.model import RECORD
-from chips.table_record import board_record, record_errors
+from chips.record import current_record
 from circuits.silicon.process import check_temperature
 from circuits.units import parse_quantity
 from system.cli.output import print_json, print_line, progress_bar
@@ -64,7 +64,7 @@ def _document(system: str, trace: Trace, summary: Summary) -> dict[str, Any]:
         "spikes_left": log.heard[:, 0],
         "spikes_right": log.heard[:, 1],
         "lost": list(log.lost),
-        "model_errors": record_errors(board_record(RECORD)),
+        "model_errors": dict(current_record(RECORD).errors),
         "summary": summary,
     }
 

@@ -15,7 +15,6 @@ The analog model flies with its own loop, its numbers for ten pings a second, on
 
 from __future__ import annotations
 
-import hashlib
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -29,7 +28,7 @@ from chips.latency.calibration import PARTS, calibrated
 from chips.latency.chip import LatencyChip
 from chips.latency.design import Biases, Design
 from chips.latency.model import BLOCKS, lumped, only, usual_biases
-from chips.record_file import record_file
+from chips.record_file import record_digest
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -163,11 +162,10 @@ def fly_all(
 
 def decided_by() -> tuple[object, ...]:
     """What a flight depends on besides its condition and seed: numbers, and the chip's record."""
-    record = record_file("latency_chip").read_bytes()
     arcs, numbers = _arcs(), Numbers()
     return (
         version("noctule"), numbers, design_of(arcs, numbers), PINGS, CROSSINGS, WINDOW,
-        hashlib.sha256(record).hexdigest(),
+        record_digest("latency_chip"),
     )  # fmt: skip
 
 

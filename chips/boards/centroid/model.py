@@ -17,7 +17,7 @@ import numpy as np
 
 from chips.boards.centroid.kernel import EVENT_WIDTH, Centroid, centroid_run
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
-from chips.table_record import all_on_silicon, check_box, matching_tables
+from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit
@@ -59,8 +59,8 @@ class CentroidModel:
         self, silicon: Silicon, lookup: Sequence[float] | None = None, path: str = "centroid_board"
     ) -> None:
         """Read the record at the silicon's temperature and die."""
-        check_box(path, silicon)
-        data = matching_tables("centroid_board", circuits, silicon.process).values
+        data = tables_of("centroid_board", circuits, silicon.process)
+        check_box(path, silicon, data)
         entry = np.array(centroid_board.linear_lookup() if lookup is None else lookup)
         names = "log_share", "log_far_default", "offset_V", "leak_time_s", "filter_time_s", "slew_time_s"
         strength, far, offset, leak, low_pass, slew = all_on_silicon(data, names, silicon)

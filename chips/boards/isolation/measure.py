@@ -17,10 +17,11 @@ from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
-import xarray as xr
 
-from chips.boards.isolation.model import IsolationModel
+from chips.boards.isolation.model import IsolationModel, circuits
 from chips.cell import PULSE_WIDTH, Cell, Event, Output
+from chips.model import Model
+from chips.record import Record
 from chips.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
@@ -55,9 +56,9 @@ class _Board(Protocol[S]):
         """Advance to `until` (s)."""
 
 
-def measure() -> xr.Dataset:
+def measure() -> Record:
     """Measure the record; takes half a minute on one core."""
-    return measure_over(_at, (first_target_isolation.build(),), SHIFTS, {})
+    return measure_over(_at, circuits(), SHIFTS, {})
 
 
 def held_out_errors() -> dict[str, float]:
@@ -192,3 +193,12 @@ def _changes(cell: Cell, lag: float, half: float) -> list[float]:
     events = sorted([("call", SETTLE), ("spike[0]", SETTLE + lag)], key=lambda e: e[1])
     _, _, output = cell.advance(cell.begin(), 3.0 * SETTLE, events)
     return [t - SETTLE for t in crossings(output.time, output.voltage[:, 0], half)]
+
+
+MODEL = Model(
+    "first-target-isolation",
+    circuits,
+    lambda _: measure(),
+    lambda *_: held_out_errors(),
+    IsolationModel,
+)

@@ -19,7 +19,7 @@ from functools import cache
 import numpy as np
 
 from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
-from chips.table_record import all_on_silicon, check_box, matching_tables
+from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
@@ -58,8 +58,8 @@ class IsolationModel:
 
     def __init__(self, silicon: Silicon, path: str = "first_target_isolation") -> None:
         """Read the record at the silicon's temperature and die."""
-        check_box(path, silicon)
-        data = matching_tables("first_target_isolation", circuits, silicon.process).values
+        data = tables_of("first_target_isolation", circuits, silicon.process)
+        check_box(path, silicon, data)
         names = ("open_V", "isolated_V", "set_delay_s", "reset_delay_s", "held_delay_s", "tie_s")
         values = (float(value) for value in all_on_silicon(data, names, silicon))
         self.open_level, self.isolated_level, self.set, self.reset, self.held, self.tie = values

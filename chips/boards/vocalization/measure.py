@@ -16,11 +16,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import xarray as xr
 from scipy.optimize import least_squares
 
-from chips.boards.vocalization.model import VocalizationModel, mirror_mismatch
+from chips.boards.vocalization.model import VocalizationModel, circuits, mirror_mismatch
 from chips.cell import Cell
+from chips.model import Model
+from chips.record import Record, Table
 from chips.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
@@ -44,11 +45,11 @@ RAMP = 0.6  # s, length of a held-out ramp
 QUANTITIES = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplitude_V", "amplitude_slope")
 
 
-def measure() -> xr.Dataset:
+def measure() -> Record:
     """Measure the record; takes half a minute on one core."""
-    data = measure_over(_at, (vocalization_controller.build(),), SHIFTS, {})
-    data["mirror"] = (("temperature", "rate", "difference"), np.array([_mirror(t) for t in TEMPERATURES]))
-    return data
+    mirror = np.array([_mirror(t) for t in TEMPERATURES])
+    record = measure_over(_at, circuits(), SHIFTS, {})
+    return record.extended({"mirror": Table(("temperature", "rate", "difference"), mirror)})
 
 
 def held_out_errors() -> dict[str, float]:
@@ -129,3 +130,12 @@ def _mirror(temperature: float) -> F64:
         differences.append(mirror_mismatch(silicon))
         rates.append([math.log(float(found[n]) / float(nominal[n])) for n in QUANTITIES[:2]])
     return np.asarray(np.linalg.lstsq(np.array(differences), np.array(rates), rcond=None)[0].T)
+
+
+MODEL = Model(
+    "vocalization-controller",
+    circuits,
+    lambda _: measure(),
+    lambda *_: held_out_errors(),
+    VocalizationModel,
+)

@@ -20,7 +20,7 @@ from chips.boards.vocalization.kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
 from chips.cell import Event, Output
 from chips.noise import SiliconNoise
-from chips.table_record import all_on_silicon, check_box, matching_tables, temperature_weights
+from chips.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.circuit import Circuit
@@ -62,11 +62,11 @@ class VocalizationModel:
         self, silicon: Silicon, path: str = "vocalization_controller", noise: SiliconNoise | None = None
     ) -> None:
         """Read the record at the silicon's temperature and die."""
-        check_box(path, silicon)
-        data = matching_tables("vocalization_controller", circuits, silicon.process).values
+        data = tables_of("vocalization_controller", circuits, silicon.process)
+        check_box(path, silicon, data)
         names = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplitude_V", "amplitude_slope")
         values = [float(value) for value in all_on_silicon(data, names, silicon)]
-        at = temperature_weights(silicon.temperature_c)
+        at = temperature_weights(data, silicon.temperature_c)
         by_mirror = np.tensordot(at, data["mirror"], (0, 0)) @ mirror_mismatch(silicon)
         base, slope = (v * math.exp(x) for v, x in zip(values[:2], by_mirror, strict=True))
         dead, first, amplitude, amplitude_slope = values[2:]

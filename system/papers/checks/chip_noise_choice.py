@@ -18,7 +18,7 @@ from chips.cell import PULSE_WIDTH
 from chips.noise import SiliconNoise
 from chips.selection.model import selection
 from chips.selection.noise import noisy_decide, selection_noise
-from chips.table_record import matching_tables
+from chips.table_record import tables_of
 from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params, build, decision_testbench
 from circuits.blocks.sonar import first_target_isolation
@@ -73,7 +73,7 @@ def rivals(contrast: float) -> tuple[F64, F64]:
 
 def isolation_rows() -> list[Row]:
     """Noise of the isolation over the error of its model, which has none."""
-    errors = matching_tables("first_target_isolation", isolation_circuits, AMI_1500).errors
+    errors = tables_of("first_target_isolation", isolation_circuits, AMI_1500).errors
     point = _isolation()
     found = {
         f"isolation_delay_{name}": event_jitter(point.machine, name, point=point).deviation

@@ -1,31 +1,34 @@
-"""The rebound neuron's behavioural model as a target: a proxy for a search, some ten times faster.
-
-It knows class, best delay, width and t_inh, and the class `undecided`, which no specification of words names.
-Dies far from the model's validity box are extrapolated: what a search finds on them is to be measured at
-transistor level.
-"""
+"""A block's behavioural model as a target: a proxy for a search, many times faster than its circuit."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import final
 
-from chips.ranging.model import ReboundModel, model_of, neurons_on
-from chips.ranging.response import UNDECIDED, Tunings, tune
+from chips.model import Proxy, load_model, model_names
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.study.table import Condition
 from system.study.target import BlockTarget, Measurement, Quantity, Target
 
-CIRCUIT = "rebound_neuron"
-METRICS = ("best_delay", "width", "t_inh")
-
 
 def has_model(target: BlockTarget) -> bool:
-    """Whether a model stands for the target: its circuit, and all of its metrics."""
-    names = [q.name for q in target.quantities]
-    return target.choice.circuit.name == CIRCUIT and not target.runs_testbench and set(names) <= set(METRICS)
+    """Whether a model stands for the target: for its block, and for all of its metrics."""
+    return _proxy_of(target) is not None
+
+
+def _proxy_of(target: BlockTarget) -> Proxy | None:
+    name = target.choice.block.name
+    proxy = load_model(name).proxy if name in model_names() else None
+    names = {q.name for q in target.quantities}
+    return proxy if proxy and not target.runs_testbench and names <= set(proxy.metrics) else None
+
+
+def _known() -> str:
+    """Blocks and metrics that models stand for."""
+    models = [model for model in map(load_model, model_names()) if model.proxy]
+    return " or ".join(f"{m.record_name} with {', '.join(m.proxy.metrics)}" for m in models if m.proxy)
 
 
 @final
@@ -34,13 +37,14 @@ class BehaviouralTarget(Target):
 
     def __init__(self, target: BlockTarget) -> None:
         """Prepare the model; raises `ParameterError` or `DataError` where the record is not of the target."""
-        if not has_model(target):
+        proxy = _proxy_of(target)
+        if proxy is None:
             raise ParameterError(
                 f"--level: behavioural, {target.choice.circuit.name} has no model with these metrics, must be"
-                f" {CIRCUIT} with {', '.join(METRICS)}; use transistor"
+                f" {_known()}; use transistor"
             )
         self._target = target
-        self._model: ReboundModel = model_of(target.choice.circuit, target.choice.silicon.process)
+        self._tuned = proxy.tuned(target.choice.circuit, target.choice.silicon.process)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -58,19 +62,9 @@ class BehaviouralTarget(Target):
     def measure(self, die: Die, condition: Condition) -> Measurement:
         """Tune the model of one die."""
         silicon = replace(self._target.choice.silicon, temperature_c=condition.temperature_c, die=die)
-        found = tune(neurons_on(self._model, silicon))
-        word = found.classes[0]
-        return Measurement(word, tuple(_value(q.name, found, word) for q in self.quantities))
+        word, values = self._tuned(silicon)
+        return Measurement(word, tuple(values[q.name] for q in self.quantities))
 
     def identity(self) -> str:
         """That of the target, with the level."""
         return f"behavioural-{self._target.identity()}"
-
-
-def _value(name: str, found: Tunings, word: str) -> float:
-    first, last = float(found.first[0]), float(found.last[0])
-    if name == "t_inh":
-        return float(found.t_inh[0])
-    if word == UNDECIDED:
-        return float("nan")
-    return 0.5 * (first + last) if name == "best_delay" else last - first

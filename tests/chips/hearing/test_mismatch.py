@@ -11,7 +11,7 @@ import pytest
 from chips.hearing.mismatch import DEVICES, PARAMETERS, deviations
 from chips.hearing.mismatch_measure import Deviating, rest_margin, threshold
 from chips.hearing.model import Deafened, hearing_on, rest_margin_on
-from chips.table_record import board_record, record_errors
+from chips.record import kept_record
 from circuits.blocks.sonar import onset_neuron
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
@@ -46,7 +46,7 @@ def test_the_deviations_are_those_of_the_lowered_circuit() -> None:
 def test_a_threshold_moves_with_the_die(name: str, neuron: str) -> None:
     exact = threshold(Deviating(ONE_DIE), neuron)
     model, nominal = (getattr(hearing_on(s), name).threshold for s in (ONE_DIE, Silicon()))
-    error = record_errors(board_record("hearing"))[f"{name}_threshold_max"]
+    error = kept_record("hearing").errors[f"{name}_threshold_max"]
     assert abs(math.log(model / exact)) < error + 1e-3  # a bisection's share
     assert abs(math.log(nominal / model)) > 1e-4
 

@@ -7,7 +7,8 @@ import pytest
 
 from chips.hearing import mismatch_measure as m
 from chips.hearing.mismatch import PARAMETERS
-from chips.table_record import TEMPERATURES, board_record
+from chips.record import kept_record
+from chips.table_record import TEMPERATURES
 from circuits.silicon.silicon import Silicon
 
 WARM = TEMPERATURES.index(27.0)
@@ -17,7 +18,7 @@ WARM = TEMPERATURES.index(27.0)
 def test_a_gradient_of_the_rest_margin_is_the_central_difference(device: str) -> None:
     parameter, h = f"onset_neuron/{device}.v_t0", 2e-3
     low, high = (m.rest_margin(m.Deviating(Silicon(), parameter, s * h)) for s in (-1.0, 1.0))
-    gradient = board_record("hearing")["onset_rest_margin_gradient"].values[WARM, PARAMETERS.index(parameter)]
+    gradient = kept_record("hearing")["onset_rest_margin_gradient"][WARM, PARAMETERS.index(parameter)]
     # the bisection's 20 uV on each side
     assert (high - low) / (2.0 * h) == pytest.approx(gradient, abs=0.03)
     assert abs(gradient) > 0.5
@@ -29,20 +30,20 @@ def test_a_gradient_of_a_threshold_is_the_central_difference() -> None:
         m.threshold(m.Deviating(Silicon(), parameter, s * h), "onset_neuron", (0.03, 0.05))
         for s in (-1.0, 1.0)
     )
-    gradient = board_record("hearing")["onset_threshold_gradient"].values[WARM, PARAMETERS.index(parameter)]
+    gradient = kept_record("hearing")["onset_threshold_gradient"][WARM, PARAMETERS.index(parameter)]
     assert np.log(high / low) / (2.0 * h) == pytest.approx(gradient, rel=0.02)  # its curvature
 
 
 def test_what_a_neuron_does_not_contain_does_not_move_it() -> None:
-    data = board_record("hearing")
+    data = kept_record("hearing")
     for name, other in (
         ("onset_threshold", "high_threshold_neuron/"),
         ("high_threshold_threshold", "onset_neuron/"),
         ("onset_rest_margin", "envelope_detector/"),
     ):
         columns = [k for k, p in enumerate(PARAMETERS) if p.startswith(other)]
-        assert not data[f"{name}_gradient"].values[:, columns].any()
-        assert data[f"{name}_gradient"].values.any()
+        assert not data[f"{name}_gradient"][:, columns].any()
+        assert data[f"{name}_gradient"].any()
 
 
 def test_a_deviation_moves_only_the_circuit_that_has_the_device() -> None:

@@ -6,7 +6,7 @@ import pytest
 from chips.lso.errors import AT, inputs, level_delays, neuron_spikes
 from chips.lso.measure import FROM
 from chips.lso.model import RECORD, head_on
-from chips.table_record import board_record, record_errors
+from chips.record import kept_record
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
@@ -39,7 +39,7 @@ def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
 
 
 def test_errors_on_other_dies_are_in_the_record() -> None:
-    found = record_errors(board_record(RECORD))
+    found = kept_record(RECORD).errors
     assert found["first_die"] == 500.0
     # stated: counts and deaf units were all right, times within a percent
     assert found["counts_wrong"] == found["level_decisions_wrong"] == 0.0

@@ -13,14 +13,14 @@ from chips.lso.measure import (
     level_numbers,
     parameters,
 )
-from chips.table_record import board_record
+from chips.record import kept_record
 from circuits.bias import rebias
 from circuits.errors import SolverError
 from circuits.silicon.silicon import Silicon
 
 
 def test_a_pair_moves_its_reference_by_its_own_offset() -> None:
-    data = board_record("lso_neuron")
+    data = kept_record("lso_neuron")
     timer = dict(zip(parameters(COMPARATOR), np.asarray(data["comparator"])[2], strict=True))
     level = dict(zip(parameters(LEVEL_COMPARATOR), np.asarray(data["level"])[2], strict=True))
     # ln Q moves by dV / V_ref, 1/2 a volt, with the sign of the input that the device is at
@@ -36,15 +36,15 @@ def test_the_nominal_level_unit_is_the_records() -> None:
     level = rebias(circuits()[1], {}, "generator")
     delays = {s: level_delay(level, Silicon(), s) for s in (SLOW, FAST)}
     offset, charge = level_numbers(level, Silicon(), lambda s: delays[s])
-    data = board_record("lso_neuron")
-    at = {"temperature": 27.0, "shift": 0.0}
-    assert offset == pytest.approx(float(data["level_offset"].sel(at).values[0]), abs=1e-6)
-    assert charge == pytest.approx(float(data["level_charge"].sel(at).values[0]), rel=1e-4)
+    data = kept_record("lso_neuron")
+    at = data.numbers("temperature").index(27.0), 0, data.numbers("shift").index(0.0)
+    assert offset == pytest.approx(float(data["level_offset"][at]), abs=1e-6)
+    assert charge == pytest.approx(float(data["level_charge"][at]), rel=1e-4)
 
 
 def test_a_mirror_takes_what_it_is_given() -> None:
     # its law is in the model: what is left over is the solver's
-    assert np.asarray(board_record("lso_neuron")["mirror"]) == pytest.approx(1.0, abs=2e-3)
+    assert np.asarray(kept_record("lso_neuron")["mirror"]) == pytest.approx(1.0, abs=2e-3)
 
 
 def test_a_ramp_without_a_spike_is_named() -> None:

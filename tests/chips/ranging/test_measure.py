@@ -12,7 +12,8 @@ import pytest
 
 from chips.ranging import measure as c
 from chips.ranging.model import model_of, stimulated
-from chips.ranging.record import Record, read_record, record_of, write_record
+from chips.ranging.record import ReboundRecord, record_of, to_record
+from chips.record import kept_record, read_record, write_record
 from chips.record_file import ENVIRONMENT, cache_folder, record_file, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError, SolverError
@@ -64,16 +65,13 @@ def test_the_errors_on_a_die_are_within_those_of_the_record() -> None:
 
 
 def test_the_command_writes_a_record(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    quick: ReboundRecord, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def quick(**_: object) -> Record:
-        return record_of()
-
-    monkeypatch.setattr(c, "characterise", quick)
     target = tmp_path / "record.nc"
     assert main(["characterise", "rebound-neuron", "-o", str(target), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["key"] == read_record(target).key
+    assert printed["margin_V"] == 2.0 * printed["errors"]["margin_rms_V"] == quick.margin
     assert main(["characterise", "rebound-neuron", "-o", str(target)]) == 0
     assert "margin_rms_V" in capsys.readouterr().out
 
@@ -81,7 +79,7 @@ def test_the_command_writes_a_record(
 def test_the_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["characterise", "dpi-synapse"]) == 2
     told = capsys.readouterr().err
-    assert "characterised block dpi-synapse: unknown; known are axon-delay, centroid-board" in told
+    assert "model dpi-synapse: unknown; known are axon-delay, centroid-board" in told
     assert all(name in told for name in ("hearing", "latency-chip", "rebound-neuron", "winner-take-all"))
     assert main(["characterise", "rebound-neuron", "--bias-set", "robust"]) == 2
     assert "a record that is read by itself has the errors at the block's own" in capsys.readouterr().err
@@ -114,22 +112,23 @@ def test_a_block_without_any_die_that_can_be_measured_has_no_record(
 
 
 @pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> Record:
+def quick(monkeypatch: pytest.MonkeyPatch) -> ReboundRecord:
     """What is measured at once."""
     record = record_of()
-    monkeypatch.setattr(c, "characterise", lambda **_: record)
+    monkeypatch.setattr(c, "measure", lambda _: record)
+    monkeypatch.setattr(c, "held_out_errors", lambda *_: dict(record.errors))
     return record
 
 
 @pytest.fixture
 def caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "caches"))
-    record_of.cache_clear()
+    kept_record.cache_clear()
     yield tmp_path / "caches" / "records" / "rebound_neuron.nc"
-    record_of.cache_clear()
+    kept_record.cache_clear()
 
 
-def test_the_command_writes_into_the_caches_which_are_read_first(quick: Record, caches: Path) -> None:
+def test_the_command_writes_into_the_caches_which_are_read_first(quick: ReboundRecord, caches: Path) -> None:
     shipped = shipped_file("rebound-neuron")
     before = shipped.read_bytes(), shipped.stat().st_mtime_ns
     assert record_file("rebound_neuron") == shipped
@@ -140,19 +139,19 @@ def test_the_command_writes_into_the_caches_which_are_read_first(quick: Record, 
     assert list(caches.parent.iterdir()) == [caches]
 
 
-def test_a_stale_or_broken_record_of_the_caches_is_told(quick: Record, caches: Path) -> None:
+def test_a_stale_or_broken_record_of_the_caches_is_told(quick: ReboundRecord, caches: Path) -> None:
     caches.parent.mkdir(parents=True)
-    write_record(replace(quick, key="of another circuit"), caches)
+    write_record(to_record(replace(quick, key="of another circuit")), caches)
     with pytest.raises(DataError, match=r"caches/records/rebound_neuron\.nc.*another circuit.*or delete it"):
         model_of(rebound_neuron.build(), AMI_1500)
     caches.write_bytes(b"no netCDF")
-    record_of.cache_clear()
+    kept_record.cache_clear()
     with pytest.raises(DataError, match=r"caches/records/rebound_neuron\.nc: no record, .*delete it"):
         model_of(rebound_neuron.build(), AMI_1500)
 
 
 def test_the_packages_record_is_written_in_a_checkout_only(
-    quick: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    quick: ReboundRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     installed = tmp_path / "chips" / "records" / "rebound_neuron.nc"
     installed.parent.mkdir(parents=True)
@@ -168,7 +167,7 @@ def test_the_packages_record_is_written_in_a_checkout_only(
 
 
 def test_caches_that_cannot_be_written_are_told_before_the_work(
-    quick: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    quick: ReboundRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "file"))

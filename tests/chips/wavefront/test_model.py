@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
-from chips.wavefront.axon_record import AxonRecord, axon_record
+from chips.wavefront.axon_record import axon_record
 from chips.wavefront.model import (
     LOCAL,
     SINK,
@@ -163,6 +163,6 @@ def test_codes_that_are_none_are_refused(codes: list[int]) -> None:
 
 
 def test_a_record_of_another_circuit_is_refused() -> None:
-    other: AxonRecord = replace(axon_record(), key="0")
+    other = replace(axon_record(), key="0")
     with pytest.raises(DataError, match="noctule characterise"):
         chip_model((1,), record=other)

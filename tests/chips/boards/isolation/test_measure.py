@@ -7,13 +7,14 @@ import pytest
 
 from chips.boards.isolation import measure as m
 from chips.cell import PULSE_WIDTH
-from chips.table_record import board_record, on_silicon, record_errors
+from chips.record import kept_record
+from chips.table_record import on_silicon
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
 
 def test_the_record_holds_what_is_measured() -> None:
-    data = board_record("first_target_isolation")
+    data = kept_record("first_target_isolation")
     found = m._at(Silicon())
     for name, value in found.items():
         # times to the tie's resolution, levels to a millionth
@@ -23,7 +24,7 @@ def test_the_record_holds_what_is_measured() -> None:
 
 
 def test_the_errors_on_other_dies_are_those_of_the_record() -> None:
-    errors = record_errors(board_record("first_target_isolation"))
+    errors = kept_record("first_target_isolation").errors
     silicon = Silicon(temperature_c=60.0, die=Die("0", m.HELD_OUT[0]))
     train = m.random_train(np.random.default_rng(m.HELD_OUT[0]))
     late, _, alone = m.compare(m.circuit_output(silicon, train), m.model_output(silicon, train)[0])

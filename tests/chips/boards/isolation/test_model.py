@@ -10,7 +10,7 @@ import pytest
 from chips.boards.isolation.measure import circuit_output, compare, crossings, model_output
 from chips.boards.isolation.model import UNSURE, IsolationModel
 from chips.cell import Cell
-from chips.table_record import board_record, record_errors
+from chips.record import kept_record
 from circuits.blocks.sonar import first_target_isolation
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
@@ -50,7 +50,7 @@ def test_a_spike_near_a_call_ends_as_in_the_circuit(lag: float, silicon: Silicon
     assert undecided == 0
     late, off, alone = compare(one, other)
     assert alone == 0
-    errors = record_errors(board_record("first_target_isolation"))
+    errors = kept_record("first_target_isolation").errors
     # twice what the record says of other dies, and the solver's own nanosecond
     assert np.abs(late).max(initial=0.0) < 2.0 * errors["change_max_s"] + 1e-9
     assert np.abs(off).max() < 1e-3

@@ -1,0 +1,40 @@
+"""A deviation put on a circuit's devices by hand: what gradients of a record are measured with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from circuits.devices import Transistor
+from circuits.lowering.kernel import Machine
+
+POLARITIES = ("n", "p")  # in the place of a device: all of a polarity
+
+
+def perturbed(
+    machine: Machine, device: str, threshold: float = 0.0, log_beta: float = 0.0, held: Sequence[str] = ()
+) -> Machine:
+    """The machine with a deviation of V_T0 (V) and of ln beta.
+
+    device: instance path of the one that deviates, or `n` or `p` for all of a polarity but those that are
+    `held`, whose currents are coordinates of the record.
+    """
+    t = machine.kernel.transistors
+    names = np.array(machine.flat.labels(Transistor))
+    chosen = names == device
+    if device in POLARITIES:
+        chosen = (t.sign == (1.0 if device == "n" else -1.0)) & ~np.isin(names, held)
+    table = t._replace(
+        v_t0=t.v_t0 + chosen * threshold, specific_current=t.specific_current * np.exp(chosen * log_beta)
+    )
+    return replace(machine, kernel=machine.kernel._replace(transistors=table))
+
+
+def deviating(machine: Machine, parameter: str, amount: float, held: Sequence[str] = ()) -> Machine:
+    """The machine with one deviation, an amount of `DEVICE.v_t0` (V) or of `DEVICE.beta` (ln beta)."""
+    device, _, kind = parameter.rpartition(".")
+    if kind == "v_t0":
+        return perturbed(machine, device, threshold=amount, held=held)
+    return perturbed(machine, device, log_beta=amount, held=held)

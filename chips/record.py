@@ -1,0 +1,200 @@
+"""Records: what was measured of a block's circuits, for the behavioural model that stands for them.
+
+A record has axes (numbers, or names), tables over them, errors of its model on dies that were not used, and
+a box, outside which the model is not valid. Its key is a hash of what was measured: circuits, process,
+version of the measurement and grid. When one of them changes the record is stale, and `noctule characterise`
+measures it again.
+
+In its file, which is netCDF (`chips.record_file`), axes are coordinates and tables variables; an error is an
+attribute `error_NAME`, a side of the box `box_NAME` with its least and its greatest value. An axis is a side
+of the box too, from its first to its last number, unless the box has one of that name. Units are SI,
+temperatures in degC; names of errors and of the box's sides end in their unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field, replace
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import xarray as xr
+
+from chips.record_file import load_record, record_file, save_record, stale
+from circuits.arrays import F64
+from circuits.circuit import Circuit
+from circuits.errors import DataError
+
+_REMEDY = "run noctule characterise"
+_ERROR, _BOX = "error_", "box_"
+WITHOUT_BIASES = ("name", "ports", "devices")  # parts of a circuit that a key may depend on
+WHOLE = (*WITHOUT_BIASES, "biases")
+
+Axis = tuple[float, ...] | tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Numbers over axes, one dimension each, outermost first.
+
+    An axis of a table need not be among the record's: where its places have no number and no name.
+    """
+
+    axes: tuple[str, ...]
+    values: F64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What was measured.
+
+    key: a hash of what it was measured of; version: of the measurement, a part of the key; errors: by name,
+    with the unit at its end; box: least and greatest value by name, beside the ends of the axes.
+    """
+
+    key: str
+    version: int
+    axes: Mapping[str, Axis]
+    tables: Mapping[str, Table]
+    errors: Mapping[str, float] = field(default_factory=dict)
+    box: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> F64:
+        """Numbers of a table, or of an axis; raises `DataError` where the record has none."""
+        if name in self.tables:
+            return self.tables[name].values
+        return np.array(self.numbers(name))
+
+    def numbers(self, name: str) -> tuple[float, ...]:
+        """Numbers of an axis, rising; raises `DataError` where the record has no such axis."""
+        return cast("tuple[float, ...]", self._axis(name, float))
+
+    def names(self, name: str) -> tuple[str, ...]:
+        """Names of an axis; raises `DataError` where the record has no such axis."""
+        return cast("tuple[str, ...]", self._axis(name, str))
+
+    def limits(self, name: str) -> tuple[float, float]:
+        """Least and greatest value of a side of the box; raises `DataError` where the record has none."""
+        if name in self.box:
+            return self.box[name]
+        numbers = self.numbers(name)
+        return numbers[0], numbers[-1]
+
+    def _axis(self, name: str, kind: type) -> Axis:
+        found = self.axes.get(name, ())
+        if not found or not isinstance(found[0], kind):
+            what = "names" if kind is str else "numbers"
+            raise DataError(f"record.{name}: no axis of {what} is in it, must be; {_REMEDY}")
+        return found
+
+    def extended(self, tables: Mapping[str, Table], axes: Mapping[str, Axis] | None = None) -> Record:
+        """The record with more tables and axes."""
+        return replace(self, tables={**self.tables, **tables}, axes={**self.axes, **(axes or {})})
+
+
+def record_key(*parts: object) -> str:
+    """Key of a record of what `parts` are, which have their values in their `repr`."""
+    return sha256(repr(parts).encode()).hexdigest()[:32]
+
+
+def content(circuit: Circuit, parts: tuple[str, ...] = WHOLE) -> tuple[object, ...]:
+    """What a key depends on of a circuit and of the circuits in it; parts: `WHOLE` or `WITHOUT_BIASES`."""
+    inner = tuple((i.name, content(i.circuit, parts), dict(i.connections)) for i in circuit.instances)
+    return (*(getattr(circuit, part) for part in parts), inner)
+
+
+def write_record(record: Record, path: Path) -> None:
+    """Write a record's file."""
+    attributes: dict[str, object] = {"key": record.key, "version": record.version}
+    attributes |= {f"{_ERROR}{name}": value for name, value in record.errors.items()}
+    attributes |= {f"{_BOX}{name}": list(ends) for name, ends in record.box.items()}
+    tables = {name: (table.axes, table.values) for name, table in record.tables.items()}
+    save_record(xr.Dataset(tables, {n: list(axis) for n, axis in record.axes.items()}, attributes), path)
+
+
+def read_record(path: Path) -> Record:
+    """Read a record's file; raises `DataError` for one that is none."""
+    data = load_record(path)
+    try:
+        if "key" not in data.attrs:
+            raise ValueError("it has no key")
+        with np.errstate(invalid="raise"):  # numbers that no float holds
+            return Record(
+                str(data.attrs["key"]),
+                int(data.attrs.get("version", 0)),
+                {str(name): _axis_of(data[name]) for name in data.coords},
+                {str(name): _table_of(data[name]) for name in data.data_vars},
+                {name: float(value) for name, value in _named(data, _ERROR)},
+                {name: _ends(value) for name, value in _named(data, _BOX)},
+            )
+    except (ValueError, TypeError, FloatingPointError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise DataError(f"{path}: no record, {reason}; delete it, or {_REMEDY}") from None
+
+
+def _named(data: xr.Dataset, prefix: str) -> Iterator[tuple[str, Any]]:
+    """Attributes whose names begin so, by the rest of their names."""
+    for name, value in data.attrs.items():
+        if str(name).startswith(prefix):
+            yield str(name).removeprefix(prefix), value
+
+
+def _axis_of(values: xr.DataArray) -> Axis:
+    if values.dtype.kind in "OSU":
+        return tuple(map(str, values.values))
+    return tuple(float(x) for x in values.values)
+
+
+def _table_of(values: xr.DataArray) -> Table:
+    if values.dtype.kind not in "fiu":
+        raise ValueError(f"{values.name} is of {values.dtype}, must be of numbers")
+    return Table(tuple(map(str, values.dims)), np.asarray(values.values, dtype=np.float64))
+
+
+def _ends(value: Any) -> tuple[float, float]:
+    ends = np.ravel(np.asarray(value, dtype=np.float64))
+    if ends.size != 2:
+        raise ValueError(f"a side of the box has {ends.size} ends, must have two")
+    return float(ends[0]), float(ends[1])
+
+
+_IN_FORCE: ContextVar[Mapping[str, Record] | None] = ContextVar("records", default=None)
+
+
+@contextmanager
+def recorded(block: str, record: Record) -> Iterator[None]:
+    """Inside, the record of `block` is `record`, whatever is kept of it."""
+    token = _IN_FORCE.set({**(_IN_FORCE.get() or {}), block: record})
+    try:
+        yield
+    finally:
+        _IN_FORCE.reset(token)
+
+
+@cache
+def kept_record(block: str) -> Record:
+    """The record of a block, the user's own or the package's; raises `DataError` where there is none."""
+    return read_record(record_file(block))
+
+
+def in_force(block: str) -> bool:
+    """Whether `recorded` has put a record in the place of the one that is kept."""
+    return block in (_IN_FORCE.get() or {})
+
+
+def current_record(block: str) -> Record:
+    """The record of a block that is in force: that of `recorded`, else the one that is kept."""
+    return (_IN_FORCE.get() or {}).get(block) or kept_record(block)
+
+
+def matching_record(block: str, key: Callable[[Record], str]) -> Record:
+    """The record of a block that is in force; raises `DataError` unless its key is `key` of it."""
+    record = current_record(block)
+    if record.key != key(record):
+        raise stale(block)
+    return record
