@@ -113,6 +113,13 @@ def test_outside_the_package_a_record_is_believed_as_it_was_written_alone(tmp_pa
             read_record(path)
 
 
+def test_numbers_that_no_float_holds_are_refused(tmp_path: Path) -> None:
+    signalling = np.array([0x7FA00000], dtype=np.uint32).view(np.float32)  # becomes another NaN as a float64
+    save_record(xr.Dataset({"a": ("x", signalling)}, attrs={"key": "k"}), tmp_path / "a.nc")
+    with pytest.raises(DataError, match=r"a\.nc: no record, invalid value .*; delete it"):
+        read_record(tmp_path / "a.nc")
+
+
 def test_a_block_without_a_record_is_named() -> None:
     with pytest.raises(DataError, match="no_such_block: no record"):
         kept_record("no_such_block")

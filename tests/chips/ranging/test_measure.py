@@ -95,12 +95,9 @@ def test_a_block_without_any_die_that_can_be_measured_has_no_record(
     def silent(*_: object) -> float:
         raise SolverError("rebound neuron: no release within 1 s; raise i_inh_tau")
 
-    def judged(**_: object) -> Record:
-        errors = c.held_out_errors(rebound_neuron.build(), AMI_1500, record_of(), (500, 501))
-        return replace(record_of(), errors=errors)
-
     monkeypatch.setattr(c, "inhibition_time", silent)
-    monkeypatch.setattr(c, "characterise", judged)
+    monkeypatch.setattr(c, "HELD_OUT", (500, 501))
+    monkeypatch.setattr(c, "measure", lambda _: record_of())
     target = tmp_path / "record.nc"
     assert main(["characterise", "rebound-neuron", "-o", str(target)]) != 0
     said = capsys.readouterr()
