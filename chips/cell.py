@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chips.part import Event, Output
 from circuits.arrays import F64
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source
@@ -24,7 +25,6 @@ from circuits.testbench import Testbench
 
 PULSE_WIDTH = 10e-6  # s
 PULSE_EDGE = 0.1e-6  # s
-Event = tuple[str, float]  # port (with index, as in spike[3]) and time, s
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +33,6 @@ class CellState:
 
     solver: State
     merged: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Output:
-    """What a cell did: events in order, and its analog ports at the accepted points.
-
-    `time`: float64[T], s, the start included; `voltage`: float64[T, ports], V, in the cell's `analog` order.
-    """
-
-    events: tuple[Event, ...]
-    time: F64
-    voltage: F64
 
 
 class Cell:

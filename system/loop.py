@@ -11,53 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
+from chips.part import Advanced, Event, Part
 from chips.polyline import thin
-from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from circuits.errors import TopologyError
-
-Event = tuple[str, float]
-
-
-class Advanced(Protocol):
-    """What a part returns: its events in order and its analog ports from the start on."""
-
-    @property
-    def events(self) -> Sequence[Event]:
-        """Output events (port, time s)."""
-
-    @property
-    def time(self) -> F64:
-        """Times of the analog points, s."""
-
-    @property
-    def voltage(self) -> F64:
-        """Analog ports at these times, float64[T, ports], V."""
-
-
-class Part(Protocol):
-    """Something that lives in a run: a cell, a sensor, a robot."""
-
-    @property
-    def analog(self) -> tuple[str, ...]:
-        """Names of the output's columns."""
-
-    def begin(self, time: float = 0.0) -> Any:
-        """Start state; states are values that pickle."""
-
-    def next_time(self, state: Any) -> float:
-        """Next moment at which the part acts by itself, s; inf where it cannot know."""
-
-    def advance(
-        self,
-        state: Any,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
-    ) -> tuple[Any, float, Advanced]:
-        """Advance to `until` or to the first output event; returns (state, time reached, output)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +54,7 @@ class Round:
 class Loop:
     """Parts, wires and the present states; `horizon` is the longest round (s)."""
 
-    parts: Mapping[str, Part]
+    parts: Mapping[str, Part[Any]]
     events: Sequence[EventWire]
     analog: Sequence[AnalogWire]
     horizon: float

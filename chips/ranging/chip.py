@@ -17,8 +17,9 @@ from typing import Literal
 
 import numpy as np
 
-from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
+from chips.cell import PULSE_EDGE, PULSE_WIDTH
 from chips.noise import SiliconNoise
+from chips.part import Event, Output
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, model_of, neurons_on, outside

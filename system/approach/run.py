@@ -28,6 +28,7 @@ from chips.boards.isolation.model import IsolationModel
 from chips.boards.vocalization.model import VocalizationModel
 from chips.cell import Cell
 from chips.hearing.model import hearing_on
+from chips.part import Part
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip
 from circuits.arrays import F64
@@ -57,7 +58,7 @@ from system.approach.trace import (
     estimated_range,
     summarise,
 )
-from system.loop import AnalogWire, EventWire, Loop, Part, Round
+from system.loop import AnalogWire, EventWire, Loop, Round
 from system.options.noise import silicon_noise
 from system.options.reader import Readers, read_route, seconds
 from system.scenario import scenario_of
@@ -197,7 +198,7 @@ def _counts(loop: Loop) -> dict[str, int]:
 def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     """All parts at rest, wired as in Figure 7."""
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
-    parts: dict[str, Part] = {
+    parts: dict[str, Part[Any]] = {
         **_chip(scenario, silicon),
         "centroid": _centroid(scenario, silicon),
         "vocalization": _vocalization(scenario, silicon),
@@ -242,7 +243,7 @@ def _fourth_power(silicon: Silicon) -> tuple[float, ...]:
     return centroid_board.fourth_power_lookup(ranging_chip.BEST_DELAYS, law).voltages
 
 
-def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
+def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     if scenario.level_of("chip") == "behavioural":
         return {"chip": RangingChip(silicon, noise=silicon_noise(scenario.silicon_noise, scenario.seed))}
     if scenario.silicon_noise != "off":
@@ -252,7 +253,7 @@ def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
         )
     chip = ranging_chip.build()
     held = {"v_ex_max": 4.301} if scenario.isolation else {}
-    parts: dict[str, Part] = {}
+    parts: dict[str, Part[Any]] = {}
     for k in range(ranging_chip.NEURONS):
         circuit, place = circuit_at(chip, (("neuron", (k,)),))
         there = replace(silicon, place=place)
@@ -260,7 +261,7 @@ def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
     return parts
 
 
-def _centroid(scenario: Scenario, silicon: Silicon, lookup: tuple[float, ...] | None = None) -> Part:
+def _centroid(scenario: Scenario, silicon: Silicon, lookup: tuple[float, ...] | None = None) -> Part[Any]:
     if scenario.level_of("centroid") == "behavioural":
         return CentroidModel(silicon, lookup)
     board = centroid_board.build(centroid_board.Params())
@@ -268,7 +269,7 @@ def _centroid(scenario: Scenario, silicon: Silicon, lookup: tuple[float, ...] | 
     return Cell(chosen, silicon, ("proximity",), rtol=BOARD_RTOL)
 
 
-def _vocalization(scenario: Scenario, silicon: Silicon) -> Part:
+def _vocalization(scenario: Scenario, silicon: Silicon) -> Part[Any]:
     if scenario.level_of("vocalization") == "behavioural":
         noise = silicon_noise(scenario.silicon_noise, scenario.seed)
         return VocalizationModel(silicon, noise=noise)
@@ -277,7 +278,7 @@ def _vocalization(scenario: Scenario, silicon: Silicon) -> Part:
     return Cell(board, silicon, ("amplitude",), held=held, rtol=BOARD_RTOL)
 
 
-def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
+def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     """Microphone to spikes: one model, or the ear, the envelope detector and both neurons."""
     if scenario.level_of("hearing") == "behavioural":
         return {"hearing": _heard(scenario, silicon)}
@@ -285,7 +286,7 @@ def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part]:
     detector = envelope_detector.build(envelope_detector.Params())
     rest = {"microphone": microphone.mid_supply}
     ear = Cell(detector, silicon, ("envelope",), {"microphone": SAMPLE_RATE}, rest, BOARD_RTOL)
-    parts: dict[str, Part] = {"ear": Ear(microphone, scenario.targets), "envelope": ear}
+    parts: dict[str, Part[Any]] = {"ear": Ear(microphone, scenario.targets), "envelope": ear}
     silence = {"envelope": float(ear.voltages(ear.begin())[0])}
     for name, block in (("onset", onset_neuron), ("high_threshold", high_threshold_neuron)):
         parts[name] = Cell(block.build(block.Params()), silicon, held=silence, rtol=CHIP_RTOL)
@@ -301,7 +302,7 @@ def _microphone(scenario: Scenario) -> Microphone:
     return Microphone(noise_rms=scenario.noise_rms, seed=scenario.seed, air=air_of(scenario))
 
 
-def _isolation(scenario: Scenario, silicon: Silicon) -> Part:
+def _isolation(scenario: Scenario, silicon: Silicon) -> Part[Any]:
     if scenario.level_of("isolation") == "behavioural":
         return IsolationModel(silicon)
     latch = first_target_isolation.build(first_target_isolation.Params())
@@ -309,7 +310,7 @@ def _isolation(scenario: Scenario, silicon: Silicon) -> Part:
     return Cell(latch, silicon, ("v_ex_max",), rtol=BOARD_RTOL, start=start)
 
 
-def _event_wires(parts: dict[str, Part]) -> list[EventWire]:
+def _event_wires(parts: dict[str, Part[Any]]) -> list[EventWire]:
     model = "hearing" in parts
     pulse = ("hearing", "high_threshold") if model else ("high_threshold", "spike")
     onset = ("hearing", "onset") if model else ("onset", "spike")
@@ -326,7 +327,7 @@ def _event_wires(parts: dict[str, Part]) -> list[EventWire]:
     return wires
 
 
-def _analog_wires(parts: dict[str, Part]) -> list[AnalogWire]:
+def _analog_wires(parts: dict[str, Part[Any]]) -> list[AnalogWire]:
     control = "amplitude_centroid" if "amplitude_centroid" in parts else "centroid"
     wires = [
         AnalogWire("centroid", "proximity", "vocalization", "proximity"),

@@ -6,14 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
 
+from chips.part import Part
 from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from circuits.errors import TopologyError
-from system.loop import AnalogWire, EventWire, Loop, Part
+from system.loop import AnalogWire, EventWire, Loop
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ class Echoer:
 
 
 def _ring(workers: int | None) -> list[tuple[str, float]]:
-    parts: dict[str, Part] = {"a": Echoer(0.3, first=1.0), "b": Echoer(0.5)}
+    parts: dict[str, Part[Any]] = {"a": Echoer(0.3, first=1.0), "b": Echoer(0.5)}
     wires = [EventWire("a", "out", "b", "in"), EventWire("b", "out", "a", "in")]
     met: list[tuple[str, float]] = []
     with ThreadPoolExecutor(workers or 1) as executor:
@@ -79,7 +81,7 @@ def test_the_answer_does_not_depend_on_the_workers(workers: int) -> None:
 
 
 def test_parts_beyond_an_event_are_advanced_again() -> None:
-    parts: dict[str, Part] = {"slow": Echoer(0.1), "quick": Echoer(0.1, first=0.25)}
+    parts: dict[str, Part[Any]] = {"slow": Echoer(0.1), "quick": Echoer(0.1, first=0.25)}
     loop = Loop(parts, [], [], horizon=1.0)
     loop.step(2.0)
     assert loop.time == 0.25
@@ -88,14 +90,14 @@ def test_parts_beyond_an_event_are_advanced_again() -> None:
 
 
 def test_analog_wires_order_the_parts() -> None:
-    parts: dict[str, Part] = {"sink": Echoer(0.1), "origin": Echoer(0.1, first=0.5)}
+    parts: dict[str, Part[Any]] = {"sink": Echoer(0.1), "origin": Echoer(0.1, first=0.5)}
     wire = AnalogWire("origin", "count", "sink", "in")
     loop = Loop(parts, [], [wire], horizon=1.0)
     assert loop.step(1.0).stop == 0.5
 
 
 def test_a_ring_of_analog_wires_is_refused() -> None:
-    parts: dict[str, Part] = {"a": Echoer(0.1), "b": Echoer(0.1)}
+    parts: dict[str, Part[Any]] = {"a": Echoer(0.1), "b": Echoer(0.1)}
     wires = [AnalogWire("a", "count", "b", "in"), AnalogWire("b", "count", "a", "in")]
     with pytest.raises(TopologyError, match="ring through a, b"):
         Loop(parts, [], wires, horizon=1.0)

@@ -24,8 +24,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from chips.boards.centroid.model import CentroidModel, circuits
-from chips.cell import Cell, CellState, Event
+from chips.cell import Cell, CellState
 from chips.model import Model
+from chips.part import Event
 from chips.record import Record
 from chips.table_record import (
     HELD_OUT,

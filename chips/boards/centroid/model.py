@@ -16,7 +16,8 @@ from functools import cache
 import numpy as np
 
 from chips.boards.centroid.kernel import EVENT_WIDTH, Centroid, centroid_run
-from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
+from chips.cell import PULSE_EDGE, PULSE_WIDTH
+from chips.part import Event, Output
 from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board

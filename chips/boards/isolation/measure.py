@@ -19,8 +19,9 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from chips.boards.isolation.model import IsolationModel, circuits
-from chips.cell import PULSE_WIDTH, Cell, Event, Output
+from chips.cell import PULSE_WIDTH, Cell
 from chips.model import Model
+from chips.part import Event, Output
 from chips.record import Record
 from chips.table_record import (
     HELD_OUT,

@@ -18,7 +18,8 @@ from functools import cache
 
 import numpy as np
 
-from chips.cell import PULSE_EDGE, PULSE_WIDTH, Event, Output
+from chips.cell import PULSE_EDGE, PULSE_WIDTH
+from chips.part import Event, Output
 from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.cell import Event, Output
 from chips.hearing.model import HearingModel, HearingState, hear
+from chips.part import Event, Output
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError
 from system.worlds.sound import microphone as mic

@@ -6,11 +6,13 @@ import math
 import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from chips.cell import Cell, Event, Output
+from chips.cell import Cell
+from chips.part import Event, Output, Part
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import ChipState, OutsideBox, RangingChip
 from circuits.bias import rebias
@@ -19,7 +21,7 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.place import circuit_at
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-from system.loop import EventWire, Loop, Part
+from system.loop import EventWire, Loop
 
 DIE = Silicon(die=Die(number=1007, process=False))  # has neurons of several classes
 PAIRS = ((1e-3, 7.4e-3), (61e-3, 82.5e-3))  # s, call and echo
@@ -69,7 +71,7 @@ def test_both_levels_in_one_run_give_the_same_spikes() -> None:
     events = tuple(
         sorted([*(("call", c) for c, _ in PAIRS), *(("echo", e) for _, e in PAIRS)], key=lambda e: e[1])
     )
-    parts: dict[str, Part] = {"script": Script(events), "model": RangingChip(DIE)}
+    parts: dict[str, Part[Any]] = {"script": Script(events), "model": RangingChip(DIE)}
     circuit = ranging_chip.build()
     for k in range(ranging_chip.NEURONS):
         neuron, place = circuit_at(circuit, (("neuron", (k,)),))
@@ -168,7 +170,8 @@ def test_an_unknown_event_port_is_named(chip: RangingChip) -> None:
 
 def test_what_is_too_near_to_call_is_counted() -> None:
     chip = RangingChip(Silicon())
-    record = replace(chip.model.record, margin=0.15)
+    was = chip.model.record
+    record = replace(was, errors={**was.errors, "margin_rms_V": 0.075})
     unsure = RangingChip(Silicon(), record=record)
     for part, count in ((chip, 0), (unsure, 13)):
         state, _, _ = part.advance(part.begin(), 60e-3, [("call", 1e-3)])

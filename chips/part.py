@@ -1,0 +1,71 @@
+"""The contract of time: what lives in a run offers when it acts next, and advances to its first event.
+
+A part has a state, a value that pickles and is never written to. `begin` gives its first one, `next_time` the
+next moment at which it acts by itself, and `advance` takes it to a time, or to its first output event before
+that, so that what the event brings about elsewhere is never late. Inputs are events, (port, time s), at or
+after the state's time, and polylines on analog ports, in force until others replace them. Chips, boards,
+circuits, sensors, robots and worlds are parts; `system.loop` moves them together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from circuits.arrays import F64
+from circuits.devices.source import Polyline
+
+Event = tuple[str, float]  # port (with index, as in spike[3]) and time, s
+State = TypeVar("State")
+
+
+class Advanced(Protocol):
+    """What a part returns: its events in order and its analog ports from the start on."""
+
+    @property
+    def events(self) -> Sequence[Event]:
+        """Output events (port, time s)."""
+
+    @property
+    def time(self) -> F64:
+        """Times of the analog points, s."""
+
+    @property
+    def voltage(self) -> F64:
+        """Analog ports at these times, float64[T, ports], V."""
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What a cell did: events in order, and its analog ports at the accepted points.
+
+    `time`: float64[T], s, the start included; `voltage`: float64[T, ports], V, in the cell's `analog` order.
+    """
+
+    events: tuple[Event, ...]
+    time: F64
+    voltage: F64
+
+
+class Part(Protocol[State]):
+    """Something that lives in a run: a cell, a sensor, a robot."""
+
+    @property
+    def analog(self) -> tuple[str, ...]:
+        """Names of the output's columns."""
+
+    def begin(self, time: float = 0.0) -> State:
+        """Start state; states are values that pickle."""
+
+    def next_time(self, state: State) -> float:
+        """Next moment at which the part acts by itself, s; inf where it cannot know."""
+
+    def advance(
+        self,
+        state: State,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[State, float, Advanced]:
+        """Advance to `until` or to the first output event; returns (state, time reached, output)."""
