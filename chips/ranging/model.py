@@ -276,8 +276,6 @@ def _deviation(model: ReboundModel, d: Devices, parameter: str, v_th: F64) -> F6
     return (d.shift if name == "v_t0" else d.log_beta)[device]
 
 
-
-
 def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon) -> F64:
     """v_mem while mi12, its gate at the supply, sinks what m1 brings from v_rest, V."""
     u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
