@@ -31,7 +31,7 @@ MAPS: dict[str, str] = {
 }
 LARGEST = 1000  # cells along a side; ours
 
-_FOLDER = Path(__file__).parent / "maps" / "bug"
+_FOLDER = Path(__file__).parent / "maps"
 _FREE, _WALL, _START, _GOAL = " .", "#", "S", "G"
 
 
