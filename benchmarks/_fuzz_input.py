@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -41,7 +42,7 @@ from system.openspace import map as forest_map
 from system.options.temperature import read_course
 from system.registry import SYSTEMS, load_system
 from system.rover import cost_map
-from system.study.campaign import Campaign
+from system.study.campaign import Campaign, Execution, Numbered
 from system.study.campaign_file import CutLine
 from system.study.manifest import read_study
 from system.study.replay import die_of, study_table
@@ -236,22 +237,25 @@ def _read_record(path: Path) -> None:
     rebound_record(read_record(path))
 
 
-KEYS = [("forest", 1000), ("die", 3)]
+KEYS = [Numbered("forest", 1000), Numbered("die", 3)]
 
 
-def _run_again(key: tuple[str, int]) -> dict[str, object]:
+def _run_again(key: Numbered) -> dict[str, Any]:
     return {"crossings": key[1], "why": key[0]}
+
+
+RUNS = Campaign("fuzz", _run_again, Numbered, dict[str, Any], (1.5,))
 
 
 def _campaign(folder: Path) -> list[bytes]:
     path = folder / "seed.jsonl"
-    list(Campaign(path).runs("fuzz", [1.5], _run_again, KEYS))
+    list(Execution(path).results(RUNS, KEYS))
     return [path.read_bytes()]
 
 
 def _read_campaign(path: Path) -> None:
     with warnings.catch_warnings(action="ignore", category=CutLine):  # said, and made again
-        list(Campaign(path, resume=True).runs("fuzz", [1.5], _run_again, KEYS))
+        list(Execution(path, resume=True).results(RUNS, KEYS))
 
 
 EVENTS = Events(np.array([1e-3, 2e-3]), np.array([3, 4]), np.array([5, 6]), np.array([True, False]))

@@ -77,8 +77,8 @@ def compare(biases: str | None, dies: int) -> Iterator[Row]:
 
 def whole(study: Study, target: Target) -> tuple[Table, Breakdown]:
     """Samples with everything varied, and their contributions."""
-    with on_threads() as (submit, ahead):
-        table = run_study(study, submit=submit, ahead=ahead).table
+    with on_threads() as workers:
+        table = run_study(study, workers=workers).table
     (found,), refused = breakdowns(study, target, table, METRIC)
     if refused or not found.logarithm:
         raise SystemExit(f"not as described above: {refused}")

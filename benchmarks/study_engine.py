@@ -48,9 +48,9 @@ def study(metric: str, count: int, chunk: int = 32) -> Study:
 
 def timed_study(wanted: Study, threads: int) -> tuple[float, Table]:
     """Wall seconds of a study with its files and statistics, and its samples."""
-    with tempfile.TemporaryDirectory() as folder, on_threads(threads) as (submit, ahead):
+    with tempfile.TemporaryDirectory() as folder, on_threads(threads) as workers:
         start = time.perf_counter()
-        table = run_study(wanted, Path(folder) / "study", submit=submit, ahead=ahead).table
+        table = run_study(wanted, Path(folder) / "study", workers=workers).table
         summarise(table.values[:, 0], np.random.Generator(np.random.Philox(key=0)))
         return time.perf_counter() - start, table
 

@@ -59,7 +59,7 @@ class Experiment:
     """A figure or table of a paper. `run(progress)` reports the fraction done, 0 to 1, as it goes.
 
     counts: where it is a campaign of many long runs, whole numbers that `run` takes by these names, with what
-    they are unless given; after `progress` it then takes a `system.study.campaign.Campaign`.
+    they are unless given; after `progress` it then takes `execution`, a `system.study.campaign.Execution`.
     """
 
     name: str

@@ -229,9 +229,9 @@ def _report(
         study = Study(replace(subject, silicon=silicon), plan, (condition,), CHUNK)
         with (
             progress_bar(f"fresh dies, {_varied(silicon)}, {label}") as progress,
-            on_threads(request.threads) as (submit, ahead),
+            on_threads(request.threads) as workers,
         ):
-            tables.append(run_study(study, submit=submit, ahead=ahead, progress=progress).table)
+            tables.append(run_study(study, workers=workers, progress=progress).table)
     first, second = tables
     verdicts = [judge(specifications, t.outcome, {m: t.column(m) for m in t.metrics}) for t in tables]
     return Report(

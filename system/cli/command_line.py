@@ -277,6 +277,9 @@ def reproduce(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in --output.")] = False,
     workers: Annotated[int | None, typer.Option(help="Processes of a campaign.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Dask cluster of a campaign.")
+    ] = None,
     plot: Plot = None,
     as_json: Json = False,
 ) -> None:
@@ -288,6 +291,7 @@ def reproduce(
         output=output,
         resume=resume,
         workers=workers,
+        scheduler=scheduler,
         plot=plot,
         as_json=as_json,
     )

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, progress_bar, working
 from system.cli.rare import check_rare, print_rare
 from system.cli.study_output import document, print_study
+from system.cli.workers import on_processes
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.begin import FREE, BeginChoice, refuse_beginning
@@ -29,7 +29,8 @@ from system.options.reader import with_params
 from system.options.silicon import SiliconChoice
 from system.plot import check_picture, save_picture
 from system.registry import load_system, system_names
-from system.study.engine import Outcome, Submit, on_threads, run_study
+from system.study.campaign import Workers
+from system.study.engine import Outcome, on_threads, run_study
 from system.study.manifest import Study, check_samples
 from system.study.metric import default_metrics, with_named
 from system.study.plan import Method, Plan
@@ -307,24 +308,20 @@ def _run(
         return ended(rule, sequence_interval(passed, samples, rule.level))
 
     folder = None if r.output is None else Path(r.output)
-    with progress_bar(f"{r.subject.target}, {study.samples} samples") as progress, _workers(r) as (submit, n):
+    with progress_bar(f"{r.subject.target}, {study.samples} samples") as progress, _workers(r) as workers:
         return run_study(
-            study, folder, submit=submit, ahead=n, resume=r.resume, stop=stop if rule or r.csv else None,
+            study, folder, workers=workers, resume=r.resume, stop=stop if rule or r.csv else None,
             progress=progress, command=sys.argv,
         )  # fmt: skip
 
 
-def _workers(r: Request) -> AbstractContextManager[tuple[Submit, int]]:
+def _workers(r: Request) -> AbstractContextManager[Workers]:
     """Threads, or a Dask cluster where one is asked for."""
     if r.scheduler is None and r.workers is None:
         return on_threads(r.threads)
     if r.threads is not None:
         raise ParameterError("--threads: not with --workers or --scheduler; leave one out")
-    # dask is slow to import, and most studies run on threads
-    cluster: Callable[..., AbstractContextManager[tuple[Submit, int]]] = import_module(
-        "system.study.cluster"
-    ).on_cluster
-    return cluster(r.scheduler, r.workers)
+    return on_processes(r.scheduler, r.workers)
 
 
 def _leave(r: Request, study: Study, target: Target, tables: Sequence[Table]) -> None:

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 
 from circuits.errors import ParameterError
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table, progress_bar
+from system.cli.workers import on_processes
 from system.experiment import Experiment, Report, Row, Value
 from system.notice import say
 from system.plot import check_picture, save_picture
 from system.registry import load_experiment
-from system.study.campaign import Campaign, here
+from system.study.campaign import Execution, here
 
 MOST = 100_000  # of any count: days of work at a run a second; ours
 SHOWN = 20  # characters of a count that is refused; ours
@@ -28,25 +28,28 @@ def reproduce_command(
     output: str | None = None,
     resume: bool = False,
     workers: int | None = None,
+    scheduler: str | None = None,
     plot: str | None,
     as_json: bool,
 ) -> int:
     """Run `experiment`, print its rows, draw it into `plot`; returns `NO` if a row disagrees.
 
-    `params`, `output`, `resume` and `workers` are of campaigns alone.
+    `params`, `output`, `resume`, `workers` and `scheduler` are of campaigns alone.
     """
     if plot is not None:
         check_picture(plot)
     chosen = load_experiment(experiment)
     run = chosen.run
     if chosen.counts:
-        run = partial(run, campaign=_campaign(output, workers, resume=resume), **_counts(chosen, params))
+        execution = _execution(output, workers, scheduler, resume=resume)
+        run = partial(run, execution=execution, **_counts(chosen, params))
     else:
         for option, given in (
             ("param", params),
             ("output", output),
             ("resume", resume),
             ("workers", workers),
+            ("scheduler", scheduler),
         ):
             if given:
                 raise ParameterError(f"--{option}: {chosen.name} is no campaign, it has none; leave it out")
@@ -66,13 +69,12 @@ def reproduce_command(
     return NO
 
 
-def _campaign(output: str | None, workers: int | None, *, resume: bool) -> Campaign:
+def _execution(output: str | None, workers: int | None, scheduler: str | None, *, resume: bool) -> Execution:
     if resume and output is None:
         raise ParameterError("--resume: needs the file of --output; add it")
-    hands = here
-    if workers is not None:  # a cluster's library takes a second to import
-        hands = partial(import_module("system.study.cluster").workers_of, workers)
-    return Campaign(None if output is None else Path(output), resume, hands)
+    many = workers is not None or scheduler is not None
+    made_by = partial(on_processes, scheduler, workers) if many else here
+    return Execution(None if output is None else Path(output), resume, made_by)
 
 
 def _counts(chosen: Experiment, params: Sequence[str]) -> dict[str, int]:

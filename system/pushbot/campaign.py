@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from math import sqrt
 
+import msgspec
 import numpy as np
 
 from circuits.arrays import F64
@@ -27,8 +28,7 @@ from system.pushbot.network.modified import MODIFIED_LEVELS
 from system.pushbot.network.modified_calibration import EVENTS as MODIFIED_EVENTS
 from system.pushbot.network.modified_calibration import RATES as MODIFIED_RATES
 from system.pushbot.run import Scenario, Trace, make_brain, run_with, scene_of, summarise
-from system.study.campaign import ALONE, Campaign
-from system.study.campaign_file import Found, Key
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import COLOURS, Scene
 from system.worlds.camera.sensor import Dvs
@@ -68,6 +68,19 @@ class Driven:
     path: F64
 
 
+class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Of a run in the file: its summary, and its path if that was asked for, m to a tenth of a millimetre."""
+
+    summary: Summary
+    path: tuple[tuple[float, float], ...] | None = None
+
+
+class Piece(msgspec.Struct, frozen=True):
+    """Runs on one chip."""
+
+    runs: tuple[Kept, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Chips:
     """Runs by their chips; makes all runs of the chip that a key numbers."""
@@ -75,19 +88,19 @@ class Chips:
     drives: tuple[tuple[Drive, ...], ...]
     make: Make = make_brain
 
-    def __call__(self, key: Key) -> Found:
-        """Summaries, and paths to a tenth of a millimetre."""
+    def __call__(self, key: Numbered) -> Piece:
+        """Drive them all."""
         drives = self.drives[key[1]]
         brain = self.make(drives[0].scenario)
-        return {"runs": [_driven(brain, each) for each in drives]}
+        return Piece(tuple(_kept(brain, each) for each in drives))
 
 
-def _driven(brain: Brain, drive: Drive) -> Found:
+def _kept(brain: Brain, drive: Drive) -> Kept:
     trace = _trace(brain, drive)
-    found: Found = {"summary": drive.keep(trace)}
-    if drive.with_path:
-        found["path"] = np.round(np.array(trace.drive.path)[::EVERY, 1:3], 4).tolist()
-    return found
+    if not drive.with_path:
+        return Kept(drive.keep(trace))
+    path = np.round(np.array(trace.drive.path)[::EVERY, 1:3], 4)
+    return Kept(drive.keep(trace), tuple((x, y) for x, y in path.tolist()))
 
 
 def _trace(brain: Brain, drive: Drive) -> Trace:
@@ -110,7 +123,7 @@ def trials(base: Scenario, count: int, dies: int = DIES, first: int = FIRST) -> 
 
 
 def drive_all(
-    campaign: Campaign,
+    execution: Execution,
     name: str,
     drives: Sequence[Drive],
     progress: Callable[[float], None] | None = None,
@@ -119,16 +132,17 @@ def drive_all(
     """Every run, in the order given, as a campaign of this name; a chip is made once."""
     groups = _by_chip([d.scenario for d in drives])
     chips = Chips(tuple(tuple(drives[k] for k in group) for group in groups), make)
-    keys = [(f"die {drives[group[0]].scenario.die.number}", j) for j, group in enumerate(groups)]
+    keys = [Numbered(f"die {drives[group[0]].scenario.die.number}", j) for j, group in enumerate(groups)]
     found: dict[int, Driven] = {}
     numbers = (
         version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, EVENTS, RATES,
         TURN_EVENTS, TURN_RATE, MODIFIED_LEVELS, MODIFIED_EVENTS, MODIFIED_RATES, GYRO_ANGLE, chips.drives,
     )  # fmt: skip
-    with closing(campaign.runs(name, numbers, chips, keys)) as pieces:
+    campaign = Campaign(name, chips, Numbered, Piece, numbers)
+    with closing(execution.results(campaign, keys)) as pieces:
         for group, piece in zip(groups, pieces, strict=True):
-            for k, run in zip(group, piece["runs"], strict=True):
-                found[k] = Driven(run["summary"], np.array(run.get("path", []), dtype=float).reshape(-1, 2))
+            for k, run in zip(group, piece.runs, strict=True):
+                found[k] = Driven(run.summary, np.array(run.path or (), dtype=float).reshape(-1, 2))
             if progress is not None:
                 progress(len(found) / len(drives))
     return [found[k] for k in range(len(drives))]

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from importlib.metadata import version
 
@@ -48,8 +47,7 @@ from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.loop import WINDOW, stays
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import LatencyScenario, place
-from system.study.campaign import Campaign, One
-from system.study.campaign_file import Key
+from system.study.campaign import Campaign, Numbered
 
 CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s
 LEVEL = 0.95
@@ -148,16 +146,9 @@ def crossed_by_analog(seed: int) -> Crossed:
     return Crossed(seed, laps, collided, int(flight.counts[PINGED]), loop)
 
 
-def fly_all(
-    campaign: Campaign, name: str, one: One, keys: Sequence[Key], progress: Callable[[float], None]
-) -> dict[str, list[Crossed]]:
-    """Flights of keys, their condition and seed, by condition; they do not depend on who makes them."""
-    flights: dict[str, list[Crossed]] = {condition: [] for condition, _ in keys}
-    with closing(campaign.runs(name, decided_by(), one, keys)) as runs:
-        for k, ((condition, _), found) in enumerate(zip(keys, runs, strict=True), 1):
-            flights[condition].append(Crossed(**found))
-            progress(k / len(keys))
-    return flights
+def flights_of(name: str, one: Callable[[Numbered], Crossed]) -> Campaign[Numbered, Crossed]:
+    """A campaign of flights, by their condition and the seed of their forest."""
+    return Campaign(name, one, Numbered, Crossed, decided_by())
 
 
 def decided_by() -> tuple[object, ...]:

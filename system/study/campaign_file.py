@@ -12,28 +12,29 @@ import json
 import os
 import stat
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Generic, TypeVar, final
+
+import msgspec
 
 from circuits.errors import DataError, ParameterError
 from system.files.claim import take
 from system.files.document import from_json
 
-Key = tuple[str, int]  # condition, and seed or die
-Found = dict[str, Any]  # of a run, in JSON's own types
+Key = TypeVar("Key")
+Result = TypeVar("Result")
+Header = dict[str, str]  # name and mark of the campaign
 # No link is followed and no pipe waited for; what is added always goes to the end.
 _OPEN = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_APPEND | os.O_CLOEXEC
 
 
-@dataclass(frozen=True, slots=True)
-class _Run:
-    """A line of the file."""
+class _Line(msgspec.Struct, Generic[Key, Result], forbid_unknown_fields=True):
+    """A line of the file: a key, and what was found."""
 
     key: Key
-    found: Found
+    found: Result
 
 
 class CutLine(UserWarning):
@@ -41,17 +42,17 @@ class CutLine(UserWarning):
 
 
 @final
-class CampaignFile:
+class CampaignFile(Generic[Key, Result]):
     """A campaign's file while it is open."""
 
-    def __init__(self, path: Path, descriptor: int, header: Found) -> None:
-        """Read the file; raises as `open_runs`."""
+    def __init__(self, path: Path, descriptor: int, header: Header, line: type[_Line[Key, Result]]) -> None:
+        """Read the file, whose runs are of a type; raises as `open_runs`."""
         self._path, self._descriptor, self._claimed = path, descriptor, False
         data = _contents(path, descriptor)
         self._size, self._whole = len(data), data.rfind(b"\n") + 1
-        self._known = _runs(path, data[: self._whole], header)
+        self._known = _runs(path, data[: self._whole], header, line)
 
-    def find(self, key: Key) -> Found | None:
+    def find(self, key: Key) -> Result | None:
         """A run that the file has. Where it has none, nobody else may write the file from then on.
 
         Raises
@@ -79,14 +80,19 @@ class CampaignFile:
             cut = f"half a line at its end, {self._size - self._whole} bytes, was cut off"
             warnings.warn(f"{self._path}: {cut}; its run is made again", CutLine, stacklevel=3)
 
-    def keep(self, key: Key, found: Found) -> None:
+    def keep(self, key: Key, result: Result) -> None:
         """Add a run, which is on the disk afterwards; raises `DataError` where it cannot be written."""
-        _write_line(self._path, self._descriptor, {"key": key, "found": found})
+        _write_line(self._path, self._descriptor, {"key": key, "found": _plain(result)})
+        self._known[key] = result
 
 
 @contextmanager
-def open_runs(path: Path, header: Found, *, resume: bool) -> Iterator[CampaignFile]:
+def open_runs(
+    path: Path, header: Header, key: type[Key], result: type[Result], *, resume: bool
+) -> Iterator[CampaignFile[Key, Result]]:
     """Begin a campaign's file, or go on with one that is there.
+
+    key, result: types of what its lines hold.
 
     Raises
     ------
@@ -106,7 +112,7 @@ def open_runs(path: Path, header: Found, *, resume: bool) -> Iterator[CampaignFi
         _begin(path, header)
     descriptor = _opened(path)
     try:
-        yield CampaignFile(path, descriptor, header)
+        yield CampaignFile(path, descriptor, header, _Line[key, result])  # type: ignore[valid-type]
     finally:
         os.close(descriptor)
 
@@ -119,7 +125,7 @@ def _check_kind(path: Path) -> None:
         raise ParameterError(f"--output: {path} is {kind}, must be a file of its own; name another")
 
 
-def _begin(path: Path, header: Found) -> None:
+def _begin(path: Path, header: Header) -> None:
     """Make the file with its first line; what another process makes meanwhile is left alone."""
     try:
         descriptor = os.open(path, _OPEN | os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
@@ -159,27 +165,32 @@ def _lock(path: Path, descriptor: int) -> None:
         raise ParameterError(f"--output: {path}, another process is writing it; name another file") from None
 
 
-def _runs(path: Path, data: bytes, header: Found) -> dict[Key, Found]:
+def _runs(path: Path, data: bytes, header: Header, line: type[_Line[Key, Result]]) -> dict[Key, Result]:
     """Runs of whole lines, of which the first must be the campaign's."""
-    first, *lines = data.split(b"\n")[:-1] or [b""]
+    first, *rest = data.split(b"\n")[:-1] or [b""]
     if not _is_header(first, header):
         raise ParameterError(
             f"--resume: {path} is not of this campaign, or has other numbers; name another file"
         )
     read = [
-        from_json(line, _Run, f"{path}: line {number}", "delete it, or name another file")
-        for number, line in enumerate(lines, 2)
+        from_json(text, line, f"{path}: line {number}", "delete it, or name another file")
+        for number, text in enumerate(rest, 2)
     ]
     return {run.key: run.found for run in read}
 
 
-def _is_header(line: bytes, header: Found) -> bool:
+def _is_header(line: bytes, header: Header) -> bool:
     with suppress(DataError):
         return from_json(line, dict, "", "") == header
     return False
 
 
-def _write_line(path: Path, descriptor: int, row: Found) -> None:
+def _plain(result: object) -> Any:
+    """In JSON's own types; numpy's numbers as Python's."""
+    return msgspec.to_builtins(result, enc_hook=lambda number: number.item())
+
+
+def _write_line(path: Path, descriptor: int, row: Mapping[str, Any]) -> None:
     left = memoryview((json.dumps(row, allow_nan=False) + "\n").encode())
     try:
         while left:  # a full disk takes a part first

@@ -1,8 +1,8 @@
-"""Chunks of a study, and runs of a campaign, on a Dask cluster, one elsewhere or a local one of processes."""
+"""Runs of a campaign, chunks of a study among them, on a Dask cluster: one elsewhere, or processes here."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
@@ -12,13 +12,10 @@ from distributed import Client, KilledWorker, LocalCluster
 from circuits.errors import ParameterError, SolverError
 from system.files.writing import temporary_folder
 from system.notice import warn_in_a_line
-from system.study.campaign import Hands, One
-from system.study.campaign_file import Found, Key
-from system.study.engine import AHEAD, MOST_WORKERS, Handed, Submit, measure_dies
-from system.study.manifest import Study
+from system.study.campaign import AHEAD, MOST_WORKERS, Key, Result, Workers
 from system.study.waiting import Work, interrupts
 
-RETRIES = 3  # of a chunk whose worker died
+RETRIES = 3  # of a run whose worker died
 NO_PAGES: dict[str, list[str]] = {
     f"distributed.{server}.http.routes": [] for server in ("scheduler", "worker")
 }
@@ -26,29 +23,18 @@ TIMEOUT = "10s"  # of a scheduler that does not answer
 
 
 @contextmanager
-def on_cluster(address: str | None, workers: int | None = None) -> Iterator[tuple[Submit, int]]:
-    """Hand chunks to the Dask cluster at `address`, or to a local one of `workers` processes.
+def on_cluster(address: str | None, workers: int | None = None) -> Iterator[Workers]:
+    """Hand runs to the Dask cluster at `address`, or to a local one of `workers` processes.
 
-    A chunk whose worker dies is done again elsewhere. Raises `ParameterError` where no scheduler answers.
+    A run whose process dies is made again elsewhere. Raises `ParameterError` where no scheduler answers.
     """
-    with _clients(address, workers) as (client, count):
+    with interrupts() as asked, _clients(address, workers) as (client, count):
 
-        def submit(study: Study, dies: range) -> Handed:
-            return (client.submit(measure_dies, study, dies, pure=False, retries=RETRIES),)
-
-        yield submit, AHEAD * count
-
-
-@contextmanager
-def workers_of(workers: int) -> Iterator[Hands]:
-    """Hand runs of a campaign to so many processes; one whose process dies is made again."""
-    with interrupts() as asked, _clients(None, workers) as (client, count):
-
-        def submit(one: One, key: Key) -> Work[Found]:
-            run: Work[Found] = client.submit(one, key, pure=False, retries=RETRIES)
+        def submit(one: Callable[[Key], Result], key: Key) -> Work[Result]:
+            run: Work[Result] = client.submit(one, key, pure=False, retries=RETRIES)
             return run
 
-        yield submit, AHEAD * count, asked
+        yield Workers(submit, AHEAD * count, asked)
 
 
 @contextmanager

@@ -1,41 +1,35 @@
-"""Running a study: chunks of dies on threads or on a Dask cluster, kept on disk as they are finished.
+"""Running a study: a campaign whose keys are chunks of dies, kept in a folder as they are finished.
 
-A chunk depends on the study alone, so that workers, order, interruptions and resumes change nothing. Chunks
-are taken in order, whatever the order in which they end, and a rule that stops early sees them so. At most
-what is in work is lost when everything is killed: a chunk's file is there whole or not at all, and a file
-that cannot be read is measured again and counted.
+What holds for every campaign (`system.study.campaign`) holds for its chunks: workers, order, interruptions
+and resumes change nothing, and a rule that stops early sees them in order. A chunk's file is there whole or
+not at all, and one that cannot be read is measured again and counted.
 """
 
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from threading import Event
+from typing import Any
 
 import numpy as np
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.options.block import read_die
-from system.study.folder import StudyFiles, keep_chunk, keep_samples, known_chunk, open_folder
+from system.study.campaign import AHEAD, MOST_WORKERS, Workers, in_order
+from system.study.folder import keep_samples, open_folder
 from system.study.manifest import Study
 from system.study.plan import sampling
 from system.study.table import Table, empty, join
 from system.study.target import Target, measure_safely, open_target
-from system.study.waiting import Work, check, interrupts, outcome_of
+from system.study.waiting import Work, interrupts
 
-AHEAD = 2  # chunks a worker that are handed out before they are asked for
-MOST_WORKERS = 1024  # threads or processes; ours
 _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
-
-
-Handed = tuple[Work[Table], ...]  # pieces of a chunk, in order
-Submit = Callable[[Study, range], Handed]
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +83,7 @@ def run_study(
     study: Study,
     folder: Path | None = None,
     *,
-    submit: Submit,
-    ahead: int = 1,
+    workers: Workers,
     resume: bool = False,
     stop: Callable[[Table], bool] | None = None,
     progress: Callable[[float], None] | None = None,
@@ -104,8 +97,8 @@ def run_study(
         What to measure.
     folder
         Where chunks, manifest and the final table go; nowhere unless given.
-    submit, ahead
-        How a chunk is handed out (see `on_threads`, `on_cluster`), and how many at once.
+    workers
+        Who measures chunks (see `on_threads`, `on_cluster`).
     resume
         Go on in a folder that has the study already; without it such a folder is refused.
     stop
@@ -127,16 +120,10 @@ def run_study(
         return Outcome(empty([q.name for q in open_target(study.subject).quantities]), 0, (), stopped=False)
     kept = nullcontext() if folder is None else open_folder(folder, study, resume=resume, command=command)
     tables: list[Table] = []
-    read, redone, stopped = 0, [], False
-    chunks = study.chunks()
-    with kept as files, interrupts() as asked:
-        with closing(_ordered(study, chunks, files, submit, ahead, asked)) as source:
-            for dies, table, note in source:
-                if note is None:
-                    read += 1
-                elif files is not None:
-                    keep_chunk(files, dies, table)
-                redone += [note] if note else []
+    stopped, chunks = False, study.chunks()
+    with kept as files:
+        with closing(in_order(partial(measure_dies, study), chunks, files, workers)) as measured:
+            for _, table in measured:
                 tables.append(table)
                 if progress is not None:
                     progress(len(tables) / len(chunks))
@@ -144,53 +131,47 @@ def run_study(
                     stopped = len(tables) < len(chunks)
                     break
         whole = join(tables)
-        if files is not None:
-            keep_samples(files, whole)
-    return Outcome(whole, read, tuple(redone), stopped)
+        if files is None:
+            return Outcome(whole, 0, (), stopped)
+        keep_samples(files, whole)
+        return Outcome(whole, files.read, tuple(files.redone), stopped)
 
 
-def _ordered(
-    study: Study,
-    chunks: Sequence[range],
-    files: StudyFiles | None,
-    submit: Submit,
-    ahead: int,
-    asked: Event,
-) -> Generator[tuple[range, Table, str | None], None, None]:
-    """Chunks in order with a note: None if read, else why an old file was not taken, empty where none was."""
-    waiting: deque[tuple[range, Table | Handed, str | None]] = deque()
-    for dies in chunks:
-        known, note = (None, "") if files is None else known_chunk(files, dies)
-        waiting.append((dies, submit(study, dies) if known is None else known, note))
-        if len(waiting) > ahead:
-            yield _take(waiting.popleft(), asked)
-    while waiting:
-        yield _take(waiting.popleft(), asked)
+@dataclass(frozen=True, slots=True)
+class _Joined:
+    """Pieces of a chunk, in order, as one work."""
 
+    pieces: tuple[Work[Table], ...]
 
-def _take(entry: tuple[range, Table | Handed, str | None], asked: Event) -> tuple[range, Table, str | None]:
-    """Wait for a chunk; raises `KeyboardInterrupt` soon after it was asked for."""
-    dies, pending, note = entry
-    if not isinstance(pending, Table):
-        pending = join([outcome_of(piece, asked) for piece in pending])
-    check(asked)
-    return dies, pending, note
+    def add_done_callback(self, fn: Callable[[Any], object], /) -> None:
+        self._after(0, fn)
+
+    def _after(self, k: int, fn: Callable[[Any], object]) -> None:
+        """Tell of piece k, and then of those after it."""
+        if k == len(self.pieces):
+            fn(self)
+        else:
+            self.pieces[k].add_done_callback(lambda _: self._after(k + 1, fn))
+
+    def result(self) -> Table:
+        return join([piece.result() for piece in self.pieces])
 
 
 @contextmanager
-def on_threads(workers: int | None = None) -> Iterator[tuple[Submit, int]]:
+def on_threads(workers: int | None = None) -> Iterator[Workers]:
     """Hand chunks to threads of this process, all cores unless given; the solver lets them run at once."""
     threads = os.cpu_count() or 1 if workers is None else workers
     if not 1 <= threads <= MOST_WORKERS:
         raise ParameterError(f"--threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")
     executor = ThreadPoolExecutor(threads)
 
-    def submit(study: Study, dies: range) -> Handed:
+    def submit(one: Callable[[range], Table], dies: range) -> Work[Table]:
         length = len(dies) if threads == 1 else -(-len(dies) // _PIECES)
         starts = range(0, len(dies), max(length, 1))
-        return tuple(executor.submit(measure_dies, study, dies[k : k + length]) for k in starts)
+        return _Joined(tuple(executor.submit(one, dies[k : k + length]) for k in starts))
 
     try:
-        yield submit, AHEAD * threads
+        with interrupts() as asked:
+            yield Workers(submit, AHEAD * threads, asked)
     finally:
         executor.shutdown(cancel_futures=True)

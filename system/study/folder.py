@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 from circuits.errors import DataError, ParameterError
 from system.files.claim import claimed
@@ -22,14 +22,57 @@ from system.study.target import open_target
 CHUNKS, SAMPLES, REPORT = "chunks", "samples.nc", "report.html"
 
 
-@dataclass(frozen=True, slots=True)
+@final
 class StudyFiles:
-    """A folder that this process writes; `key` of its study, `units` of the metrics."""
+    """A folder that this process writes: the store of a study's chunks (`system.study.campaign.Store`).
 
-    folder: Path
-    study: Study
-    key: str
-    units: tuple[str, ...]
+    key: of its study, units: of its metrics; read: how many chunks were taken from it, redone: why others
+    that are there were not.
+    """
+
+    def __init__(self, folder: Path, study: Study, key: str, units: tuple[str, ...]) -> None:
+        """Nothing is read or written yet."""
+        self.folder, self.study, self.key, self.units = folder, study, key, units
+        self.read = 0
+        self.redone: list[str] = []
+
+    def find(self, dies: range) -> Table | None:
+        """A finished chunk, None where its file is not taken."""
+        table, note = self._known(dies)
+        if table is not None:
+            self.read += 1
+        elif note:
+            self.redone.append(note)
+        return table
+
+    def keep(self, dies: range, table: Table) -> None:
+        """Keep a finished chunk; `DataError` where it cannot be written."""
+        write_table(_file(self, dies), table, self.units, self.key)
+
+    def _known(self, dies: range) -> tuple[Table | None, str | None]:
+        """A finished chunk and None, or None and why its file is not taken: empty where there is none."""
+        path = _file(self, dies)
+        if not path.exists():
+            return None, ""
+        try:
+            table = read_table(path, self.key)
+        except DataError as error:
+            return None, str(error)
+        expected = [(d, c.corner, c.temperature_c, c.trial) for d in dies for c in self.study.conditions]
+        found = list(
+            zip(
+                table.die.tolist(),
+                table.corner,
+                table.temperature_c.tolist(),
+                table.trial.tolist(),
+                strict=True,
+            )
+        )
+        if found == expected:
+            return table, None
+        if found == expected[: len(found)]:
+            return None, ""  # the last chunk of a study that is now longer
+        return None, f"{path}: has other samples than its name says; measured again"
 
 
 @contextmanager
@@ -88,34 +131,9 @@ def _check_free(folder: Path) -> None:
         raise ParameterError(f"--output: {folder} has {taken[0]} of no study; name another folder")
 
 
-def keep_chunk(files: StudyFiles, dies: range, table: Table) -> None:
-    """Keep a finished chunk; `DataError` where it cannot be written."""
-    write_table(_file(files, dies), table, files.units, files.key)
-
-
 def keep_samples(files: StudyFiles, table: Table) -> None:
     """Keep the table of all samples; `DataError` where it cannot be written."""
     write_table(files.folder / SAMPLES, table, files.units, files.key)
-
-
-def known_chunk(files: StudyFiles, dies: range) -> tuple[Table | None, str | None]:
-    """A finished chunk and None, or None and why its file is not taken: empty where there is none."""
-    path = _file(files, dies)
-    if not path.exists():
-        return None, ""
-    try:
-        table = read_table(path, files.key)
-    except DataError as error:
-        return None, str(error)
-    expected = [(d, c.corner, c.temperature_c, c.trial) for d in dies for c in files.study.conditions]
-    found = list(
-        zip(table.die.tolist(), table.corner, table.temperature_c.tolist(), table.trial.tolist(), strict=True)
-    )
-    if found == expected:
-        return table, None
-    if found == expected[: len(found)]:
-        return None, ""  # the last chunk of a study that is now longer
-    return None, f"{path}: has other samples than its name says; measured again"
 
 
 def study_table(folder: Path) -> Table:

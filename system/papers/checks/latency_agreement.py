@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import itertools
 from contextlib import closing
+from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,30 +29,38 @@ from system.spiking_bat.flight import fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import LatencyScenario, place
-from system.study.campaign import ALONE, Campaign
-from system.study.campaign_file import Found, Key
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_SEED = 1006
 PINGS, FLIGHT = 2000, 250  # in all at least, and of a flight; ours
 LEAST = 0.8  # of kappa's lower limit
 
 
+@dataclass(frozen=True, slots=True)
+class Winners:
+    """Winner groups at the pings of a flight: the network's, the chip's, and integrate-and-fire neurons'."""
+
+    network: tuple[int, ...]
+    chip: tuple[int, ...]
+    lif: tuple[int, ...]
+
+
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, pings: int = PINGS, flight: int = FLIGHT
+    progress: Progress, execution: Execution = ALONE, pings: int = PINGS, flight: int = FLIGHT
 ) -> Report:
     """Fly the network, then play its pings to the chip."""
-    found: list[Found] = []
+    found: list[Winners] = []
     count = 0
-    numbers = (*decided_by(), flight)
-    keys = ((f"{flight} pings", seed) for seed in itertools.count(FIRST_SEED))
-    with closing(campaign.runs("latency-agreement", numbers, fly_one, keys)) as runs:
+    campaign = Campaign("latency-agreement", fly_one, Numbered, Winners, (*decided_by(), flight))
+    keys = (Numbered(f"{flight} pings", seed) for seed in itertools.count(FIRST_SEED))
+    with closing(execution.results(campaign, keys)) as runs:
         while count < pings:
             found.append(next(runs))
-            count += len(found[-1]["network"])
+            count += len(found[-1].network)
             progress(min(1.0, count / pings))
     network, chip, lif = (
-        np.array([group for each in found for group in each[name]], dtype=np.int64)
-        for name in ("network", "chip", "lif")
+        np.array([group for each in found for group in of(each)], dtype=np.int64)
+        for of in map(attrgetter, ("network", "chip", "lif"))
     )
     kappa, low, high = kappa_interval(network, chip)
     other, other_low, other_high = kappa_interval(network, lif)
@@ -70,17 +80,17 @@ def reproduce(
     return Report(rows, lambda figure: _draw(table, figure), notes)
 
 
-def fly_one(key: Key) -> Found:
+def fly_one(key: Numbered) -> Winners:
     """Winner groups of network, chip and integrate-and-fire network over a flight of the first."""
     flight, seed = key
     numbers = Numbers()
     arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
     heard = recorded(arcs, numbers, seed, int(flight.split()[0])).rows
-    return {
-        "network": [int(row.group) for row in heard],
-        "chip": replayed(chip_brain(arcs, numbers), heard).tolist(),
-        "lif": replayed_by(network_brain(arcs, numbers, all_lif), heard).tolist(),
-    }
+    return Winners(
+        tuple(int(row.group) for row in heard),
+        tuple(replayed(chip_brain(arcs, numbers), heard).tolist()),
+        tuple(replayed_by(network_brain(arcs, numbers, all_lif), heard).tolist()),
+    )
 
 
 def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:

@@ -12,7 +12,6 @@ lost against the nominal die on the same forests.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from functools import lru_cache
 
 import numpy as np
@@ -29,11 +28,10 @@ from system.spiking_bat.campaign import (
     block_builds,
     chip_maker,
     crossed,
-    fly_all,
+    flights_of,
     mean_crossings,
 )
-from system.study.campaign import ALONE, Campaign
-from system.study.campaign_file import Found, Key
+from system.study.campaign import ALONE, Execution, Numbered
 
 FIRST = 1006
 DIES, BLOCK_DIES = 100, 30  # of each build, and of each block's; ours
@@ -61,19 +59,19 @@ Flights = Mapping[str, Sequence[Crossed]]
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, dies: int = DIES, block_dies: int = BLOCK_DIES
+    progress: Progress, execution: Execution = ALONE, dies: int = DIES, block_dies: int = BLOCK_DIES
 ) -> Report:
     """Fly all builds, then single blocks."""
     counts = {name: dies if name in BUILDS else block_dies for name in _builds()}
-    keys = [(name, FIRST + k) for name, count in counts.items() for k in range(count)]
-    flights = fly_all(campaign, "latency-dies", fly_one, keys, progress)
+    keys = [Numbered(name, FIRST + k) for name, count in counts.items() for k in range(count)]
+    flights = execution.by_condition(flights_of("latency-dies", fly_one), keys, progress)
     return Report(rows(flights), lambda figure: _draw(flights, figure), notes(flights))
 
 
-def fly_one(key: Key) -> Found:
+def fly_one(key: Numbered) -> Crossed:
     """The flight of a build on the die of a number, through the forest of that seed."""
     name, number = key
-    return asdict(crossed(_maker(name), number))
+    return crossed(_maker(name), number)
 
 
 def _builds() -> dict[str, Build]:

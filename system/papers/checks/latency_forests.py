@@ -13,7 +13,6 @@ what is flown.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from functools import lru_cache
 
 import numpy as np
@@ -30,14 +29,13 @@ from system.spiking_bat.campaign import (
     chip_maker,
     crossed,
     crossed_by_analog,
-    fly_all,
+    flights_of,
     mean_crossings,
     network_maker,
     sign_test,
     survival,
 )
-from system.study.campaign import ALONE, Campaign
-from system.study.campaign_file import Found, Key
+from system.study.campaign import ALONE, Execution, Numbered
 
 FIRST_SEED = 1006
 FORESTS, NETWORK = 100, 100  # that analog model and chip fly, and the network
@@ -48,21 +46,21 @@ Flights = Mapping[str, Sequence[Crossed]]
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, forests: int = FORESTS, network: int = NETWORK
+    progress: Progress, execution: Execution = ALONE, forests: int = FORESTS, network: int = NETWORK
 ) -> Report:
     """Fly all models; raises `ParameterError` for more forests of the network than of the others."""
     if network > forests:
         raise ParameterError(f"network: {network} forests, must be at most the {forests} of the other models")
     counts = {"analog": forests, "chip": forests, "network": network}
-    keys = [(model, FIRST_SEED + k) for model, count in counts.items() for k in range(count)]
-    flights = fly_all(campaign, "latency-forests", fly_one, keys, progress)
+    keys = [Numbered(model, FIRST_SEED + k) for model, count in counts.items() for k in range(count)]
+    flights = execution.by_condition(flights_of("latency-forests", fly_one), keys, progress)
     return Report(rows(flights), lambda figure: draw_survival(flights, figure), notes(flights))
 
 
-def fly_one(key: Key) -> Found:
+def fly_one(key: Numbered) -> Crossed:
     """The flight of a model through the forest of a seed."""
     model, seed = key
-    return asdict(crossed_by_analog(seed) if model == "analog" else crossed(_maker(model), seed))
+    return crossed_by_analog(seed) if model == "analog" else crossed(_maker(model), seed)
 
 
 @lru_cache(maxsize=2)

@@ -19,7 +19,7 @@ from system.pushbot.campaign import Drive, Summary, drive_again, drive_all, mean
 from system.pushbot.loop import all_spikes
 from system.pushbot.run import Scenario, Trace
 from system.pushbot.run_picture import draw_run
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.worlds.arena.geometry import outline_at
 
 RUNS, DIES = 5, 5
@@ -32,13 +32,13 @@ COLUMN = math.tan(math.radians(30.0)) / 64.0  # tangent of a column
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     duration: float = DURATION,
 ) -> Report:  # fmt: skip
     """Chase on some dies; the picture is of the first."""
     base = Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration)
     drives = [Drive(s, outcome) for s in trials(base, count, dies)]
-    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     return Report(rows(found), lambda figure: _draw(drive_again(drives[0]), figure), notes(found))
 
 

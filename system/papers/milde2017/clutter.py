@@ -31,7 +31,7 @@ from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_all, share_of, trials
 from system.pushbot.run import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, stood, summarise
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
 
 SPEEDS = (0.35, 0.5)  # m/s; the paper's
@@ -54,7 +54,7 @@ Found = Mapping[tuple[str, float], Sequence[Summary]]
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = SCENES, dies: int = DIES, way: float = WAY
+    progress: Progress, execution: Execution = ALONE, count: int = SCENES, dies: int = DIES, way: float = WAY
 ) -> Report:
     """Drive all scenes with each network at each speed."""
     keys = [(network, speed) for network in NETWORKS for speed in SPEEDS]
@@ -62,7 +62,7 @@ def reproduce(
     for network, speed in keys:
         base = replace(NETWORKS[network], speed_factor=speed / SPEED_OF_FACTOR, duration=LIMIT, way=way)
         drives += [Drive(s, outcome) for s in trials(base, count, dies, FRESH)]
-    all_found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    all_found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     found = {key: all_found[k * count : (k + 1) * count] for k, key in enumerate(keys)}
     return Report(rows(found), lambda figure: _draw(found, figure), notes(found))
 

@@ -16,7 +16,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS as INKS
 from system.pushbot.campaign import Drive, drive_all, trials
 from system.pushbot.run import Scenario
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
 LIGHTS = ("normal", "dark", "very-dark")
@@ -28,13 +28,13 @@ Free = Mapping[tuple[str, str], Share]
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
 ) -> Report:  # fmt: skip
     """Drive all runs."""
     keys = [(light, colour) for light in lights for colour in blocks]
     drives = [Drive(s) for light, c in keys for s in trials(Scenario(light=light, colour=c), count, dies)]
-    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     free: dict[tuple[str, str], Share] = {}
     for k, key in enumerate(keys):
         runs = found[k * count : (k + 1) * count]

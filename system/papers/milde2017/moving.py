@@ -25,7 +25,7 @@ from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario, scene_of
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import Body, Motion, Scene
 
@@ -39,7 +39,9 @@ SHOWN = 25  # paths in a picture
 Found = Mapping[str, tuple[Sequence[Summary], Sequence[Summary]]]
 
 
-def reproduce(progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES) -> Report:
+def reproduce(
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES
+) -> Report:
     """Drive a moving and a standing cup at every factor, and the scene's own timing at `OWN`."""
     cases = [(world, factor) for factor in FACTORS for world in (pushed, standing)]
     cases.append((scene_of, OWN))
@@ -48,7 +50,7 @@ def reproduce(progress: Progress, campaign: Campaign = ALONE, count: int = RUNS,
         for world, factor in cases
         for each in trials(Scenario(scene="moving", speed_factor=factor), count, dies)
     ]
-    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    driven = drive_all(execution, EXPERIMENT.name, drives, progress)
     parts = {case: driven[k * count : (k + 1) * count] for k, case in enumerate(cases)}
     summaries = {case: [d.summary for d in part] for case, part in parts.items()}
     found = {f"{factor:g}": (summaries[pushed, factor], summaries[standing, factor]) for factor in FACTORS}

@@ -24,7 +24,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.pushbot.campaign import Drive, Summary, drive_again, drive_all, trials
 from system.pushbot.run import Scenario, Trace, scene_of, stood, summarise
 from system.pushbot.run_picture import draw_run
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.interval import LEVEL, Interval
 from system.worlds.arena.geometry import Obstacles, collision, obstacles_of, outline_at
 from system.worlds.arena.scene import LIGHTS, Scene
@@ -39,7 +39,7 @@ TRIES = 10_000  # draws of a start
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     duration: float = DURATION, lights: Sequence[str] = tuple(LIGHTS),
 ) -> Report:  # fmt: skip
     """Drive all runs; the picture is of the first."""
@@ -49,7 +49,7 @@ def reproduce(
         for light in lights
         for s in trials(replace(base, light=light), count, dies)
     ]
-    runs = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    runs = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     found = {light: runs[k * count : (k + 1) * count] for k, light in enumerate(lights)}
     return Report(rows(found), partial(_draw, drives[0]), notes(found))
 

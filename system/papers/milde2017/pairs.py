@@ -21,7 +21,7 @@ from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
 from system.worlds.arena.file import load_scene
 
@@ -34,12 +34,12 @@ SHOWN = 25  # paths in the picture
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     scenes: Sequence[str] = SCENES,
 ) -> Report:  # fmt: skip
     """Drive all runs."""
     drives = [Drive(s, with_path=True) for name in scenes for s in trials(Scenario(scene=name), count, dies)]
-    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    driven = drive_all(execution, EXPERIMENT.name, drives, progress)
     runs = {name: driven[k * count : (k + 1) * count] for k, name in enumerate(scenes)}
     found = {name: [d.summary for d in mine] for name, mine in runs.items()}
     paths = {name: [d.path for d in mine] for name, mine in runs.items()}

@@ -19,7 +19,7 @@ from system.plot import COLOURS as INKS
 from system.plot import INK
 from system.pushbot.campaign import Drive, Summary, drive_all, mean_sd, share_of, standard_error, trials
 from system.pushbot.run import Scenario
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
 
 CELLS = ((0.1, 0.5), (0.5, 0.5), (1.0, 0.5), (1.0, 1.0), (1.5, 1.0), (2.0, 1.0), (3.0, 1.0))
@@ -56,7 +56,7 @@ class Cell:
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = TRIALS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = TRIALS, dies: int = DIES,
     colours: Sequence[str] = tuple(PAPER),
 ) -> Report:  # fmt: skip
     """Drive every trial."""
@@ -66,7 +66,7 @@ def reproduce(
         for colour, (speed, turn) in keys
         for each in trials(Scenario(colour=colour, speed_factor=speed, turn_factor=turn), count, dies)
     ]
-    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     cells = {key: _cell(*key, found[k * count : (k + 1) * count]) for k, key in enumerate(keys)}
     return Report(rows(cells), lambda figure: _draw(cells, figure), notes(cells))
 

@@ -19,7 +19,7 @@ from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_all, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario, Trace
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import share_where
 from system.worlds.arena.file import load_scene
 from system.worlds.arena.geometry import clearance
@@ -34,7 +34,7 @@ EVERY = 10  # steps between two looks at the distance
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     duration: float = DURATION,
 ) -> Report:  # fmt: skip
     """Drive to the target, without and with a block on the way."""
@@ -43,7 +43,7 @@ def reproduce(
         for name in SCENES
         for s in trials(Scenario(scene=name, window=WINDOW, duration=duration), count, dies)
     ]
-    driven = drive_all(campaign, EXPERIMENT.name, drives, progress)
+    driven = drive_all(execution, EXPERIMENT.name, drives, progress)
     parts = driven[:count], driven[count:]
     reached, block = ([d.summary for d in part] for part in parts)
     paths = {name: [d.path for d in part] for name, part in zip(SCENES, parts, strict=True)}

@@ -18,7 +18,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_all, trials
 from system.pushbot.run import Scenario
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
 KINDS: tuple[BiasKind, ...] = ("generator", "gate")
@@ -31,7 +31,7 @@ Found = Mapping[tuple[BiasKind, float], Share]
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, count: int = RUNS, dies: int = DIES,
+    progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     temperatures: Sequence[float] = TEMPERATURES,
 ) -> Report:  # fmt: skip
     """Drive at all temperatures."""
@@ -41,7 +41,7 @@ def reproduce(
         for kind, t in keys
         for s in trials(Scenario(), count, dies)
     ]
-    runs = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    runs = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     found = {key: avoided(runs[k * count : (k + 1) * count]) for k, key in enumerate(keys)}
     notes = tuple(f"{kind}, {t:g} degC: avoided {share}" for (kind, t), share in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes)

@@ -20,7 +20,7 @@ from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, PALE
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_all
 from system.pushbot.run import Scenario
-from system.study.campaign import ALONE, Campaign
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
 REPEATS = 10  # runs of a die and a noise, each with a seed of its own
@@ -39,7 +39,7 @@ NOISES: Mapping[str, Callable[[int], dict[str, Any]]] = {
 
 
 def reproduce(
-    progress: Progress, campaign: Campaign = ALONE, repeats: int = REPEATS, repeated: int = REPEATED,
+    progress: Progress, execution: Execution = ALONE, repeats: int = REPEATS, repeated: int = REPEATED,
     others: int = OTHERS,
 ) -> Report:  # fmt: skip
     """Drive all runs."""
@@ -51,7 +51,7 @@ def reproduce(
             plan[f"die {FIRST + d}, {name}"] = [replace(on_die, **fields(FIRST + k)) for k in range(repeats)]
     plan["other dies"] = [replace(base, die=Die(number=FIRST + d), seed=FIRST) for d in range(others)]
     drives = [Drive(s) for group in plan.values() for s in group]
-    found = [d.summary for d in drive_all(campaign, EXPERIMENT.name, drives, progress)]
+    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
     groups: dict[str, list[Summary]] = {}
     begin = 0
     for name, scenarios in plan.items():

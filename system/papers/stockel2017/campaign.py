@@ -18,7 +18,6 @@ quarter of the neurons reach on fewer dies.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import version
@@ -33,9 +32,7 @@ from circuits.silicon.die import Die
 from system.bug.run import Scenario, run, summarise
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.study.campaign import ALONE, Campaign
-from system.study.campaign_file import Found as Kept
-from system.study.campaign_file import Key
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share
 
 FIRST, DIES, DURATION = 5000, 10, 100.0  # first die, how many, s
@@ -73,6 +70,17 @@ class Condition:
 
 
 @dataclass(frozen=True, slots=True)
+class Drive:
+    """What a run came to: time (s) and path over the shortest if it reached; clips; 1 if it was refused."""
+
+    reached: bool
+    time_s: float | None
+    path_ratio: float | None
+    clipped: int
+    refused: int
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """Of runs: how many reached; of those time (s) and path over the shortest; clips; refused dies."""
 
@@ -107,34 +115,31 @@ def conditions(agent: str) -> list[Condition]:
     return list(dict.fromkeys(every))
 
 
-def reproduce(progress: Progress, campaign: Campaign = ALONE, dies: int = DIES) -> Report:
+def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
     """All conditions on the same dies."""
     every = by_name()
-    keys = [(name, FIRST + k) for name in every for k in range(dies)]
-    kept: dict[str, list[Kept]] = {name: [] for name in every}
+    keys = [Numbered(name, FIRST + k) for name in every for k in range(dies)]
     numbers = (version("noctule"), DURATION, *every.values())
-    with closing(campaign.runs(EXPERIMENT.name, numbers, drive_one, keys)) as runs:
-        for done, ((name, _), run_found) in enumerate(zip(keys, runs, strict=True), 1):
-            kept[name].append(run_found)
-            progress(done / len(keys))
+    campaign = Campaign(EXPERIMENT.name, drive_one, Numbered, Drive, numbers)
+    kept = execution.by_condition(campaign, keys, progress)
     found = {condition: outcome(kept[name]) for name, condition in every.items()}
     notes = tuple(f"{described(c)}: {o}; {o.clipped} clipped, {o.refused} refused" for c, o in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 
-def outcome(kept: Sequence[Kept]) -> Outcome:
+def outcome(kept: Sequence[Drive]) -> Outcome:
     """What runs came to."""
-    there = [r for r in kept if r["reached"]]
+    there = [r for r in kept if r.reached]
     return Outcome(
         Share(len(there), len(kept)),
-        tuple(float(r["time_s"] or 0.0) for r in there),
-        tuple(float(r["path_ratio"] or 0.0) for r in there),
-        sum(r["clipped"] for r in kept),
-        sum(r["refused"] for r in kept),
+        tuple(float(r.time_s or 0.0) for r in there),
+        tuple(float(r.path_ratio or 0.0) for r in there),
+        sum(r.clipped for r in kept),
+        sum(r.refused for r in kept),
     )
 
 
-def drive_one(key: Key) -> Kept:
+def drive_one(key: Numbered) -> Drive:
     """Drive in the condition of a name on the die of a number; refused where biases leave no network."""
     condition = by_name()[key[0]]
     try:
@@ -142,13 +147,10 @@ def drive_one(key: Key) -> Kept:
     except ParameterError:
         if condition.use != SOLVED:
             raise
-        return {"reached": False, "time_s": None, "path_ratio": None, "clipped": 0, "refused": 1}
+        return Drive(reached=False, time_s=None, path_ratio=None, clipped=0, refused=1)
     said = summarise(trace)
     clipped = int((trace.chip or {}).get("clipped", 0))
-    return {
-        "reached": bool(trace.reached), "time_s": said["time_s"], "path_ratio": said["path_ratio"],
-        "clipped": clipped, "refused": 0,
-    }  # fmt: skip
+    return Drive(bool(trace.reached), said["time_s"], said["path_ratio"], clipped, 0)
 
 
 @lru_cache(maxsize=1)

@@ -2,8 +2,9 @@
 
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,22 +17,21 @@ from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, drive_again, trials
 from system.pushbot.run import Scenario, summarise
 from system.registry import load_experiment
-from system.study.campaign import Campaign
-from system.study.campaign_file import Found, Key
+from system.study.campaign import Execution, Numbered
 
 EVIDENCE = Path(__file__).parents[3] / "evidence"
 FORESTS = EVIDENCE / "latency-forests.jsonl"
 
 
-def kept() -> dict[Key, Found]:
+def kept() -> dict[Numbered, Any]:
     _, *lines = FORESTS.read_text().splitlines()
     rows = [json.loads(line) for line in lines]
     return {(str(row["key"][0]), int(row["key"][1])): row["found"] for row in rows}
 
 
 @pytest.mark.parametrize("key", [("analog", 1006), ("chip", 1006)])
-def test_a_flight_flown_again_is_the_one_that_is_kept(key: Key) -> None:
-    assert latency_forests.fly_one(key) == kept()[key]
+def test_a_flight_flown_again_is_the_one_that_is_kept(key: Numbered) -> None:
+    assert asdict(latency_forests.fly_one(key)) == kept()[key]
 
 
 def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_path: Path) -> None:
@@ -41,7 +41,7 @@ def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_p
     network = sum(model == "network" for model, _ in kept())
     assert network == latency_forests.FORESTS
     report = latency_forests.reproduce(
-        lambda _: None, Campaign(file=copy, resume=True), forests=latency_forests.FORESTS, network=network
+        lambda _: None, Execution(file=copy, resume=True), forests=latency_forests.FORESTS, network=network
     )
     assert copy.read_bytes() == FORESTS.read_bytes()
     assert [row.name for row in report.rows][:2] == [
@@ -56,7 +56,7 @@ def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(
 ) -> None:
     copy = tmp_path / f"{name}.jsonl"
     shutil.copy(EVIDENCE / copy.name, copy)
-    report = load_experiment(name).run(lambda _: None, Campaign(file=copy, resume=True))
+    report = load_experiment(name).run(lambda _: None, Execution(file=copy, resume=True))
     assert len(report.disagreeing) == disagree  # of the table all are fitted rows
     assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
 
@@ -75,7 +75,7 @@ def test_drives_with_other_codes_or_colours_are_refused(
     shutil.copy(EVIDENCE / copy.name, copy)
     monkeypatch.setattr(pushbot_campaign, number, {})
     with pytest.raises(ParameterError, match="other numbers"):
-        load_experiment("milde2017-table1").run(lambda _: None, Campaign(file=copy, resume=True))
+        load_experiment("milde2017-table1").run(lambda _: None, Execution(file=copy, resume=True))
 
 
 def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:

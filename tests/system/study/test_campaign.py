@@ -4,73 +4,80 @@ import errno
 import os
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from threading import Event, Timer
+from typing import Any
 
+import numpy as np
 import pytest
 
 from circuits.errors import DataError, ParameterError
 from system.cli.command_line import main
 from system.study import campaign_file, cluster
-from system.study.campaign import Campaign
-from system.study.campaign_file import CutLine, Found, Key
+from system.study.campaign import Campaign, Execution, Numbered, Workers
+from system.study.campaign_file import CutLine
 
-KEYS = [("a", 1), ("a", 2), ("b", 1)]
+KEYS = [Numbered("a", 1), Numbered("a", 2), Numbered("b", 1)]
+Found = dict[str, str]
+One = Callable[[Numbered], Found]
 
 
 @pytest.fixture
-def made() -> tuple[Callable[[Key], Found], list[Key]]:
+def made() -> tuple[One, list[Numbered]]:
     """A run that notes what it was asked for."""
-    asked: list[Key] = []
+    asked: list[Numbered] = []
 
-    def one(key: Key) -> Found:
+    def one(key: Numbered) -> Found:
         asked.append(key)
         return {"value": f"{key[0]}{0.1 * key[1]}"}
 
     return one, asked
 
 
-def runs(campaign: Campaign, one: Callable[[Key], Found], mark: object = 1) -> list[Found]:
-    return list(campaign.runs("ours", (mark,), one, KEYS))
+def ours(one: One, mark: object = 1) -> Campaign[Numbered, Found]:
+    return Campaign("ours", one, Numbered, Found, (mark,))
+
+
+def runs(execution: Execution, one: One, mark: object = 1) -> list[Found]:
+    return list(execution.results(ours(one, mark), KEYS))
 
 
 def test_a_campaign_goes_on_where_it_was_interrupted(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
+    made: tuple[One, list[Numbered]], tmp_path: Path
 ) -> None:
     one, asked = made
     whole, part = tmp_path / "whole.jsonl", tmp_path / "part.jsonl"
-    expected = runs(Campaign(whole), one)
-    begun = Campaign(part).runs("ours", (1,), one, KEYS)
+    expected = runs(Execution(whole), one)
+    begun = Execution(part).results(ours(one), KEYS)
     next(begun)
     begun.close()
     with part.open("a") as file:
         file.write('{"key": ["a", 2], "fo')  # killed while it wrote
     asked.clear()
     with pytest.warns(CutLine, match=r"part.jsonl: half a line at its end, 21 bytes, was cut off"):
-        assert runs(Campaign(part, resume=True), one) == expected
+        assert runs(Execution(part, resume=True), one) == expected
     assert asked == KEYS[1:]
     assert part.read_bytes() == whole.read_bytes()
-    assert runs(Campaign(whole, resume=True), one) == expected
+    assert runs(Execution(whole, resume=True), one) == expected
     assert asked == KEYS[1:]  # none was made again
 
 
 def test_an_endless_campaign_is_asked_as_far_as_needed(
-    made: tuple[Callable[[Key], Found], list[Key]],
+    made: tuple[One, list[Numbered]],
 ) -> None:
     one, asked = made
-    found = Campaign().runs("ours", (), one, (("a", k) for k in count()))
+    found = Execution().results(ours(one), (Numbered("a", k) for k in count()))
     assert [next(found)["value"] for _ in range(2)] == ["a0.0", "a0.1"]
     assert len(asked) == 2
 
 
-def test_runs_handed_out_ahead_come_in_order(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
-) -> None:
+def test_runs_handed_out_ahead_come_in_order(made: tuple[One, list[Numbered]], tmp_path: Path) -> None:
     one, asked = made
 
     class Late:
-        def __init__(self, key: Key) -> None:
+        def __init__(self, key: Numbered) -> None:
             self.key = key
 
         def add_done_callback(self, fn: Callable[[object], object], /) -> None:
@@ -79,14 +86,13 @@ def test_runs_handed_out_ahead_come_in_order(
         def result(self) -> Found:
             return one(self.key)
 
-    hands = (lambda _, key: Late(key), 2, Event())
+    late = Workers(lambda _, key: Late(key), 2, Event())
     file = tmp_path / "ahead.jsonl"
-    assert runs(Campaign(file, hands=lambda: nullcontext(hands)), one) == runs(Campaign(), one)
+    assert runs(Execution(file, workers=lambda: nullcontext(late)), one) == runs(Execution(), one)
     assert asked == KEYS + KEYS
-    stopped = (hands[0], 2, Event())
-    stopped[2].set()
+    late.asked.set()
     with pytest.raises(KeyboardInterrupt):
-        runs(Campaign(hands=lambda: nullcontext(stopped)), one)
+        runs(Execution(workers=lambda: nullcontext(late)), one)
 
 
 def test_processes_get_runs_by_their_keys(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,27 +103,65 @@ def test_processes_get_runs_by_their_keys(monkeypatch: pytest.MonkeyPatch) -> No
             given.append((*arguments, pure, retries))
 
     monkeypatch.setattr(cluster, "_clients", lambda _, workers: nullcontext((Client(), workers)))
-    with cluster.workers_of(3) as (submit, ahead, asked):
-        submit(len, ("a", 1))  # type: ignore[arg-type]
+    with cluster.on_cluster(None, 3) as workers:
+        workers.submit(len, ("a", 1))
     assert given == [(len, ("a", 1), False, cluster.RETRIES)]
-    assert ahead >= 3
-    assert not asked.is_set()
+    assert workers.ahead >= 3
+    assert not workers.asked.is_set()
 
 
-def test_what_is_not_its_own_is_refused(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
-) -> None:
+def test_what_is_not_its_own_is_refused(made: tuple[One, list[Numbered]], tmp_path: Path) -> None:
     one, _ = made
     file = tmp_path / "runs.jsonl"
     with pytest.raises(ParameterError, match=r"--resume: .* is not there"):
-        runs(Campaign(file, resume=True), one)
-    runs(Campaign(file), one)
+        runs(Execution(file, resume=True), one)
+    runs(Execution(file), one)
     with pytest.raises(ParameterError, match=r"--output: .* is there; add --resume"):
-        runs(Campaign(file), one)
+        runs(Execution(file), one)
     with pytest.raises(ParameterError, match="other numbers; name another file"):
-        runs(Campaign(file, resume=True), one, mark=2)
+        runs(Execution(file, resume=True), one, mark=2)
     with pytest.raises(DataError, match="cannot be written"):
-        runs(Campaign(tmp_path / "none" / "runs.jsonl"), one)
+        runs(Execution(tmp_path / "none" / "runs.jsonl"), one)
+
+
+@dataclass(frozen=True)
+class Side:
+    """Of a coin."""
+
+    heads: bool
+    height: float
+    marks: tuple[int, ...]
+
+
+def side(key: Numbered) -> Side:
+    heads: Any = np.bool_(key.number == 2)
+    return Side(heads, np.float64(0.1) * key.number, (key.number, key.number + 1))
+
+
+def test_a_result_is_of_its_type_from_the_file_too_and_numpys_numbers_are_kept(tmp_path: Path) -> None:
+    file = tmp_path / "runs.jsonl"
+    campaign = Campaign("ours", side, Numbered, Side)
+    fresh = list(Execution(file).results(campaign, KEYS))
+    assert list(Execution(file, resume=True).results(campaign, KEYS)) == fresh
+    assert fresh[1] == Side(heads=True, height=0.2, marks=(2, 3))
+    assert file.read_text().splitlines()[2] == (
+        '{"key": ["a", 2], "found": {"heads": true, "height": 0.2, "marks": [2, 3]}}'
+    )
+
+
+def test_earlier_runs_may_decide_which_come_next_and_more_keys_lengthen_a_file(
+    made: tuple[One, list[Numbered]], tmp_path: Path
+) -> None:
+    one, asked = made
+    file = tmp_path / "runs.jsonl"
+    with Execution(file).open(ours(one)) as opened:
+        assert list(opened.of(KEYS[:1])) == [{"value": "a0.1"}]
+        assert list(opened.of(KEYS[:2])) == [{"value": "a0.1"}, {"value": "a0.2"}]
+    assert asked == KEYS[:2]  # a run of this process is found as one of the file is
+    with Execution(file, resume=True).open(ours(one)) as opened:
+        longer = list(opened.of(KEYS))
+    assert asked == KEYS
+    assert longer == runs(Execution(), one)
 
 
 OURS = '{"campaign": "ours", "mark": "1"}'
@@ -138,14 +182,14 @@ OURS = '{"campaign": "ours", "mark": "1"}'
     ],
 )
 def test_a_foreign_file_is_refused_unchanged(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path, contents: str, *, resume: bool
+    made: tuple[One, list[Numbered]], tmp_path: Path, contents: str, *, resume: bool
 ) -> None:
     one, asked = made
     file = tmp_path / "notes.txt"
     file.write_text(contents)
     os.utime(file, ns=(10**18, 10**18))
     with pytest.raises(ParameterError, match=r"notes\.txt"):
-        runs(Campaign(file, resume=resume), one)
+        runs(Execution(file, resume=resume), one)
     assert (file.read_text(), file.stat().st_mtime_ns, asked) == (contents, 10**18, [])
     assert list(tmp_path.iterdir()) == [file]
 
@@ -153,11 +197,11 @@ def test_a_foreign_file_is_refused_unchanged(
 @pytest.mark.parametrize("resume", [False, True])
 @pytest.mark.parametrize("kind", ["a folder", "a link", "a link to nothing", "a device or a pipe"])
 def test_what_is_no_file_is_refused_unchanged(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path, kind: str, *, resume: bool
+    made: tuple[One, list[Numbered]], tmp_path: Path, kind: str, *, resume: bool
 ) -> None:
     one, asked = made
     own, path = tmp_path / "own.jsonl", tmp_path / "runs"
-    runs(Campaign(own), one)
+    runs(Execution(own), one)
     asked.clear()
     before = own.read_bytes(), own.stat().st_mtime_ns
     make: dict[str, Callable[[], object]] = {
@@ -168,35 +212,33 @@ def test_what_is_no_file_is_refused_unchanged(
     }
     make[kind]()
     with pytest.raises(ParameterError, match=f"runs is {kind.removesuffix(' to nothing')}, must be a file"):
-        runs(Campaign(path, resume=resume), one)
+        runs(Execution(path, resume=resume), one)
     assert (own.read_bytes(), own.stat().st_mtime_ns) == before
     assert (sorted(tmp_path.iterdir()), asked) == ([own, path], [])
     with pytest.raises(ParameterError, match="/dev/null is a device"):
-        runs(Campaign(Path("/dev/null"), resume=resume), one)
+        runs(Execution(Path("/dev/null"), resume=resume), one)
 
 
-def test_two_processes_do_not_write_into_one_file(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path
-) -> None:
+def test_two_processes_do_not_write_into_one_file(made: tuple[One, list[Numbered]], tmp_path: Path) -> None:
     one, asked = made
     file = tmp_path / "runs.jsonl"
-    first = Campaign(file).runs("ours", (1,), one, KEYS)
+    first = Execution(file).results(ours(one), KEYS)
     next(first)
-    second = Campaign(file, resume=True).runs("ours", (1,), one, KEYS)
+    second = Execution(file, resume=True).results(ours(one), KEYS)
     next(second)  # what the file has can be read
     asked.clear()
     with pytest.raises(ParameterError, match="another process is writing it"):
         next(second)
-    third = Campaign(file, resume=True).runs("ours", (1,), one, KEYS)
+    third = Execution(file, resume=True).results(ours(one), KEYS)
     next(third)
-    assert list(first) == runs(Campaign(), one)[1:]
+    assert list(first) == runs(Execution(), one)[1:]
     with pytest.raises(ParameterError, match="another process wrote to it just now"):
         next(third)
     assert len(file.read_text().splitlines()) == 1 + len(KEYS)
 
 
 def test_a_full_disk_leaves_no_file_without_a_first_line(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    made: tuple[One, list[Numbered]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, _ = made
     file = tmp_path / "runs.jsonl"
@@ -207,24 +249,32 @@ def test_a_full_disk_leaves_no_file_without_a_first_line(
     with monkeypatch.context() as patched:
         patched.setattr(campaign_file.os, "write", full)
         with pytest.raises(DataError, match=r"runs.jsonl: cannot be written, No space left"):
-            runs(Campaign(file), one)
+            runs(Execution(file), one)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    "line", ["[" * 50_000, '{"key": ["a", 1e999], "found": {}}', "[1]", '{"key": ["a", 1]}']
+    "line",
+    [
+        "[" * 50_000,
+        '{"key": ["a", 1e999], "found": {}}',
+        "[1]",
+        '{"key": ["a", 1]}',
+        '{"key": ["a", 1], "found": {"value": 1}}',
+        '{"key": ["a"], "found": {"value": "1"}}',
+    ],
 )
 def test_a_line_that_is_no_run_is_refused_by_its_number(
-    made: tuple[Callable[[Key], Found], list[Key]], tmp_path: Path, line: str
+    made: tuple[One, list[Numbered]], tmp_path: Path, line: str
 ) -> None:
     one, _ = made
     file = tmp_path / "runs.jsonl"
-    runs(Campaign(file), one)
+    runs(Execution(file), one)
     with file.open("a") as opened:
         opened.write(f"{line}\n")
     before = file.read_bytes()
     with pytest.raises(DataError, match=r"runs.jsonl: line 5"):
-        runs(Campaign(file, resume=True), one)
+        runs(Execution(file, resume=True), one)
     assert file.read_bytes() == before
 
 

@@ -46,12 +46,12 @@ def test_a_killed_worker_loses_nothing() -> None:
             os.kill(victims[0], signal.SIGKILL)
 
         thread = threading.Thread(target=kill)
-        with on_cluster(cluster.scheduler_address) as (submit, ahead):
+        with on_cluster(cluster.scheduler_address) as workers:
             thread.start()
-            found = run_study(wanted, submit=submit, ahead=ahead).table
+            found = run_study(wanted, workers=workers).table
             thread.join()
-    with on_threads(1) as (submit, ahead):
-        expected = run_study(study(count=8, chunk=2), submit=submit, ahead=ahead).table
+    with on_threads(1) as workers:
+        expected = run_study(study(count=8, chunk=2), workers=workers).table
     assert same(found, expected)
     assert np.isfinite(found.values).sum() == 6
 
@@ -68,12 +68,12 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 def test_a_cluster_leaves_nothing_and_serves_no_page(temporary: Path) -> None:
     (temporary / f".noctule-{os.getuid()}-of-a-killed-run").mkdir()
     wanted = study(count=4, chunk=2)
-    with on_cluster(None, 2) as (submit, ahead):
+    with on_cluster(None, 2) as workers:
         found = list(temporary.iterdir())
         assert len(found) == 1, found
         (scratch,) = found
         assert scratch.name.startswith(".noctule-")
-        run_study(wanted, submit=submit, ahead=ahead)
+        run_study(wanted, workers=workers)
         assert [p for p in listened() if answers(p)] == []
         assert list(temporary.iterdir()) == [scratch]
     assert list(temporary.iterdir()) == []
@@ -105,6 +105,6 @@ def test_a_worker_that_is_killed_each_time_is_told_in_a_line() -> None:
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 0}),  # a worker takes seconds to start
         pytest.raises(SolverError, match=r"--workers: a process was killed each time"),
-        on_cluster(None, 1) as (submit, ahead),
+        on_cluster(None, 1) as workers,
     ):
-        run_study(wanted, submit=submit, ahead=ahead)
+        run_study(wanted, workers=workers)

@@ -58,8 +58,8 @@ def study(count: int = 10, chunk: int = 3, metric: str = "threshold_sum", **plan
 
 
 def run(wanted: Study, folder: Path | None = None, workers: int = 1, **options: Any) -> Outcome:
-    with on_threads(workers) as (submit, ahead):
-        return run_study(wanted, folder, submit=submit, ahead=ahead, **options)
+    with on_threads(workers) as made:
+        return run_study(wanted, folder, workers=made, **options)
 
 
 def same(a: Table, b: Table) -> bool:

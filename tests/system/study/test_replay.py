@@ -32,8 +32,8 @@ STUDY = Study(
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("study")
-    with on_threads(1) as (submit, ahead):
-        run_study(STUDY, path, submit=submit, ahead=ahead)
+    with on_threads(1) as workers:
+        run_study(STUDY, path, workers=workers)
     return path
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from system.study.campaign import Campaign
-from system.study.engine import measure_dies, run_study
+from system.study.campaign import Campaign, Execution, Workers
+from system.study.engine import run_study
 from system.study.waiting import interrupts, outcome_of
 from tests.system.study.test_engine import run, same, study
 
@@ -33,10 +33,10 @@ def later(function: Any, *arguments: Any) -> Busy:
 
 
 def test_no_wait_is_cut_short_by_a_deadline() -> None:
-    hands = nullcontext((later, 1, Event()))
-    found = Campaign(hands=lambda: hands).runs("ours", (), lambda key: {"n": key[1]}, [("a", 1), ("a", 2)])
-    assert list(found) == [{"n": 1}, {"n": 2}]
-    table = run_study(study(4, 2), submit=lambda *chunk: (later(measure_dies, *chunk),)).table
+    workers = Workers(later, 1, Event())
+    campaign = Campaign("ours", lambda number: 2 * number, int, int)
+    assert list(Execution(workers=lambda: nullcontext(workers)).results(campaign, [1, 2])) == [2, 4]
+    table = run_study(study(4, 2), workers=workers).table
     assert same(table, run(study(4, 2)).table)
 
 

@@ -48,7 +48,7 @@ def test_it_is_a_campaign_of_its_own_counts(name: str) -> None:
     taken = signature(chosen.run).parameters
     assert chosen.counts
     assert {n: taken[n].default for n in chosen.counts} == dict(chosen.counts)
-    assert taken["campaign"].default is ALONE
+    assert taken["execution"].default is ALONE
 
 
 def test_figure_5_agrees_and_sees_a_wrong_sign() -> None:

@@ -77,9 +77,9 @@ def test_a_die_drives_and_a_warm_one_does_not(monkeypatch: pytest.MonkeyPatch) -
     assert str(there).startswith("1 of 1 (")
     assert there.ratios[0] >= 1.0
     warm = drive_one((described(replace(base, temperature_c=32.0)), 901))
-    assert not warm["reached"]
+    assert not warm.reached
     cold = drive_one((described(replace(base, use=campaign.SOLVED, temperature_c=7.0)), 901))
-    assert (cold["reached"], cold["refused"]) == (False, 1)
+    assert (cold.reached, cold.refused) == (False, 1)
     assert outcome([warm, cold]).share == Share(0, 2)
     assert outcome([warm, cold]).refused == 1
 
