@@ -10,20 +10,22 @@ Decoders are solved at 27 degC from what is counted on the die.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 from matplotlib.figure import Figure
 
-from circuits.silicon.die import Die
 from system.bug.body import RADIUS
-from system.bug.path import median_distance
-from system.bug.picture import draw_paths, draw_shortest, draw_world
-from system.bug.run import Scenario, Trace, run
+from system.bug.run import Scenario
 from system.experiment import Experiment, Progress, Report, Row
-from system.papers.stockel2017.fig6 import repeats
+from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
+from system.papers.stockel2017.fig6 import MAP as SPIRAL
+from system.papers.stockel2017.fig8 import MAP as FIELD
 from system.papers.stockel2017.fig8 import PAPER
+from system.study.campaign import ALONE, Execution, Numbered
 from system.study.statistics.share import Share, share_where
 
 FIRST, DIES, DURATION = 4000, 100, 150.0  # first die, how many, s
-SPIRAL, FIELD = "bug-spiral", "bug-field"
 AGENTS = (
     (SPIRAL, "bug0", "published"),
     (SPIRAL, "bug2", "published"),
@@ -35,30 +37,16 @@ AGENTS = (
 LEAST = {"bug0": 0.95, "bug2": 0.9}
 SHOWN = 7  # as many as there are colours
 
-Found = dict[tuple[str, str, str], list[Trace]]
+Found = Mapping[tuple[str, str, str], Sequence[Drive]]
 
 
-def traces(progress: Progress, dies: int = DIES, first: int = FIRST, duration: float = DURATION) -> Found:
-    """Runs by map, agent and design."""
-    found: Found = {}
-    for k in range(dies):
-        for j, (world, agent, design) in enumerate(AGENTS):
-            die = Die(number=first + k)
-            scenario = Scenario(agent, "chip", design, map=world, seed=first + k, duration=duration, die=die)
-            found.setdefault((world, agent, design), []).append(run(scenario))
-            progress((k + (j + 1) / len(AGENTS)) / dies)
-    return found
-
-
-def rows(found: Found, programs: dict[str, Trace]) -> tuple[Row, ...]:
-    """Statements; programs: Bug 0's run by map."""
-    again = [repeats(t) for t in found[SPIRAL, "bug0", "published"]]
+def rows(found: Found) -> tuple[Row, ...]:
+    """Statements."""
+    again = [bool(t.repeats) for t in found[SPIRAL, "bug0", "published"]]
     published = share_where(t.reached for t in found[FIELD, "bug2", "published"])
     ours, theirs = published.interval, Share(*PAPER).interval
     apart = max(
-        median_distance(t.path, programs[world].path)
-        for world in (SPIRAL, FIELD)
-        for t in found[world, "bug0", "published"]
+        t.apart for world in (SPIRAL, FIELD) for t in found[world, "bug0", "published"] if t.apart is not None
     )
     return (
         _share("fig6_bug0_repeats_its_way_share", again, LEAST["bug0"]),
@@ -78,19 +66,31 @@ def rows(found: Found, programs: dict[str, Trace]) -> tuple[Row, ...]:
     )  # fmt: skip
 
 
-def reproduce(progress: Progress) -> Report:
+def reproduce(
+    progress: Progress, execution: Execution = ALONE, dies: int = DIES, duration: float = DURATION
+) -> Report:
     """All agents on all dies."""
-    found = traces(progress)
-    programs = {world: run(Scenario("bug0", map=world, duration=DURATION)) for world in (SPIRAL, FIELD)}
+    scenarios = {
+        _named(world, agent, design): Scenario(agent, "chip", design, map=world, duration=duration)
+        for world, agent, design in AGENTS
+    }
+    keys = [Numbered(name, FIRST + k) for k in range(dies) for name in scenarios]
+    campaign = Drives(scenarios, FIRST + SHOWN).campaign("stockel2017-chip")
+    by_name = execution.by_condition(campaign, keys, progress)
+    found = {agent: by_name[_named(*agent)] for agent in AGENTS}
     notes = tuple(
-        f"{world}, {agent} {design}: {share_where(t.reached for t in runs)} reach the goal; spikes dropped:"
-        f" {sum((t.chip or {}).get('dropped', 0) for t in runs)}."
-        for (world, agent, design), runs in found.items()
+        f"{name}: {share_where(t.reached for t in runs)} reach the goal; spikes dropped:"
+        f" {sum(t.dropped for t in runs)}."
+        for name, runs in by_name.items()
     )
-    return Report(rows(found, programs), lambda figure: _draw(found, figure), notes)
+    return Report(rows(found), lambda figure: _draw(found, duration, figure), notes)
 
 
-def _reaches(name: str, runs: list[Trace], least: float | None) -> Row:
+def _named(world: str, agent: str, design: str) -> str:
+    return f"{world}, {agent} {design}"
+
+
+def _reaches(name: str, runs: Sequence[Drive], least: float | None) -> Row:
     return _share(name, [t.reached for t in runs], least)
 
 
@@ -100,15 +100,16 @@ def _share(name: str, said: list[bool], least: float | None) -> Row:
     return Row(name, None, share, rule, least, fitted=False, agrees=least is None or share >= least)
 
 
-def _draw(found: Found, figure: Figure) -> None:
+def _draw(found: Found, duration: float, figure: Figure) -> None:
     figure.set_size_inches(12.0, 7.0)
     for ax, ((world, agent, design), runs) in zip(figure.subplots(2, 3).ravel(), found.items(), strict=True):
-        draw_world(runs[0].world, ax)
-        draw_shortest(runs[0].shortest, ax)
-        draw_paths({f"die {t.scenario.die.number}": t.path for t in runs[:SHOWN]}, ax)
+        paths = {f"die {FIRST + k}": np.array(t.path) for k, t in enumerate(runs[:SHOWN])}
+        draw_ways(program(world, duration), paths, ax)
         share = f"{sum(t.reached for t in runs)} of {len(runs)}"
         ax.set_title(f"{world}, {agent} {design}: {share}", fontsize=9)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
 
 
-EXPERIMENT = Experiment("stockel2017-chip", "Bug 0 and Bug 2 on the NEF chip, on a hundred dies", reproduce)
+EXPERIMENT = Experiment(
+    "stockel2017-chip", "Bug 0 and Bug 2 on the NEF chip, on a hundred dies", reproduce, {"dies": DIES}
+)

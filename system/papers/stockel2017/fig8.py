@@ -9,14 +9,17 @@ direction and distance, which must reach the goal in at least 90 % of the networ
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.bug.body import RADIUS
-from system.bug.path import median_distance
-from system.bug.picture import draw_paths, draw_shortest, draw_world
-from system.bug.run import Scenario, Trace, run, summarise
+from system.bug.run import Scenario, Trace, summarise
 from system.experiment import Experiment, Progress, Report, Row
+from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
+from system.study.campaign import ALONE, Execution, Numbered
 from system.study.statistics.share import Share, share_where
 
 MAP = "bug-field"
@@ -26,37 +29,27 @@ MOST = 0.9
 SHOWN = 8  # paths of neural Bug 2 in the picture, as in the paper
 NEAR_SHORTEST = 1.25  # length over the shortest one's that counts as close; ours
 
-Found = dict[str, list[Trace]]
+Found = Mapping[str, Sequence[Drive]]  # networks, by agent and design
+Programs = Mapping[str, Trace]  # by agent
 
 
-def traces(progress: Progress, networks: int = NETWORKS) -> Found:
-    """Runs by name."""
-    asked: list[tuple[str, Scenario]] = [
-        (f"{agent} reference", Scenario(agent, map=MAP, duration=DURATION)) for agent in ("bug0", "bug2")
-    ]
-    for seed in range(FIRST, FIRST + networks):
-        for agent, design in (("bug0", "published"), ("bug2", "published"), ("bug2", "improved")):
-            scenario = Scenario(agent, "ideal", design, map=MAP, duration=DURATION, seed=seed)
-            asked.append((f"{agent} {design}", scenario))
-    found: Found = {}
-    for k, (name, scenario) in enumerate(asked, 1):
-        found.setdefault(name, []).append(run(scenario))
-        progress(k / len(asked))
-    return found
+def programs(duration: float = DURATION) -> Programs:
+    """Runs of the programs."""
+    return {agent: program(MAP, duration, agent) for agent in ("bug0", "bug2")}
 
 
-def rows(found: Found) -> tuple[Row, ...]:
+def rows(found: Found, known: Programs) -> tuple[Row, ...]:
     """Statements of the figure, and of the design that is ours."""
-    reached = {name: sum(t.reached for t in runs) for name, runs in found.items()}
-    ratio = {name: summarise(found[name][0])["path_ratio"] for name in ("bug0 reference", "bug2 reference")}
+    by_run = {name: [t.reached for t in runs] for name, runs in found.items()}
+    by_run |= {f"{agent} reference": [trace.reached] for agent, trace in known.items()}
+    reached = {name: sum(each) for name, each in by_run.items()}
     of = len(found["bug2 published"])
-    program = found["bug0 reference"][0].path
-    apart = max(median_distance(t.path, program) for t in found["bug0 published"])
+    apart = max(t.apart for t in found["bug0 published"] if t.apart is not None)
     ours, theirs = Share(reached["bug2 published"], of).interval, Share(*PAPER).interval
-    zero, two = ratio["bug0 reference"], ratio["bug2 reference"]
+    zero, two = (summarise(known[agent])["path_ratio"] for agent in ("bug0", "bug2"))
 
     def share(name: str, runs: str) -> Row:
-        value = reached[runs] / len(found[runs])
+        value = reached[runs] / len(by_run[runs])
         return Row(name, 1.0, value, "the same", None, fitted=False, agrees=value == 1.0)
 
     return (
@@ -87,39 +80,45 @@ def rows(found: Found) -> tuple[Row, ...]:
     )  # fmt: skip
 
 
-def reproduce(progress: Progress) -> Report:
+def reproduce(
+    progress: Progress, execution: Execution = ALONE, networks: int = NETWORKS, duration: float = DURATION
+) -> Report:
     """All agents on the large map."""
-    found = traces(progress)
+    scenarios = {
+        f"{agent} {design}": Scenario(agent, "ideal", design, map=MAP, duration=duration)
+        for agent, design in (("bug0", "published"), ("bug2", "published"), ("bug2", "improved"))
+    }
+    keys = [Numbered(name, FIRST + k) for k in range(networks) for name in scenarios]
+    campaign = Drives(scenarios, FIRST + SHOWN).campaign("stockel2017-fig8")
+    found, known = execution.by_condition(campaign, keys, progress), programs(duration)
     improved = share_where(t.reached for t in found["bug2 improved"])
     notes = (f"improved design: {improved}, 95 % interval.",)
-    return Report(rows(found), lambda figure: _draw(found, figure), notes)
+    return Report(rows(found, known), lambda figure: _draw(found, known, figure), notes)
 
 
-def _draw(found: Found, figure: Figure) -> None:
+def _draw(found: Found, known: Programs, figure: Figure) -> None:
     """Programs and Bug 0, published and improved Bug 2."""
     figure.set_size_inches(9.6, 7.0)
     axes = figure.subplots(2, 2).ravel()
-    first = found["bug0 reference"][0]
     shown = {
-        "programs": {f"{name}, program": found[f"{name} reference"][0].path for name in ("bug0", "bug2")},
+        "programs": {f"{agent}, program": trace.path for agent, trace in known.items()},
         "Bug 0, neurons": _paths(found["bug0 published"]),
         "Bug 2, neurons, published": _paths(found["bug2 published"]),
         "Bug 2, neurons, improved": _paths(found["bug2 improved"]),
     }
     for ax, (title, paths) in zip(axes, shown.items(), strict=True):
-        draw_world(first.world, ax)
-        draw_shortest(first.shortest, ax)
-        draw_paths(paths, ax)
+        draw_ways(known["bug0"], paths, ax)
         ax.set_title(title, fontsize=9)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
 
 
-def _paths(runs: list[Trace]) -> dict[str, F64]:
-    return {f"seed {t.scenario.seed}": t.path for t in runs[:SHOWN]}
+def _paths(runs: Sequence[Drive]) -> dict[str, F64]:
+    return {f"seed {FIRST + k}": np.array(t.path) for k, t in enumerate(runs[:SHOWN])}
 
 
 EXPERIMENT = Experiment(
     "stockel2017-fig8",
     "a large map: Bug 0 reaches, neural Bug 2 gets stuck, a finer one less often",
     reproduce,
+    {"networks": NETWORKS},
 )

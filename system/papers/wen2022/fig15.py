@@ -14,8 +14,9 @@ ranges and with the ranging chip are notes too: they are no part of the figure.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,10 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.car.picture import draw_robot
-from system.car.run import ENDS, Scenario, Trace, account, run, side_share
+from system.car.run import ENDS, Scenario, account, run, side_share
 from system.car.world import FORESTS
 from system.experiment import Experiment, Progress, Report, Row
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.interval import Estimate, mean_interval
 from system.study.statistics.share import Share
 
@@ -33,20 +35,29 @@ RUNS, OTHER_RUNS = 100, 30  # in each forest: of the figure, and of each of the 
 FIRST_SEED = 1000  # those below chose the numbers
 LEAST, MOSTLY = 0.9, 0.5
 NAMES = {"corridor": "15A", "open": "15B", "dense": "15C"}
-CASES: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("without soft pings", {"soft_pings": False}),
-    ("exact ranges", {"ranges": "exact"}),
-    ("ranging chip, nominal die", {"ranges": "chip"}),
-)
+FLIGHT = "flight"
+WAYS: Mapping[str, dict[str, Any]] = {
+    FLIGHT: {},
+    "without soft pings": {"soft_pings": False},
+    "exact ranges": {"ranges": "exact"},
+    "ranging chip, nominal die": {"ranges": "chip"},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A run: how it ended (`system.car.run.ENDS`), and the share of its pings that went to a side."""
+
+    ended: str
+    side: float
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """Runs of one kind in one forest: how many ended how, share of side pings of each, and the first run."""
+    """Runs of one kind in one forest: how many ended how, and share of side pings of each."""
 
     ends: Mapping[str, int]
     side: F64
-    first: Trace
 
     @property
     def runs(self) -> int:
@@ -64,26 +75,46 @@ class Found:
         return Estimate(float(self.side.mean()), mean_interval(self.side, np.random.default_rng(0)))
 
 
-def drive_all(forest: str, runs: int, first: int = FIRST_SEED, **options: Any) -> Found:
-    """Drive through a forest with as many seeds; `options` are fields of the scenario."""
-    traces = [run(Scenario(forest=forest, seed=first + k, **options)) for k in range(runs)]
-    ends = {name: sum(t.drive.ended == name for t in traces) for name in ENDS}
-    return Found(ends, np.array([side_share(t.drive) for t in traces]), traces[0])
+def reproduce(progress: Progress, execution: Execution = ALONE, runs: int = RUNS) -> Report:
+    """Drive through all forests, then again in other ways; another way has `OTHER_RUNS` runs at most."""
+    counts = {FLIGHT: runs, **{way: min(runs, OTHER_RUNS) for way in WAYS if way != FLIGHT}}
+    keys = [
+        Numbered(_named(forest, way), FIRST_SEED + k)
+        for way, count in counts.items()
+        for forest in FORESTS
+        for k in range(count)
+    ]
+    numbers = (version("noctule"), *scenarios().items())
+    campaign = Campaign("wen2022-fig15", drive_one, Numbered, Drive, numbers)
+    drives = execution.by_condition(campaign, keys, progress)
+    found = {forest: summed(drives[_named(forest, FLIGHT)]) for forest in FORESTS}
+    notes = tuple(note(name, summed(each)) for name, each in drives.items())
+    return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 
-def reproduce(progress: Progress, runs: int = RUNS) -> Report:
-    """Drive through all forests, then again in other ways."""
-    steps = len(FORESTS) * (1 + len(CASES))
-    found: dict[str, Found] = {}
-    for done, forest in enumerate(FORESTS):
-        found[forest] = drive_all(forest, runs)
-        progress((done + 1) / steps)
-    notes = [note(forest, "flight", each) for forest, each in found.items()]
-    for name, options in CASES:
-        for forest in FORESTS:
-            notes.append(note(forest, name, drive_all(forest, min(runs, OTHER_RUNS), **options)))
-            progress(len(notes) / steps)
-    return Report(rows(found), lambda figure: _draw(found, figure), tuple(notes))
+def scenarios() -> dict[str, Scenario]:
+    """What is driven, by forest and way."""
+    return {
+        _named(forest, way): Scenario(forest=forest, **options)
+        for way, options in WAYS.items()
+        for forest in FORESTS
+    }
+
+
+def _named(forest: str, way: str) -> str:
+    return f"{forest}, {way}"
+
+
+def drive_one(key: Numbered) -> Drive:
+    """Drive a scenario with a seed."""
+    drive = run(replace(scenarios()[key.condition], seed=key.number)).drive
+    return Drive(drive.ended, side_share(drive))
+
+
+def summed(drives: Sequence[Drive]) -> Found:
+    """What runs came to."""
+    ends = {name: sum(d.ended == name for d in drives) for name in ENDS}
+    return Found(ends, np.array([d.side for d in drives]))
 
 
 def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
@@ -111,12 +142,12 @@ def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
     return (*free, mostly, *more)
 
 
-def note(forest: str, name: str, found: Found) -> str:
+def note(name: str, found: Found) -> str:
     """A line of what was found."""
     free, side = found.free, found.side_share
     ends = ", ".join(f"{n} {end}" for end, n in found.ends.items() if n)
     return (
-        f"{forest}, {name}: {free} free of collisions ({ends}); side pings {side.value:.2f}"
+        f"{name}: {free} free of collisions ({ends}); side pings {side.value:.2f}"
         f" [{_shown(side.interval.low)}, {_shown(side.interval.high)}]"
     )
 
@@ -128,7 +159,7 @@ def _shown(value: float) -> str:
 def _draw(found: Mapping[str, Found], figure: Figure) -> None:
     figure.set_size_inches(12.0, 4.6)
     for ax, (forest, each) in zip(figure.subplots(1, len(found)), found.items(), strict=True):
-        t = each.first
+        t = run(replace(scenarios()[_named(forest, FLIGHT)], seed=FIRST_SEED))
         said = account(t)
         zone = t.scenario.robot.zone
         draw_robot(t.forest, t.arcs, t.path, t.drive.log, zone, ax, succeeded=said.succeeded)
@@ -138,4 +169,6 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
     figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=7, fontsize=8)
 
 
-EXPERIMENT = Experiment("wen2022-fig15", "the sonar robot in three forests of pipes", reproduce)
+EXPERIMENT = Experiment(
+    "wen2022-fig15", "the sonar robot in three forests of pipes", reproduce, {"runs": RUNS}
+)

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from circuits.silicon.die import Die
-from system.bug.run import Scenario, run
 from system.experiment import Report
 from system.papers.checks import nef_chip
 from system.papers.stockel2017 import chip as stockel2017_chip
+from system.papers.stockel2017.drive import kept, program
 from system.plot import save_picture
 from system.registry import load_experiment
 
@@ -34,13 +33,11 @@ def test_rows_of_the_chip() -> None:
 
 
 def test_rows_of_the_robots(tmp_path: Path) -> None:
-    there = run(Scenario("bug0", map="bug-field"))
-    around = run(Scenario("bug0", map="bug-spiral", duration=140.0))
     there, around = (
-        replace(t, scenario=replace(t.scenario, brain="chip", die=Die(number=1))) for t in (there, around)
+        kept(program(world, 140.0), with_path=True)
+        for world in (stockel2017_chip.FIELD, stockel2017_chip.SPIRAL)
     )
     stuck = replace(there, reached=False)
-    programs = {stockel2017_chip.SPIRAL: around, stockel2017_chip.FIELD: there}
 
     def found(share: int) -> stockel2017_chip.Found:
         mixed = [there] * share + [stuck] * (20 - share)
@@ -49,15 +46,15 @@ def test_rows_of_the_robots(tmp_path: Path) -> None:
         made[stockel2017_chip.FIELD, "bug2", "published"] = [there] * 8 + [stuck] * 12
         return made
 
-    assert [r.name for r in stockel2017_chip.rows(found(19), programs) if not r.agrees] == []
-    wrong = [r.name for r in stockel2017_chip.rows(found(17), programs) if not r.agrees]
+    assert [r.name for r in stockel2017_chip.rows(found(19)) if not r.agrees] == []
+    wrong = [r.name for r in stockel2017_chip.rows(found(17)) if not r.agrees]
     assert wrong == [
         "fig6_bug2_improved_reaches_share",
         "fig8_bug0_reaches_share",
         "fig8_bug2_improved_reaches_share",
     ]
     picture = tmp_path / "figure.png"
-    save_picture(str(picture), Report((), lambda f: stockel2017_chip._draw(found(19), f)).draw)
+    save_picture(str(picture), Report((), lambda f: stockel2017_chip._draw(found(19), 140.0, f)).draw)
     assert picture.stat().st_size > 10_000
 
 

@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from system.bug.path import median_distance
 from system.bug.run import Scenario, Trace, run
 from system.experiment import Report
 from system.papers.stockel2017 import fig5 as stockel2017_fig5
 from system.papers.stockel2017 import fig6 as stockel2017_fig6
 from system.papers.stockel2017 import fig7 as stockel2017_fig7
 from system.papers.stockel2017 import fig8 as stockel2017_fig8
+from system.papers.stockel2017.drive import EVERY, Drive, kept
 from system.plot import save_picture
 from system.registry import EXPERIMENTS, load_experiment
 
@@ -80,17 +82,29 @@ def test_figure_7(spiral: dict[str, list[Trace]], tmp_path: Path) -> None:
 
 
 def test_figure_8_counts(tmp_path: Path) -> None:
-    programs = {f"{a} reference": [run(Scenario(a, map="bug-field"))] for a in ("bug0", "bug2")}
-    neurons = run(Scenario("bug0", "ideal", map="bug-field", seed=1000, duration=80.0))
-    stuck = replace(programs["bug2 reference"][0], reached=False)
+    programs = stockel2017_fig8.programs(200.0)
+    near = kept(run(Scenario("bug0", "ideal", map="bug-field", seed=1000, duration=80.0)), with_path=True)
+    there = kept(programs["bug2"], with_path=True)
+    stuck = replace(there, reached=False)
 
-    def found(published: int, improved: int) -> dict[str, list[Trace]]:
-        there = programs["bug2 reference"][0]
+    def found(published: int, improved: int) -> dict[str, list[Drive]]:
         counts = {"published": published, "improved": improved}
         some = {f"bug2 {d}": [there] * k + [stuck] * (10 - k) for d, k in counts.items()}
-        return {**programs, "bug0 published": [neurons], **some}
+        return {"bug0 published": [near], **some}
 
-    assert [row.name for row in stockel2017_fig8.rows(found(4, 9)) if not row.agrees] == []
-    wrong = [row.name for row in stockel2017_fig8.rows(found(10, 8)) if not row.agrees]
+    good = stockel2017_fig8.rows(found(4, 9), programs)
+    assert [row.name for row in good if not row.agrees] == []
+    wrong = [row.name for row in stockel2017_fig8.rows(found(10, 8), programs) if not row.agrees]
     assert wrong == ["bug2_improved_reaches_share"]  # ten of ten: 0.69 to 1, three of eight: 0.09 to 0.76
-    draws(Report((), lambda figure: stockel2017_fig8._draw(found(4, 9), figure)), tmp_path)
+    draws(Report((), lambda figure: stockel2017_fig8._draw(found(4, 9), programs, figure)), tmp_path)
+
+
+def test_of_a_run_its_statements_numbers_are_kept(spiral: dict[str, list[Trace]]) -> None:
+    (around, *_), (there, *_) = spiral["bug0 ideal"], spiral["bug2 ideal"]
+    again = kept(around, with_path=True)
+    program = spiral["bug0 reference"][0].path
+    assert (again.reached, again.repeats) == (False, stockel2017_fig6.repeats(around))
+    assert again.apart == median_distance(around.path, program)
+    assert np.abs(np.array(again.path) - around.path[::EVERY]).max() <= 5e-5
+    other = kept(there, with_path=False)
+    assert other == Drive(reached=there.reached)

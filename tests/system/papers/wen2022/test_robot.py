@@ -11,14 +11,15 @@ import pytest
 from system.car.run import ENDS
 from system.car.world import FORESTS
 from system.papers.wen2022 import fig15 as wen2022_fig15
-from system.papers.wen2022.fig15 import Found, drive_all, note, rows
+from system.papers.wen2022.fig15 import Found, drive_one, note, rows, summed
 from system.plot import save_picture
 from system.registry import load_experiment
+from system.study.campaign import Numbered
 
 
 @pytest.fixture(scope="module")
 def first() -> Found:
-    return drive_all("corridor", 1, ranges="exact", pings=30)
+    return summed([drive_one(Numbered("corridor, exact ranges", wen2022_fig15.FIRST_SEED))])
 
 
 def made(first: Found, collided: int, side: float) -> Found:
@@ -29,9 +30,7 @@ def made(first: Found, collided: int, side: float) -> Found:
 
 def test_a_share_is_told_with_its_exact_interval(first: Found) -> None:
     # Clopper and Pearson's of 100 of 100 begins at 0.025^(1/100) = 0.96378
-    assert note("open", "flight", made(first, 0, 0.1)).startswith(
-        "open, flight: 100 of 100 (96 to 100 %) free"
-    )
+    assert note("open, flight", made(first, 0, 0.1)).startswith("open, flight: 100 of 100 (96 to 100 %) free")
 
 
 def test_it_agrees_where_the_runs_do(first: Found) -> None:
