@@ -8,25 +8,29 @@ exposures, the share of collisions that one of two configurations had is binomia
 equal means: Przyborowski and Wilenski (1940).
 
 Samples are flown in groups of `GROUP`, each with an equal part of the pings that are left, so that what is
-found does not depend on the number of threads.
+found does not depend on who flies them (`system.study.campaign`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib.metadata import version
 from itertools import accumulate
+from typing import NamedTuple
 
 from scipy import stats
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.openspace.flight import Sample, fly_sample, planter
-from system.openspace.law import Bat, arcs_of
+from system.openspace.law import Arcs, Bat, arcs_of
 from system.openspace.map import OBSTACLES
 from system.openspace.senses import IDEAL, Sensing, senses_of
+from system.study.campaign import Campaign, Execution, Runs
 from system.study.statistics.interval import LEVEL, Estimate, Interval
 
 COLLISIONS, PINGS = 200, 250_000_000  # at which a configuration ends
@@ -109,33 +113,82 @@ class Tally:
         return mean_avoided(self.avoided, self.collisions)
 
 
-def fly_case(
-    case: Case,
-    limits: Limits,
-    threads: int = 1,
-    progress: Callable[[float], None] | None = None,
-) -> Tally:
-    """Fly samples until the limits."""
-    samples: list[Sample] = []
-    arcs, forests = arcs_of(case.bat), planter(case.obstacles)
+class Flight(NamedTuple):
+    """The key of a sample: the label of its configuration, its seed, and how many pings it may have."""
 
-    def fly_one(key: tuple[int, int]) -> Sample:
-        seed, pings = key
-        senses = senses_of(case.sensing, case.bat, case.die(seed), case.temperature_c, (seed, 0))
-        return fly_sample(arcs, forests, (seed, 0), pings, senses=senses)[0]
+    case: str
+    seed: int
+    pings: int
 
-    left, met = limits.pings, 0
-    with ThreadPoolExecutor(threads) as pool:
+
+@dataclass(frozen=True, slots=True)
+class Flights:
+    """Flies samples of configurations, which have labels."""
+
+    cases: Mapping[str, Case]
+
+    def __call__(self, key: Flight) -> Sample:
+        """Fly until a collision, or all pings."""
+        case, seed = self.cases[key.case], (key.seed, 0)
+        senses = senses_of(case.sensing, case.bat, case.die(key.seed), case.temperature_c, seed)
+        return fly_sample(_arcs(case.bat), planter(case.obstacles), seed, key.pings, senses=senses)[0]
+
+    def campaign(self, name: str) -> Campaign[Flight, Sample]:
+        """All of them under a name."""
+        cases = (
+            (label, c.bat, c.obstacles, c.sensing, c.die.__qualname__, c.temperature_c)
+            for label, c in self.cases.items()
+        )
+        return Campaign(name, self, Flight, Sample, (version("noctule"), *cases))
+
+
+@lru_cache(maxsize=2)  # samples of a configuration follow each other
+def _arcs(bat: Bat) -> Arcs:
+    return arcs_of(bat)
+
+
+@dataclass(frozen=True, slots=True)
+class Flying:
+    """Configurations whose samples can be asked for, while their campaign is open."""
+
+    cases: Mapping[str, Case]
+    runs: Runs[Flight, Sample]
+
+    def until(self, label: str, limits: Limits) -> Tally:
+        """Fly samples of a configuration until the limits; more collisions lengthen what is kept."""
+        samples: list[Sample] = []
+        left, met = limits.pings, 0
         while met < limits.collisions and left >= GROUP:
             first = limits.first_seed + len(samples)
-            flown = list(pool.map(fly_one, _keys(first, left // GROUP)))
+            flown = list(self.runs.of(Flight(label, first + k, left // GROUP) for k in range(GROUP)))
             flown = flown[: _enough([s.collided for s in flown], limits.collisions - met)]
             samples += flown
             met += sum(s.collided for s in flown)
             left -= sum(s.pings for s in flown)
-            if progress is not None:
-                progress(max(met / limits.collisions, 1.0 - left / limits.pings))
-    return Tally(case, tuple(samples))
+        return Tally(self.cases[label], tuple(samples))
+
+
+@contextmanager
+def flying(execution: Execution, name: str, cases: Mapping[str, Case]) -> Iterator[Flying]:
+    """Begin the campaign of a name over configurations by their labels, or go on with it."""
+    with execution.open(Flights(cases).campaign(name)) as runs:
+        yield Flying(cases, runs)
+
+
+def fly_all(
+    execution: Execution,
+    name: str,
+    cases: Mapping[str, Case],
+    limits: Limits,
+    progress: Callable[[float], object],
+) -> dict[str, Tally]:
+    """Fly every configuration until the limits; `progress` takes the share that is done."""
+    found: dict[str, Tally] = {}
+    with flying(execution, name, cases) as open_cases:
+        for label in cases:
+            found[label] = open_cases.until(label, limits)
+            progress(len(found) / len(cases))
+    return found
 
 
 def mean_avoided(avoided: int, collisions: int, level: float = LEVEL) -> Estimate:
@@ -153,10 +206,6 @@ def differ_p(a: Tally, b: Tally) -> float:
     if met == 0 or flown == 0:
         return 1.0
     return float(stats.binomtest(a.collisions, met, a.avoided / flown).pvalue)
-
-
-def _keys(first: int, pings: int) -> Sequence[tuple[int, int]]:
-    return [(first + k, pings) for k in range(GROUP)]
 
 
 def _enough(collided: Sequence[bool], wanted: int) -> int:

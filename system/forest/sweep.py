@@ -14,26 +14,35 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from system.experiment import Progress, Row
-from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_case
+from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all
 from system.openspace.law import Bat
 from system.plot import COLOURS, INK
+from system.study.campaign import Execution
 
 PINGS = 10_000_000  # a configuration: some 20 s on one core; ours
-LIMITS = Limits(COLLISIONS, PINGS)
+COUNTS = {"collisions": COLLISIONS}  # of an experiment that sweeps
 P = 0.05  # the paper's
 
 Sweep = Mapping[tuple[str, float], Tally]  # by name of the bat and V_MAX, m/s
 
 
-def sweep(bats: Mapping[str, Bat], speeds: Sequence[float], limits: Limits, progress: Progress) -> Sweep:
-    """Fly every bat at every V_MAX (m/s)."""
-    cases = [(name, speed) for name in bats for speed in speeds]
-    found: dict[tuple[str, float], Tally] = {}
-    for done, (name, speed) in enumerate(cases):
-        case = Case(replace(bats[name], max_speed=speed))
-        found[name, speed] = fly_case(case, limits)
-        progress((done + 1) / len(cases))
-    return found
+def at_speeds(bats: Mapping[str, Bat], speeds: Sequence[float]) -> dict[tuple[str, float], Case]:
+    """Every bat at every V_MAX (m/s)."""
+    return {(name, v): Case(replace(bat, max_speed=v)) for name, bat in bats.items() for v in speeds}
+
+
+def fly_sweep(
+    execution: Execution,
+    name: str,
+    cases: Mapping[tuple[str, float], Case],
+    limits: Limits,
+    progress: Progress,
+) -> Sweep:
+    """Fly all cases of a sweep, as the campaign of a name."""
+    labels = {f"{bat}, {v:g} m/s": (bat, v) for bat, v in cases}
+    labelled = {label: cases[key] for label, key in labels.items()}
+    found = fly_all(execution, name, labelled, limits, progress)
+    return {key: found[label] for label, key in labels.items()}
 
 
 def differs_row(

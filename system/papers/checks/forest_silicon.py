@@ -31,16 +31,16 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report, Row
-from system.forest.campaign import Case, Limits, Tally, differ_p, fly_case, own_mismatch
-from system.forest.sweep import P
+from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all, own_mismatch
+from system.forest.sweep import COUNTS, P
 from system.openspace.senses import Sensing, with_area
 from system.plot import COLOURS
+from system.study.campaign import ALONE, Execution
 from system.study.statistics.interval import LEVEL, Interval
 
 AREAS = (1.0, 4.0, 16.0, 64.0)
 TEMPERATURES = (10.0, 20.0, 27.0, 34.0, 44.0)  # degC
-AREA_LIMITS = Limits(200, 1_000_000)
-TEMPERATURE_LIMITS = Limits(200, 1_000_000)
+PINGS = 1_000_000  # a configuration; ours
 NEAR = 0.5  # of the exact bat's mean, for "near" on the nominal die at 27 degC; ours
 BOOTSTRAPS = 2000
 BATS = ("exact", "ranging", "selection", "both")
@@ -59,40 +59,43 @@ class Study:
 
 def reproduce(
     progress: Progress,
+    execution: Execution = ALONE,
+    collisions: int = COLLISIONS,
+    pings: int = PINGS,
     areas: Sequence[float] = AREAS,
     temperatures: Sequence[float] = TEMPERATURES,
-    area_limits: Limits = AREA_LIMITS,
-    temperature_limits: Limits = TEMPERATURE_LIMITS,
 ) -> Report:
     """Fly all bats."""
-    total = len(areas) + len(KINDS) * len(temperatures)
-    exact = fly_case(Case(), area_limits)
-    by_area, by_temperature = {}, {}
-    for area in areas:
+    by_area = {f"area {a:g}": a for a in areas}
+    by_temperature = {f"{kind}, {t:g} degC": (kind, t) for kind in KINDS for t in temperatures}
+    cases = {"exact": Case()}
+    for label, area in by_area.items():
         sensing = with_area(Sensing("chip", "chip", reader="calibrated"), area)
-        by_area[area] = _four(Case(sensing=sensing, die=own_mismatch), area_limits, exact)
-        progress(len(by_area) / total)
-    exact = fly_case(Case(), temperature_limits)
-    for kind in KINDS:
-        for celsius in temperatures:
-            case = Case(sensing=Sensing("chip", "chip", bias_kind=kind), temperature_c=celsius)
-            by_temperature[kind, celsius] = _four(case, temperature_limits, exact)
-            progress((len(by_area) + len(by_temperature)) / total)
-    study = Study(by_area, by_temperature)
+        cases |= _three(label, Case(sensing=sensing, die=own_mismatch))
+    for label, (kind, celsius) in by_temperature.items():
+        cases |= _three(label, Case(sensing=Sensing("chip", "chip", bias_kind=kind), temperature_c=celsius))
+    found = fly_all(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
+    study = Study(
+        {area: _four(label, found) for label, area in by_area.items()},
+        {condition: _four(label, found) for label, condition in by_temperature.items()},
+    )
     return Report(rows(study), lambda figure: _draw(study, figure), notes(study))
 
 
-def _four(case: Case, limits: Limits, exact: Tally) -> Four:
-    """All bats of a condition; `case` has both chips."""
+def _three(label: str, case: Case) -> dict[str, Case]:
+    """All bats of a condition with a chip; `case` has both chips."""
     both = case.sensing
-    lone = {
+    made = {
         "ranging": replace(both, selection="ideal"),
         "selection": replace(both, ranges="exact", reader="nominal", bias_kind=None),
         "both": both,
     }
-    return {"exact": exact} | {
-        name: fly_case(replace(case, sensing=sensing), limits) for name, sensing in lone.items()
-    }
+    return {f"{label}, {name}": replace(case, sensing=sensing) for name, sensing in made.items()}
+
+
+def _four(label: str, found: Mapping[str, Tally]) -> Four:
+    """All bats of a condition, the exact one first."""
+    return {name: found["exact" if name == "exact" else f"{label}, {name}"] for name in BATS}
 
 
 def rows(study: Study) -> tuple[Row, ...]:
@@ -224,5 +227,5 @@ def _draw(study: Study, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "forest-silicon", "avoided obstacles with chips against area and temperature", reproduce
+    "forest-silicon", "avoided obstacles with chips against area and temperature", reproduce, COUNTS
 )

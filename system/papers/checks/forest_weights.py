@@ -12,23 +12,30 @@ from dataclasses import replace
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report, Row
-from system.forest.campaign import Case, Limits, Tally, fly_case
-from system.forest.sweep import LIMITS, Sweep, differs_row, draw_sweep, lines
+from system.forest.campaign import COLLISIONS, Case, Limits
+from system.forest.sweep import COUNTS, PINGS, Sweep, differs_row, draw_sweep, fly_sweep, lines
 from system.forest.weights import weighted
 from system.openspace.law import Bat
+from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.0, 1.25, 1.5, 2.0, 3.0, 4.0)  # m/s; ours
 FIXED, BY_SPEED = "fixed weights", "weights by speed"
 
 
-def reproduce(progress: Progress, speeds: Sequence[float] = SPEEDS, limits: Limits = LIMITS) -> Report:
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    collisions: int = COLLISIONS,
+    pings: int = PINGS,
+    speeds: Sequence[float] = SPEEDS,
+) -> Report:
     """Fly both at all speeds."""
-    found: dict[tuple[str, float], Tally] = {}
-    for name, weights in ((FIXED, "fixed"), (BY_SPEED, "speed")):
-        for v in speeds:
-            bat = weighted(replace(Bat(), max_speed=v), weights)
-            found[name, v] = fly_case(Case(bat), limits)
-            progress(len(found) / (2 * len(speeds)))
+    cases = {
+        (name, v): Case(weighted(replace(Bat(), max_speed=v), weights))
+        for name, weights in ((FIXED, "fixed"), (BY_SPEED, "speed"))
+        for v in speeds
+    }
+    found = fly_sweep(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
@@ -48,4 +55,4 @@ def _draw(found: Sweep, figure: Figure) -> None:
     ax.legend()
 
 
-EXPERIMENT = Experiment("forest-weights", "weights by speed against fixed ones", reproduce)
+EXPERIMENT = Experiment("forest-weights", "weights by speed against fixed ones", reproduce, COUNTS)

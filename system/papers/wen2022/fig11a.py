@@ -13,20 +13,26 @@ from itertools import pairwise
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report, Row
-from system.forest.campaign import Case, Limits, Tally, fly_case
-from system.forest.sweep import LIMITS, differs_row, draw_means, line
+from system.forest.campaign import COLLISIONS, Case, Limits, Tally, fly_all
+from system.forest.sweep import COUNTS, PINGS, differs_row, draw_means, line
+from system.study.campaign import ALONE, Execution
 
 NUMBERS = (500, 700, 900, 1100, 1300, 1500, 1700)
 STEEP = 10.0  # times; ours
 
 
-def reproduce(progress: Progress, numbers: Sequence[int] = NUMBERS, limits: Limits = LIMITS) -> Report:
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    collisions: int = COLLISIONS,
+    pings: int = PINGS,
+    numbers: Sequence[int] = NUMBERS,
+) -> Report:
     """Fly through forests of all densities."""
-    found: dict[int, Tally] = {}
-    for done, obstacles in enumerate(numbers):
-        found[obstacles] = fly_case(Case(obstacles=obstacles), limits)
-        progress((done + 1) / len(numbers))
-    notes = tuple(f"{n} obstacles: {line(tally)}" for n, tally in found.items())
+    cases = {f"{n} obstacles": Case(obstacles=n) for n in numbers}
+    tallies = fly_all(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
+    notes = tuple(f"{label}: {line(tally)}" for label, tally in tallies.items())
+    found = dict(zip(numbers, tallies.values(), strict=True))
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 
@@ -56,4 +62,4 @@ def _draw(found: Mapping[int, Tally], figure: Figure) -> None:
     ax.set_ylabel("avoided obstacles a collision")
 
 
-EXPERIMENT = Experiment("wen2022-fig11a", "avoided obstacles against density", reproduce)
+EXPERIMENT = Experiment("wen2022-fig11a", "avoided obstacles against density", reproduce, COUNTS)

@@ -18,9 +18,10 @@ from dataclasses import replace
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report, Row
-from system.forest.campaign import Limits
-from system.forest.sweep import LIMITS, Sweep, differs_row, draw_sweep, lines, sweep
+from system.forest.campaign import COLLISIONS, Limits
+from system.forest.sweep import COUNTS, PINGS, Sweep, at_speeds, differs_row, draw_sweep, fly_sweep, lines
 from system.openspace.law import Bat
+from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)  # m/s; ours
 SLOW, FAST = 1.25, 2.0  # m/s, the paper's
@@ -30,11 +31,18 @@ FITTED = frozenset(
 CONTROL, HELD, BIASED = "control", "no hysteresis", "no ping-direction bias"
 
 
-def reproduce(progress: Progress, speeds: Sequence[float] = SPEEDS, limits: Limits = LIMITS) -> Report:
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    collisions: int = COLLISIONS,
+    pings: int = PINGS,
+    speeds: Sequence[float] = SPEEDS,
+) -> Report:
     """Fly all three at all speeds."""
     bat = Bat()
     bats = {CONTROL: bat, HELD: replace(bat, hysteresis=0.0), BIASED: replace(bat, ping_bias=0.0)}
-    found = sweep(bats, speeds, limits, progress)
+    cases = at_speeds(bats, speeds)
+    found = fly_sweep(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     return Report(rows(found), lambda figure: _draw(found, figure), (*lines(found), _trapped(found)))
 
 
@@ -75,4 +83,4 @@ def _draw(found: Sweep, figure: Figure) -> None:
     ax.legend()
 
 
-EXPERIMENT = Experiment("wen2022-fig11b", "terms of the desirability against speed", reproduce)
+EXPERIMENT = Experiment("wen2022-fig11b", "terms of the desirability against speed", reproduce, COUNTS)

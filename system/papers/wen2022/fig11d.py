@@ -14,19 +14,27 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report, Row
-from system.forest.campaign import Limits
-from system.forest.sweep import LIMITS, Sweep, differs_row, draw_sweep, lines, sweep
+from system.forest.campaign import COLLISIONS, Limits
+from system.forest.sweep import COUNTS, PINGS, Sweep, at_speeds, differs_row, draw_sweep, fly_sweep, lines
 from system.openspace.law import Bat
 from system.papers.wen2022.fig11c import CONTROL, FLAT, SQUARED, STEEP, groups
+from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.0, 1.5, 1.75, 2.0, 2.5, 3.0)  # m/s; ours
 WORSE, BETTER = (1.5, 2.0), 2.0  # m/s, where Flat is worse, and above which it is better; the paper's
 FLAT_FITTED = (2.0, 2.5, 3.0)  # m/s
 
 
-def reproduce(progress: Progress, speeds: Sequence[float] = SPEEDS, limits: Limits = LIMITS) -> Report:
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    collisions: int = COLLISIONS,
+    pings: int = PINGS,
+    speeds: Sequence[float] = SPEEDS,
+) -> Report:
     """Fly all four at all speeds."""
-    found = sweep(groups(Bat()), speeds, limits, progress)
+    cases = at_speeds(groups(Bat()), speeds)
+    found = fly_sweep(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
@@ -67,4 +75,4 @@ def _draw(found: Sweep, figure: Figure) -> None:
     ax.legend()
 
 
-EXPERIMENT = Experiment("wen2022-fig11d", "immediacy functions against speed", reproduce)
+EXPERIMENT = Experiment("wen2022-fig11d", "immediacy functions against speed", reproduce, COUNTS)

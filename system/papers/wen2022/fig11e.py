@@ -15,9 +15,10 @@ from itertools import pairwise
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report, Row
-from system.forest.campaign import Limits, Tally
-from system.forest.sweep import LIMITS, Sweep, differs_row, draw_sweep, lines, sweep
+from system.forest.campaign import COLLISIONS, Limits, Tally
+from system.forest.sweep import COUNTS, PINGS, Sweep, at_speeds, differs_row, draw_sweep, fly_sweep, lines
 from system.openspace.law import Bat
+from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.5, 2.0, 3.0, 4.0, 6.0)  # m/s; ours
 RATES = (5.0, 10.0, 20.0)  # Hz, the paper's
@@ -26,12 +27,15 @@ FITTED = (1.5, 3.0, 6.0)  # m/s
 
 def reproduce(
     progress: Progress,
+    execution: Execution = ALONE,
+    collisions: int = COLLISIONS,
+    pings: int = PINGS,
     speeds: Sequence[float] = SPEEDS,
-    limits: Limits = LIMITS,
     rates: Sequence[float] = RATES,
 ) -> Report:
     """Fly at all rates and speeds."""
-    found = sweep({_name(rate): Bat(ping_rate=rate) for rate in rates}, speeds, limits, progress)
+    cases = at_speeds({_name(rate): Bat(ping_rate=rate) for rate in rates}, speeds)
+    found = fly_sweep(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
@@ -73,4 +77,4 @@ def _draw(found: Sweep, figure: Figure) -> None:
     ax.legend()
 
 
-EXPERIMENT = Experiment("wen2022-fig11e", "ping rates against speed", reproduce)
+EXPERIMENT = Experiment("wen2022-fig11e", "ping rates against speed", reproduce, COUNTS)

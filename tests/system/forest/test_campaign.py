@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
 
 from circuits.errors import ParameterError
-from system.forest.campaign import Case, Limits, Tally, differ_p, fly_case, mean_avoided
+from system.forest import campaign as forest_campaign
+from system.forest.campaign import Case, Limits, Tally, differ_p, fly_all, mean_avoided
 from system.openspace.flight import Sample
 from system.openspace.law import Bat
+from system.study.campaign import ALONE, Execution, Workers
 
 FAST = Case(Bat(max_speed=5.0), 1700)
 
@@ -53,10 +59,17 @@ def test_configurations_that_differ() -> None:
     assert differ_p(tally(1000, 10), tally(10_000, 100)) == pytest.approx(1.0, abs=0.3)
 
 
-def test_a_configuration_ends_at_its_collisions_whatever_the_threads() -> None:
+def fly_case(case: Case, limits: Limits, execution: Execution = ALONE) -> Tally:
+    return fly_all(execution, "ours", {"one": case}, limits, lambda _: None)["one"]
+
+
+def test_a_configuration_ends_at_its_collisions_whoever_flies() -> None:
     limits = Limits(13, 10_000_000)
-    one, two = (fly_case(FAST, limits, threads) for threads in (1, 2))
-    assert one == two
+    with ThreadPoolExecutor(2) as executor:
+        two = Workers(executor.submit, 4, Event())
+        found = fly_case(FAST, limits, Execution(workers=lambda: nullcontext(two)))
+    one = fly_case(FAST, limits)
+    assert one == found
     assert one.collisions == 13
     assert one.samples[-1].collided
     assert one.censored == 0
@@ -64,11 +77,23 @@ def test_a_configuration_ends_at_its_collisions_whatever_the_threads() -> None:
 
 
 def test_a_configuration_ends_at_its_pings() -> None:
-    fractions: list[float] = []
-    found = fly_case(Case(Bat(max_speed=0.5), 100), Limits(200, 4000), progress=fractions.append)
+    found = fly_case(Case(Bat(max_speed=0.5), 100), Limits(200, 4000))
     assert 4000 - 10 < found.pings <= 4000
     assert found.censored > 0
-    assert fractions == sorted(fractions)
+
+
+def test_more_collisions_lengthen_a_kept_campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, pings = tmp_path / "a.jsonl", 10_000_000
+    few = fly_case(FAST, Limits(13, pings), Execution(file))
+    groups = len(file.read_text().splitlines()) - 1
+    more = fly_case(FAST, Limits(21, pings), Execution(file, resume=True))
+    assert more == fly_case(FAST, Limits(21, pings))
+    assert more.samples[:13] == few.samples
+    monkeypatch.setattr(forest_campaign, "fly_sample", None)
+    assert fly_case(FAST, Limits(21, pings), Execution(file, resume=True)) == more  # none is flown again
+    assert len(file.read_text().splitlines()) - 1 > groups >= 13
+    with pytest.raises(ParameterError, match="other numbers"):
+        fly_case(Case(Bat(max_speed=4.0), 1700), Limits(13, pings), Execution(file, resume=True))
 
 
 def test_other_seeds_are_other_samples() -> None:

@@ -8,10 +8,11 @@ import pytest
 from matplotlib.figure import Figure
 
 from system.forest.campaign import Case, Limits, Tally
-from system.forest.sweep import differs_row, draw_sweep, line, lines, sweep
+from system.forest.sweep import at_speeds, differs_row, draw_sweep, fly_sweep, line, lines
 from system.openspace.flight import Sample
 from system.openspace.law import Bat
 from system.plot import save_picture
+from system.study.campaign import ALONE
 
 
 def tally(avoided: int, collisions: int) -> Tally:
@@ -45,7 +46,7 @@ def test_a_line_says_what_was_censored() -> None:
 def test_a_sweep_and_its_picture(tmp_path: Path) -> None:
     fractions: list[float] = []
     bats = {"quick": Bat(), "slow": Bat(ping_rate=2.0)}
-    found = sweep(bats, (3.0, 6.0), Limits(3, 20_000, 0), fractions.append)
+    found = fly_sweep(ALONE, "ours", at_speeds(bats, (3.0, 6.0)), Limits(3, 20_000, 0), fractions.append)
     assert list(found) == [("quick", 3.0), ("quick", 6.0), ("slow", 3.0), ("slow", 6.0)]
     assert found["slow", 6.0].case.bat == Bat(max_speed=6.0, ping_rate=2.0)
     assert fractions == [0.25, 0.5, 0.75, 1.0]

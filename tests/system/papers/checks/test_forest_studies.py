@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from system.forest.campaign import Case, Limits, Tally
+from system.forest.campaign import Case, Tally
 from system.openspace.flight import Sample
 from system.papers.checks import forest_silicon, forest_weights
 from system.papers.checks.forest_silicon import BATS, Study, ranging_share, rows
 from system.plot import save_picture
 from system.registry import load_experiment
 
-FEW = Limits(3, 3000)
+FEW = {"collisions": 3, "pings": 3000}
 
 
 def tally(mean: int, collisions: int = 100) -> Tally:
@@ -49,7 +49,7 @@ def test_what_silicon_ought_to_do() -> None:
 
 def test_the_study_of_silicon_runs(tmp_path: Path) -> None:
     fractions: list[float] = []
-    report = forest_silicon.reproduce(fractions.append, (64.0,), (27.0,), FEW, FEW)
+    report = forest_silicon.reproduce(fractions.append, areas=(64.0,), temperatures=(27.0,), **FEW)
     assert fractions[-1] == pytest.approx(1.0)
     assert len(report.notes) == 1 + 2
     picture = tmp_path / "silicon.png"
@@ -58,7 +58,7 @@ def test_the_study_of_silicon_runs(tmp_path: Path) -> None:
 
 
 def test_the_study_of_weights_runs(tmp_path: Path) -> None:
-    report = forest_weights.reproduce(lambda _: None, (1.0, 3.0), Limits(3, 20_000))
+    report = forest_weights.reproduce(lambda _: None, collisions=3, pings=20_000, speeds=(1.0, 3.0))
     assert [row.name for row in report.rows] == ["by_speed_at_1"]  # at 3 m/s there is no difference
     save_picture(str(tmp_path / "weights.png"), report.draw)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from system.experiment import Experiment, Progress, Report
-from system.forest.campaign import Case, Limits, Tally
+from system.forest.campaign import Case, Tally
 from system.forest.coverage import Coverage
 from system.openspace.flight import Sample
 from system.openspace.law import Bat
@@ -25,13 +25,15 @@ from system.plot import save_picture
 from system.registry import EXPERIMENTS, load_experiment
 
 NAMES = ("fig5", "fig10", "fig11a", "fig11b", "fig11c", "fig11d", "fig11e")
-FEW = Limits(4, 20_000)
+FEW = {"collisions": 4, "pings": 20_000}
 QUICK: dict[str, Callable[[Progress], Report]] = {
     "fig10": lambda progress: wen2022_fig10.reproduce(progress, 300, 600),
-    "fig11a": lambda progress: wen2022_fig11a.reproduce(progress, (500, 1700), FEW),
-    "fig11b": lambda progress: wen2022_fig11b.reproduce(progress, (1.5, 2.0), FEW),
-    "fig11d": lambda progress: wen2022_fig11d.reproduce(progress, (2.0, 3.0), FEW),
-    "fig11e": lambda progress: wen2022_fig11e.reproduce(progress, (3.0, 6.0), FEW, (5.0, 10.0)),
+    "fig11a": lambda progress: wen2022_fig11a.reproduce(progress, numbers=(500, 1700), **FEW),
+    "fig11b": lambda progress: wen2022_fig11b.reproduce(progress, speeds=(1.5, 2.0), **FEW),
+    "fig11d": lambda progress: wen2022_fig11d.reproduce(progress, speeds=(2.0, 3.0), **FEW),
+    "fig11e": lambda progress: wen2022_fig11e.reproduce(
+        progress, speeds=(3.0, 6.0), rates=(5.0, 10.0), **FEW
+    ),
 }
 
 
