@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import closing
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,12 +29,13 @@ from system.openspace.senses import EXACT
 from system.openspace.state import ARC, HEAD, TIME, X, Y, new_flight
 from system.papers.checks.latency_forests import FIRST_SEED
 from system.spiking_bat.brain import Brain, network_brain
-from system.spiking_bat.campaign import CROSSINGS, PINGS, Build, chip_maker
+from system.spiking_bat.campaign import CROSSINGS, PINGS, Build, Maker, chip_maker, decided_by
 from system.spiking_bat.flight import Flown, Standing, fly, fly_from
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.loop import REACH, WINDOW, stays
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import LatencyScenario, place
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import share_where
 
 LOOPS = 20  # of the chip's, ours
@@ -42,39 +45,75 @@ NAMES = ("network", "integrate-and-fire", "chip", "analog")
 
 
 @dataclass(frozen=True, slots=True)
+class Search:
+    """A flight of the chip: who repeats its loop, by name, None where it was caught in none."""
+
+    repeated: dict[str, bool] | None
+
+
+@dataclass(frozen=True, slots=True)
 class Loop:
-    """A flight that was caught, and who repeats its loop."""
+    """A loop of the flight through the forest of a seed, and who repeats it."""
 
     seed: int
-    forest: Forest = field(repr=False)
-    flown: Flown = field(repr=False)
     repeated: Mapping[str, bool]
 
 
-def reproduce(progress: Progress, loops: int = LOOPS, first: int = FIRST_SEED, pings: int = AGAIN) -> Report:
-    """Find loops, and fly them again."""
-    numbers = Numbers()
-    arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
-    chip = chip_maker(Build(own=False))
-    found: list[Loop] = []
-    flights = 0
-    for seed in itertools.count(first):
-        if len(found) == loops:
-            break
-        forest, start = place(LatencyScenario(seed=seed), arcs)
-        flown = fly(chip(seed), arcs, forest, start, PINGS, CROSSINGS, patience=WINDOW)
-        flights += 1
+@dataclass(frozen=True, slots=True)
+class Flights:
+    """Flies the chip through the forest of a seed, and a loop that it finds again, so many pings."""
+
+    pings: int
+
+    def __call__(self, key: Numbered) -> Search:
+        """Fly once."""
+        forest, flown = _flight(key.number)
         if not flown.caught or flown.turned is None:
-            continue
-        repeated = _repeated(arcs, numbers, forest, flown.turned, chip(seed), pings)
-        found.append(Loop(seed, forest, flown, repeated))
-        progress(len(found) / loops)
+            return Search(None)
+        chip = _chip()(key.number)
+        return Search(_repeated(_arcs(), Numbers(), forest, flown.turned, chip, self.pings))
+
+
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    loops: int = LOOPS,
+    first: int = FIRST_SEED,
+    pings: int = AGAIN,
+) -> Report:
+    """Find loops, and fly them again."""
+    found: list[Loop] = []
+    campaign = Campaign(EXPERIMENT.name, Flights(pings), Numbered, Search, (*decided_by(), pings))
+    keys = (Numbered("chip", seed) for seed in itertools.count(first))
+    with closing(execution.results(campaign, keys)) as flights:
+        for seed, flight in enumerate(flights, first):
+            if flight.repeated is None:
+                continue
+            found.append(Loop(seed, flight.repeated))
+            progress(len(found) / loops)
+            if len(found) == loops:
+                break
     notes = tuple(
         f"{name}: repeats {sum(x.repeated[name] for x in found)} of {len(found)} loops" for name in NAMES
     )
-    return Report(
-        rows(found), lambda figure: _draw(found, figure), (*notes, f"{flights} flights of the chip")
-    )
+    flown = f"{found[-1].seed - first + 1} flights of the chip"
+    return Report(rows(found), lambda figure: _draw(found, figure), (*notes, flown))
+
+
+def _flight(seed: int) -> tuple[Forest, Flown]:
+    """The chip's flight through the forest of a seed."""
+    forest, start = place(LatencyScenario(seed=seed), _arcs())
+    return forest, fly(_chip()(seed), _arcs(), forest, start, PINGS, CROSSINGS, patience=WINDOW)
+
+
+@lru_cache(maxsize=1)
+def _chip() -> Maker:
+    return chip_maker(Build(own=False))
+
+
+@lru_cache(maxsize=1)
+def _arcs() -> Arcs:
+    return arcs_of(Bat(ping_rate=1.0 / Numbers().ping_period))
 
 
 def rows(found: Sequence[Loop]) -> tuple[Row, ...]:
@@ -125,13 +164,16 @@ def _draw(found: Sequence[Loop], figure: Figure) -> None:
     shown = found[:6]
     figure.set_size_inches(10.0, 7.0)
     for loop, ax in zip(shown, figure.subplots(2, 3, squeeze=False).ravel(), strict=False):
-        draw_forest(loop.forest.place, Bat().zone, ax)
-        draw_path(loop.flown.path, ax, 0.9)
-        x, y = loop.flown.end
+        forest, flown = _flight(loop.seed)
+        draw_forest(forest.place, Bat().zone, ax)
+        draw_path(flown.path, ax, 0.9)
+        x, y = flown.end
         ax.set_xlim(x - 2.0 * REACH, x + 2.0 * REACH)
         ax.set_ylim(y - 2.0 * REACH, y + 2.0 * REACH)
         names = [name for name in NAMES if loop.repeated[name]]
         ax.set_title(f"forest {loop.seed}: {', '.join(names) or 'nobody'}", fontsize=8)
 
 
-EXPERIMENT = Experiment("latency-loops", "loops of the latency chip, and who repeats them", reproduce)
+EXPERIMENT = Experiment(
+    "latency-loops", "loops of the latency chip, and who repeats them", reproduce, {"loops": LOOPS}
+)

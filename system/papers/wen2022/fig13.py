@@ -21,11 +21,13 @@ from system.openspace.map import OBSTACLES, SIDE, Forest, clearance, plant
 from system.openspace.picture import draw_forest, draw_path
 from system.plot import COLOURS, mark_end
 from system.spiking_bat.brain import Brain, network_brain
+from system.spiking_bat.campaign import decided_by
 from system.spiking_bat.chip_brain import chip_brain
-from system.spiking_bat.flight import Flown, fly
+from system.spiking_bat.flight import fly
 from system.spiking_bat.numbers import Numbers
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
-SEEDS = (1003, 1004, 1005)
+FIRST_SEED, FORESTS = 1003, 3
 CROSSINGS = 4  # the paper's
 PINGS = 4000  # of a flight; ours
 BAT = Bat(ping_rate=10.0)  # 2 m/s, as the paper's
@@ -35,38 +37,53 @@ MODELS: Mapping[str, Callable[[Arcs, Numbers], Brain]] = {"network": network_bra
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """A forest and a model's flight through it."""
+    """A flight: what was counted, whether it ended by a collision, and its path, m."""
 
-    model: str
-    seed: int
-    forest: Forest
-    flown: Flown
+    laps: int
+    avoided: int
+    pings: int
+    emergencies: int
+    collided: bool
+    path: tuple[tuple[float, float], ...]
 
 
-def reproduce(progress: Progress, seeds: Sequence[int] = SEEDS, pings: int = PINGS) -> Report:
+Trips = Mapping[str, Sequence[Trip]]  # by model, in the order of the seeds
+
+
+@dataclass(frozen=True, slots=True)
+class Flights:
+    """Flies a model through the forest of a seed, so many pings at most."""
+
+    pings: int
+
+    def __call__(self, key: Numbered) -> Trip:
+        """Fly once."""
+        arcs, (forest, start) = arcs_of(BAT), _planted(key.number)
+        flown = fly(MODELS[key.condition](arcs, Numbers()), arcs, forest, start, self.pings, CROSSINGS)
+        path = tuple((x, y) for x, y in flown.path.tolist())
+        return Trip(flown.laps, flown.avoided, flown.pings, flown.emergencies, bool(flown.collided), path)
+
+
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    forests: int = FORESTS,
+    first: int = FIRST_SEED,
+    pings: int = PINGS,
+) -> Report:
     """Fly all forests."""
-    arcs, numbers = arcs_of(BAT), Numbers()
-    trips = []
-    for k, (model, seed) in enumerate((model, seed) for model in MODELS for seed in seeds):
-        brain = MODELS[model](arcs, numbers)
-        random = np.random.default_rng((seed, 0, 0))
-        forest = plant(OBSTACLES, random)
-        start = _start(forest, random)
-
-        def part(done: float, before: int = k) -> None:
-            progress((before + done) / (len(MODELS) * len(seeds)))
-
-        trips.append(Trip(model, seed, forest, fly(brain, arcs, forest, start, pings, CROSSINGS, part)))
-    progress(1.0)
-    return Report(rows(trips), lambda figure: _draw(trips, figure), notes(trips))
+    keys = [Numbered(model, first + k) for model in MODELS for k in range(forests)]
+    numbers = (*decided_by(), BAT, CROSSINGS, pings)
+    campaign = Campaign(EXPERIMENT.name, Flights(pings), Numbered, Trip, numbers)
+    trips = execution.by_condition(campaign, keys, progress)
+    return Report(rows(trips), lambda figure: _draw(trips, first, figure), notes(trips, first))
 
 
-def rows(trips: Sequence[Trip]) -> tuple[Row, ...]:
+def rows(trips: Trips) -> tuple[Row, ...]:
     """Crossings without a collision, at best, of each model."""
     made = []
     for model in MODELS:
-        mine = [t.flown for t in trips if t.model == model]
-        best = max((flown.laps for flown in mine if not flown.collided), default=0)
+        best = max((t.laps for t in trips[model] if not t.collided), default=0)
         made.append(
             Row(
                 f"{model}_crossings_without_collision", float(CROSSINGS), float(best),
@@ -76,35 +93,43 @@ def rows(trips: Sequence[Trip]) -> tuple[Row, ...]:
     return tuple(made)
 
 
-def notes(trips: Sequence[Trip]) -> tuple[str, ...]:
+def notes(trips: Trips, first: int) -> tuple[str, ...]:
     """A line a flight."""
     return tuple(
-        f"{t.model}, seed {t.seed}: {t.flown.laps} crossings, {t.flown.avoided} obstacles avoided,"
-        f" {t.flown.pings} pings, {t.flown.emergencies} emergencies,"
-        f" {'collided' if t.flown.collided else 'no collision'}"
-        for t in trips
+        f"{model}, seed {seed}: {t.laps} crossings, {t.avoided} obstacles avoided,"
+        f" {t.pings} pings, {t.emergencies} emergencies,"
+        f" {'collided' if t.collided else 'no collision'}"
+        for model, each in trips.items()
+        for seed, t in enumerate(each, first)
     )
 
 
-def _start(forest: Forest, random: np.random.Generator) -> tuple[float, float]:
-    """A drawn place with room about it."""
+def _planted(seed: int) -> tuple[Forest, tuple[float, float]]:
+    """The forest of a seed, and a drawn place with room about it."""
+    random = np.random.default_rng((seed, 0, 0))
+    forest = plant(OBSTACLES, random)
     while True:
         x, y = SIDE * random.random(), SIDE * random.random()
         if clearance(forest, x, y) >= CLEAR:
-            return x, y
+            return forest, (x, y)
 
 
-def _draw(trips: Sequence[Trip], figure: Figure) -> None:
+def _draw(trips: Trips, first: int, figure: Figure) -> None:
     """A forest and its path a panel, a model a row."""
-    columns = len(trips) // len(MODELS)
+    columns = len(trips["chip"])
     figure.set_size_inches(5.2 * columns, 5.4 * len(MODELS))
-    for trip, ax in zip(trips, figure.subplots(len(MODELS), columns, squeeze=False).flat, strict=True):
-        draw_forest(trip.forest.place, BAT.zone, ax)
-        draw_path(trip.flown.path, ax, 0.9)
-        ax.plot(*trip.flown.path[0], marker="o", color=COLOURS[2], markersize=6, linestyle="", zorder=4)
-        mark_end(trip.flown.path[-1], ax, succeeded=not trip.flown.collided)
-        ended = "a collision" if trip.flown.collided else "no collision"
-        ax.set_title(f"{trip.model}, seed {trip.seed}: {trip.flown.laps} crossings, {ended}", fontsize=9)
+    axes = figure.subplots(len(MODELS), columns, squeeze=False)
+    for line, (model, each) in zip(axes, trips.items(), strict=True):
+        for seed, (trip, ax) in enumerate(zip(each, line, strict=True), first):
+            path = np.array(trip.path)
+            draw_forest(_planted(seed)[0].place, BAT.zone, ax)
+            draw_path(path, ax, 0.9)
+            ax.plot(*path[0], marker="o", color=COLOURS[2], markersize=6, linestyle="", zorder=4)
+            mark_end(path[-1], ax, succeeded=not trip.collided)
+            ended = "a collision" if trip.collided else "no collision"
+            ax.set_title(f"{model}, seed {seed}: {trip.laps} crossings, {ended}", fontsize=9)
 
 
-EXPERIMENT = Experiment("wen2022-fig13", "flights steered by the spike-latency network and chip", reproduce)
+EXPERIMENT = Experiment(
+    "wen2022-fig13", "flights steered by the spike-latency network and chip", reproduce, {"forests": FORESTS}
+)

@@ -87,7 +87,7 @@ def test_dies_state_their_rules(flights: Callable[[int], list[Crossed]]) -> None
 
 
 def test_loops_are_repeated_from_where_they_began(tmp_path: Path) -> None:
-    report = latency_loops.reproduce(silent, 1, 253, 12)
+    report = latency_loops.reproduce(silent, loops=1, first=253, pings=12)
     assert any(note.startswith("chip: repeats 1 of 1") for note in report.notes)
     assert not report.rows[0].agrees  # one loop shows nothing
     assert drawn(report, tmp_path / "loops.png") > 10_000

@@ -40,7 +40,7 @@ def test_groups_end_where_latencies_jump_or_arcs_are_missing() -> None:
 
 def test_a_short_flight_says_that_it_did_not_cross(tmp_path: Path) -> None:
     done: list[float] = []
-    report = wen2022_fig13.reproduce(done.append, (1000,), 4)
+    report = wen2022_fig13.reproduce(done.append, forests=1, first=1000, pings=4)
     assert done[-1] == 1.0
     assert done == sorted(done)
     assert not report.rows[0].agrees
