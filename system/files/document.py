@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar, get_args, get_origin
 
 import msgspec
+import numpy as np
 
 from circuits.errors import DataError
 
@@ -32,7 +33,8 @@ def from_json(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
     data
         The document, text or UTF-8.
     kind
-        Type of the result; a `dict` where only that much is known.
+        Type of the result; a `dict` where only that much is known. Fields that are arrays of numpy, by their
+        types of `circuits.arrays`, are lists in the document, of an array of numbers null where one is NaN.
     where, remedy
         File (and line) that an error names, and what it tells to try.
 
@@ -41,12 +43,17 @@ def from_json(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
     DataError
         `where: place in the document: what is wrong; remedy`.
     """
-    return _decoded(lambda: msgspec.json.decode(data, type=kind), where, remedy)
+    return _decoded(lambda: msgspec.json.decode(data, type=kind, dec_hook=_array), where, remedy)
 
 
 def from_toml(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
     """Read a TOML document; as `from_json`."""
     return _decoded(lambda: msgspec.toml.decode(data, type=kind), where, remedy)
+
+
+def plain(value: object) -> Any:
+    """A value of such a type in JSON's own types, as `from_json` takes it back."""
+    return msgspec.to_builtins(value, enc_hook=_listed)
 
 
 def document_bytes(path: Path, remedy: str) -> bytes:
@@ -65,6 +72,28 @@ def document_bytes(path: Path, remedy: str) -> bytes:
     if len(data) > LARGEST:
         raise DataError(f"{path}: longer than {LARGEST // 2**20} MiB, no such document is; {remedy}")
     return data
+
+
+def _array(kind: Any, items: Any) -> Any:
+    """An array from a list; what is none is a `TypeError` of numpy's, or a `ValueError`."""
+    if get_origin(kind) is not np.ndarray:
+        raise NotImplementedError
+    _, dtype = get_args(kind)
+    try:
+        return np.array(items, dtype=get_args(dtype)[0])
+    except (TypeError, OverflowError) as error:
+        raise ValueError(str(error)) from None
+
+
+def _listed(value: Any) -> Any:
+    """Arrays as lists, with None for NaN, and numbers of numpy as Python's."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f" and np.isnan(value).any():
+        known: Any = value.astype(object)
+        known[np.isnan(value)] = None
+        return known.tolist()
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise NotImplementedError
 
 
 def _decoded(decode: Callable[[], T], where: str, remedy: str) -> T:

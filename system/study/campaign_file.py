@@ -21,7 +21,7 @@ import msgspec
 
 from circuits.errors import DataError, ParameterError
 from system.files.claim import take
-from system.files.document import from_json
+from system.files.document import from_json, plain
 
 Key = TypeVar("Key")
 Result = TypeVar("Result")
@@ -82,7 +82,7 @@ class CampaignFile(Generic[Key, Result]):
 
     def keep(self, key: Key, result: Result) -> None:
         """Add a run, which is on the disk afterwards; raises `DataError` where it cannot be written."""
-        _write_line(self._path, self._descriptor, {"key": key, "found": _plain(result)})
+        _write_line(self._path, self._descriptor, {"key": key, "found": plain(result)})
         self._known[key] = result
 
 
@@ -183,11 +183,6 @@ def _is_header(line: bytes, header: Header) -> bool:
     with suppress(DataError):
         return from_json(line, dict, "", "") == header
     return False
-
-
-def _plain(result: object) -> Any:
-    """In JSON's own types; numpy's numbers as Python's."""
-    return msgspec.to_builtins(result, enc_hook=lambda number: number.item())
 
 
 def _write_line(path: Path, descriptor: int, row: Mapping[str, Any]) -> None:

@@ -9,8 +9,10 @@ temperatures with the codes found at 27 degC: by how much the mean rates move is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import cast
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -24,6 +26,7 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES, DRIFTING = 1000, 50, 10
 KINDS: tuple[BiasKind, ...] = ("generator", "gate")
@@ -40,32 +43,54 @@ class Found:
     dropped: int
 
 
-def reproduce(progress: Progress, dies: int = DIES, drifting: int = DRIFTING) -> Report:
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """A die: errors of its populations, float64[8], at other temperatures if asked for, float64[degC, 8]."""
+
+    errors: F64
+    drift: F64 | None
+    dropped: int
+
+
+@dataclass(frozen=True, slots=True)
+class Calibrations:
+    """Calibrates the die of a key's number with the kind of biases of its condition.
+
+    drifting: how many of the first dies run at other temperatures too.
+    """
+
+    drifting: int
+
+    def __call__(self, key: Numbered) -> Calibrated:
+        """Calibrate once."""
+        task, kind = populations_task(), cast(BiasKind, key.condition)
+        silicon = Silicon(ROLLS_180, 27.0, Die(number=key.number))
+        calibration = calibrate(task, silicon, kind)
+        dropped = sum(len(gone) for gone in calibration.blacklist.values())
+        errors = np.array(list(population_errors(task, calibration, silicon, kind).values()))
+        if key.number >= FIRST_DIE + self.drifting:
+            return Calibrated(errors, None, dropped)
+        moved = [replace(silicon, temperature_c=t) for t in TEMPERATURES]
+        drift = [list(population_errors(task, calibration, s, kind, 1.0).values()) for s in moved]
+        return Calibrated(errors, np.array(drift), dropped)
+
+
+def reproduce(
+    progress: Progress, execution: Execution = ALONE, dies: int = DIES, drifting: int = DRIFTING
+) -> Report:
     """Calibrate every die with both kinds of bias."""
-    found: dict[str, Found] = {}
-    for k, kind in enumerate(KINDS):
-
-        def done(share: float, k: int = k) -> None:
-            progress((k + share) / len(KINDS))
-
-        found[kind] = calibrate_dies(kind, dies, drifting, done)
+    keys = [Numbered(kind, FIRST_DIE + k) for kind in KINDS for k in range(dies)]
+    numbers = (version("noctule"), populations_task(), TEMPERATURES, drifting)
+    campaign = Campaign(EXPERIMENT.name, Calibrations(drifting), Numbered, Calibrated, numbers)
+    by_kind = execution.by_condition(campaign, keys, progress)
+    found = {kind: summed(each) for kind, each in by_kind.items()}
     return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
 
 
-def calibrate_dies(kind: BiasKind, dies: int, drifting: int, progress: Progress) -> Found:
-    """Calibrate `dies` dies, and run `drifting` of them at other temperatures."""
-    task = populations_task()
-    errors, drift, dropped = [], [], 0
-    for k in range(dies):
-        silicon = Silicon(ROLLS_180, 27.0, Die(number=FIRST_DIE + k))
-        calibration = calibrate(task, silicon, kind)
-        dropped += sum(len(gone) for gone in calibration.blacklist.values())
-        errors.append(list(population_errors(task, calibration, silicon, kind).values()))
-        if k < drifting:
-            moved = [replace(silicon, temperature_c=t) for t in TEMPERATURES]
-            drift.append([list(population_errors(task, calibration, s, kind, 1.0).values()) for s in moved])
-        progress((k + 1) / dies)
-    return Found(np.array(errors), np.array(drift), dropped)
+def summed(dies: Sequence[Calibrated]) -> Found:
+    """Of one kind of bias."""
+    drift = np.array([each.drift for each in dies if each.drift is not None])
+    return Found(np.array([each.errors for each in dies]), drift, sum(each.dropped for each in dies))
 
 
 def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
@@ -118,5 +143,8 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "rolls-calibration", "ROLLS: eight populations at three rates on 50 dies, and their drift", reproduce
+    "rolls-calibration",
+    "ROLLS: eight populations at three rates on 50 dies, and their drift",
+    reproduce,
+    {"dies": DIES},
 )

@@ -11,6 +11,8 @@ both kinds of bias.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import cast
 
 from matplotlib.figure import Figure
 
@@ -22,24 +24,24 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES = 1000, 20
 KINDS: tuple[BiasKind, ...] = ("generator", "gate")
 SHARE = 0.95
 
 
-def reproduce(progress: Progress, dies: int = DIES) -> Report:
+def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
     """Calibrate every die and let the field decide."""
-    found: dict[str, list[Bump]] = {kind: [] for kind in KINDS}
-    for j, kind in enumerate(KINDS):
-        for k in range(dies):
-            found[kind].append(decide(FIRST_DIE + k, kind))
-            progress((j + (k + 1) / dies) / len(KINDS))
+    keys = [Numbered(kind, FIRST_DIE + k) for kind in KINDS for k in range(dies)]
+    campaign = Campaign(EXPERIMENT.name, decide, Numbered, Bump, (version("noctule"), field_task()))
+    found = execution.by_condition(campaign, keys, progress)
     return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
 
 
-def decide(die: int, kind: BiasKind) -> Bump:
-    """One die; the seed of its events is its number."""
+def decide(key: Numbered) -> Bump:
+    """One die with a kind of biases; the seed of its events is its number."""
+    die, kind = key.number, cast(BiasKind, key.condition)
     silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
     return field_bump(calibrate(field_task(), silicon, kind), silicon, kind, die % 2, die)
 
@@ -71,4 +73,6 @@ def _draw(found: Mapping[str, Sequence[Bump]], figure: Figure) -> None:
     axes[0].set_ylabel("rate late in the run, Hz")
 
 
-EXPERIMENT = Experiment("rolls-field", "ROLLS: a neural field chooses the stronger of two inputs", reproduce)
+EXPERIMENT = Experiment(
+    "rolls-field", "ROLLS: a neural field chooses the stronger of two inputs", reproduce, {"dies": DIES}
+)

@@ -19,7 +19,8 @@ neuron of either population tells right with all mismatch, with that of one grou
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from importlib.metadata import version
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,6 +35,7 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, INK
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES = 1000, 20
 GATE_DIES = 10
@@ -44,6 +46,7 @@ TASK = Task()
 TEMPERATURES = (0.0, 27.0, 50.0)  # degC, of the transistor level
 PAIRS = 10  # dies of it
 LIMIT = 1.8  # V
+GENERATOR, GATES, TRANSISTORS = "generator", "gates", "transistors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,27 +59,55 @@ class Agreement:
     worst: float
 
 
-def run(progress: Progress) -> Report:
-    """All dies, groups of devices, and the transistor level."""
-    return run_on(progress, DIES, GATE_DIES, PAIRS, TASK)
+@dataclass(frozen=True, slots=True)
+class Taught:
+    """Of a die: its lesson, what pairs of neurons tell right by groups of devices, and the transistor level.
+
+    What was not asked for is None, or empty.
+    """
+
+    lesson: Lesson | None = None
+    shares: dict[str, float] = field(default_factory=dict)
+    agreement: Agreement | None = None
 
 
-def run_on(progress: Progress, dies: int, gate_dies: int, pairs: int, task: Task) -> Report:
-    """As `run`, on so many dies, of fixed gates and of the transistor level."""
-    lessons: list[Lesson] = []
-    shares: dict[str, list[float]] = {name: [] for name in ("none", *GROUPS)}
-    for k in range(dies):
-        chips = chips_of(task, silicon_of(FIRST_DIE + k), "generator", FIRST_DIE + k)
-        lessons.append(lesson(chips, task, FIRST_DIE + k, SILENCE, going_on=True))
-        for name, share in group_shares(chips, task, FIRST_DIE + k).items():
-            shares[name].append(share)
-        progress(0.9 * (k + 1) / dies)
-    fixed = [
-        lesson(chips_of(task, silicon_of(FIRST_DIE + k), "gate", FIRST_DIE + k), task, FIRST_DIE + k)
-        for k in range(gate_dies)
-    ]
-    agreed = [agreement(FIRST_DIE + k, TEMPERATURES[k % len(TEMPERATURES)]) for k in range(pairs)]
-    progress(1.0)
+@dataclass(frozen=True, slots=True)
+class Lessons:
+    """Teaches the die of a key's number: with generator biases or fixed gates, or at transistor level."""
+
+    task: Task
+
+    def __call__(self, key: Numbered) -> Taught:
+        """Teach once."""
+        die, task = key.number, self.task
+        if key.condition == TRANSISTORS:
+            return Taught(agreement=agreement(die, TEMPERATURES[(die - FIRST_DIE) % len(TEMPERATURES)]))
+        if key.condition == GATES:
+            return Taught(lesson(chips_of(task, silicon_of(die), "gate", die), task, die))
+        chips = chips_of(task, silicon_of(die), "generator", die)
+        taught = lesson(chips, task, die, SILENCE, going_on=True)
+        return Taught(taught, dict(group_shares(chips, task, die)))
+
+
+def reproduce(
+    progress: Progress,
+    execution: Execution = ALONE,
+    dies: int = DIES,
+    gate_dies: int = GATE_DIES,
+    pairs: int = PAIRS,
+    task: Task = TASK,
+) -> Report:
+    """All dies, of which some with fixed gates, groups of devices, and the transistor level on `pairs`."""
+    counts = {GENERATOR: dies, GATES: gate_dies, TRANSISTORS: pairs}
+    keys = [Numbered(name, FIRST_DIE + k) for name, count in counts.items() for k in range(count)]
+    numbers = (version("noctule"), task, SILENCE, GROUPS, TEMPERATURES)
+    campaign = Campaign(EXPERIMENT.name, Lessons(task), Numbered, Taught, numbers)
+    found = execution.by_condition(campaign, keys, progress)
+    lessons, fixed = (
+        [x.lesson for x in found.get(n, ()) if x.lesson is not None] for n in (GENERATOR, GATES)
+    )
+    agreed = [x.agreement for x in found.get(TRANSISTORS, ()) if x.agreement is not None]
+    shares = {name: [x.shares[name] for x in found[GENERATOR]] for name in ("none", *GROUPS)}
     rows = (
         *_told(lessons, task),
         *_weights(lessons),
@@ -84,6 +115,10 @@ def run_on(progress: Progress, dies: int, gate_dies: int, pairs: int, task: Task
         *_alike(agreed),
     )
     return Report(rows, lambda figure: _draw(lessons, shares, task, figure), _notes(lessons, task))
+
+
+def _lessons(taught: Sequence[Taught]) -> list[Lesson]:
+    return [x.lesson for x in taught if x.lesson is not None]
 
 
 def silicon_of(die: int, *, mismatch: bool = True, temperature_c: float = 27.0) -> Silicon:
@@ -250,5 +285,8 @@ def _draw_raster(x: Lesson, task: Task, ax: Axes) -> None:
 
 
 EXPERIMENT = Experiment(
-    "rolls-learning", "ROLLS: two patterns of mean rates learned by plastic synapses", run
+    "rolls-learning",
+    "ROLLS: two patterns of mean rates learned by plastic synapses",
+    reproduce,
+    {"dies": DIES, "gate_dies": GATE_DIES, "pairs": PAIRS},
 )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from circuits.arrays import F32, F64, I64, Bools
 from circuits.errors import DataError, ParameterError
 from system.cli.command_line import main
 from system.study import campaign_file, cluster
@@ -147,6 +148,34 @@ def test_a_result_is_of_its_type_from_the_file_too_and_numpys_numbers_are_kept(t
     assert file.read_text().splitlines()[2] == (
         '{"key": ["a", 2], "found": {"heads": true, "height": 0.2, "marks": [2, 3]}}'
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Arrays of several kinds."""
+
+    volts: F64
+    weights: F32 | None
+    spikes: tuple[I64, Bools]
+
+
+def course(key: Numbered) -> Course:
+    volts = np.random.default_rng(key.number).normal(size=(2, 3))
+    volts[0, 1] = np.nan
+    weights = None if key.number == 1 else volts.astype(np.float32)
+    return Course(volts, weights, (np.array([1, 2**62 + 1]), np.array([True, False])))
+
+
+def test_arrays_come_from_the_file_as_they_were_to_the_bit(tmp_path: Path) -> None:
+    file = tmp_path / "runs.jsonl"
+    campaign = Campaign("ours", course, Numbered, Course)
+    fresh = list(Execution(file).results(campaign, KEYS))
+    for a, b in zip(fresh, Execution(file, resume=True).results(campaign, KEYS), strict=True):
+        for one, other in zip((a.volts, a.weights, *a.spikes), (b.volts, b.weights, *b.spikes), strict=True):
+            np.testing.assert_array_equal(one, other, strict=True)
+    file.write_text(file.read_text().replace("[true, false]", "[true, [false, true]]"))
+    with pytest.raises(DataError, match=r"runs.jsonl: line 2: found.spikes\[1\]: .*delete it"):
+        list(Execution(file, resume=True).results(campaign, KEYS))
 
 
 def test_earlier_runs_may_decide_which_come_next_and_more_keys_lengthen_a_file(

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from system.papers.checks import rolls_calibration, rolls_field
+from system.study.campaign import Numbered
 
 
 def test_calibration_of_one_die():
@@ -23,7 +24,7 @@ def test_drift_is_reported_at_every_temperature():
 
 
 def test_a_field_decides():
-    bump = rolls_field.decide(8, "generator")
+    bump = rolls_field.decide(Numbered("generator", 8))
     # die 8 is one of those on which the numbers were chosen
     assert bump.right
     report_rows = rolls_field.rows({"generator": [bump]})

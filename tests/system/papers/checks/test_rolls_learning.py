@@ -10,7 +10,7 @@ def test_one_short_lesson_is_reported_and_drawn(monkeypatch):
     monkeypatch.setattr(rolls_learning, "SILENCE", 1.0)
     monkeypatch.setattr(rolls_learning, "GROUPS", ("neurons",))
     task = Task(training=4, tests=2)
-    report = rolls_learning.run_on(lambda _: None, 1, 0, 1, task)
+    report = rolls_learning.reproduce(lambda _: None, dies=1, gate_dies=0, pairs=1, task=task)
     named = {row.name: row for row in report.rows}
     assert named["share of weights unchanged after 100 s of silence"].ours == 1.0
     assert len([name for name in named if name.startswith("the same, mismatch of")]) == 2
