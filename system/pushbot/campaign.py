@@ -1,17 +1,20 @@
-"""Many runs of the Pushbot, a chip at a time, kept in a campaign's file.
+"""Many runs of the Pushbot, in cells of like ones, kept in a campaign's file.
 
 Dies and seeds from FIRST on report; those below tuned. Every run has noise of its own; a die comes again
-every `dies` runs. All runs on a chip are one piece of work (`system.study.campaign`), so that it is
-calibrated once for them, whoever makes it; an interrupted campaign loses the chips in work.
+every `dies` runs. Runs are made a chip at a time, so that each process calibrates a chip once; a run depends
+on none before it (`system.study.campaign`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib.metadata import version
 from math import sqrt
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -28,7 +31,7 @@ from system.pushbot.network.modified import MODIFIED_LEVELS
 from system.pushbot.network.modified_calibration import EVENTS as MODIFIED_EVENTS
 from system.pushbot.network.modified_calibration import RATES as MODIFIED_RATES
 from system.pushbot.run import Scenario, Trace, make_brain, run_with, scene_of, summarise
-from system.study.campaign import ALONE, Campaign, Execution, Numbered
+from system.study.campaign import ALONE, Campaign, Execution
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import COLOURS, Scene
 from system.worlds.camera.sensor import Dvs
@@ -40,6 +43,7 @@ Summary = dict[str, float | None]
 Make = Callable[[Scenario], Brain]
 Keep = Callable[[Trace], Summary]
 World = Callable[[Scenario], Scene]
+Cell = TypeVar("Cell")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +72,13 @@ class Driven:
     path: F64
 
 
+class Key(NamedTuple):
+    """Of a run: its chip's die, and a digest of all that it is asked to do."""
+
+    die: str
+    drive: str
+
+
 class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
     """Of a run in the file: its summary, and its path if that was asked for, m to a tenth of a millimetre."""
 
@@ -75,32 +86,26 @@ class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
     path: tuple[tuple[float, float], ...] | None = None
 
 
-class Piece(msgspec.Struct, frozen=True):
-    """Runs on one chip."""
-
-    runs: tuple[Kept, ...]
-
-
 @dataclass(frozen=True, slots=True)
-class Chips:
-    """Runs by their chips; makes all runs of the chip that a key numbers."""
+class Drives:
+    """Makes runs by the digests of their keys, each with the scenario for which its chip is made."""
 
-    drives: tuple[tuple[Drive, ...], ...]
+    drives: Mapping[str, tuple[Drive, Scenario]]
     make: Make = make_brain
 
-    def __call__(self, key: Numbered) -> Piece:
-        """Drive them all."""
-        drives = self.drives[key[1]]
-        brain = self.make(drives[0].scenario)
-        return Piece(tuple(_kept(brain, each) for each in drives))
+    def __call__(self, key: Key) -> Kept:
+        """Drive once; a chip is made once for runs that follow each other in a process."""
+        drive, first = self.drives[key.drive]
+        trace = _trace(_brain(self.make, first), drive)
+        if not drive.with_path:
+            return Kept(drive.keep(trace))
+        path = np.round(np.array(trace.drive.path)[::EVERY, 1:3], 4)
+        return Kept(drive.keep(trace), tuple((x, y) for x, y in path.tolist()))
 
 
-def _kept(brain: Brain, drive: Drive) -> Kept:
-    trace = _trace(brain, drive)
-    if not drive.with_path:
-        return Kept(drive.keep(trace))
-    path = np.round(np.array(trace.drive.path)[::EVERY, 1:3], 4)
-    return Kept(drive.keep(trace), tuple((x, y) for x, y in path.tolist()))
+@lru_cache(maxsize=1)
+def _brain(make: Make, first: Scenario) -> Brain:
+    return make(first)
 
 
 def _trace(brain: Brain, drive: Drive) -> Trace:
@@ -122,57 +127,75 @@ def trials(base: Scenario, count: int, dies: int = DIES, first: int = FIRST) -> 
     return [replace(base, seed=first + k, die=Die(number=first + k % dies)) for k in range(count)]
 
 
-def drive_all(
+def drive_cells(
     execution: Execution,
     name: str,
-    drives: Sequence[Drive],
-    progress: Callable[[float], None] | None = None,
+    cells: Mapping[Cell, Sequence[Drive]],
+    planned: Mapping[Cell, Sequence[Drive]],
+    progress: Callable[[float], object],
     make: Make = make_brain,
-) -> list[Driven]:
-    """Every run, in the order given, as a campaign of this name; a chip is made once."""
-    groups = _by_chip([d.scenario for d in drives])
-    chips = Chips(tuple(tuple(drives[k] for k in group) for group in groups), make)
-    keys = [Numbered(f"die {drives[group[0]].scenario.die.number}", j) for j, group in enumerate(groups)]
-    found: dict[int, Driven] = {}
+) -> dict[Cell, list[Driven]]:
+    """Every run of every cell, in the order given, as a campaign of this name.
+
+    planned: the cells with the counts that the campaign has unless others are asked for. They stand in its
+    mark, so that more runs lengthen a kept file.
+    """
+    asked = [drive for cell in cells.values() for drive in cell]
+    by_chip = _by_chip(asked)
+    drives = {_digest(drive): (drive, group[0].scenario) for group in by_chip for drive in group}
+    keys = list(dict.fromkeys(_key(drive) for group in by_chip for drive in group))
+    plan = tuple(map(tuple, _by_chip([drive for cell in planned.values() for drive in cell])))
     numbers = (
         version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, EVENTS, RATES,
-        TURN_EVENTS, TURN_RATE, MODIFIED_LEVELS, MODIFIED_EVENTS, MODIFIED_RATES, GYRO_ANGLE, chips.drives,
+        TURN_EVENTS, TURN_RATE, MODIFIED_LEVELS, MODIFIED_EVENTS, MODIFIED_RATES, GYRO_ANGLE, plan,
     )  # fmt: skip
-    campaign = Campaign(name, chips, Numbered, Piece, numbers)
-    with closing(execution.results(campaign, keys)) as pieces:
-        for group, piece in zip(groups, pieces, strict=True):
-            for k, run in zip(group, piece.runs, strict=True):
-                found[k] = Driven(run.summary, np.array(run.path or (), dtype=float).reshape(-1, 2))
-            if progress is not None:
-                progress(len(found) / len(drives))
-    return [found[k] for k in range(len(drives))]
+    found: dict[Key, Driven] = {}
+    with closing(execution.results(Campaign(name, Drives(drives, make), Key, Kept, numbers), keys)) as runs:
+        for key, run in zip(keys, runs, strict=True):
+            found[key] = Driven(run.summary, np.array(run.path or (), dtype=float).reshape(-1, 2))
+            progress(len(found) / len(keys))
+    return {cell: [found[_key(drive)] for drive in each] for cell, each in cells.items()}
 
 
-def _by_chip(scenarios: Sequence[Scenario]) -> list[list[int]]:
-    """Numbers of the scenarios on each chip, in the order of the chips."""
-    groups: dict[tuple[object, ...], list[int]] = {}
-    keys = [
-        (
-            s.die.number or 0, s.temperature_c, s.bias_kind, repr(s.architecture()), s.calibrated,
-            repr(s.device_noise()),
-        )
-        for s in scenarios
-    ]  # fmt: skip
-    for k in sorted(range(len(scenarios)), key=keys.__getitem__):
-        groups.setdefault(keys[k], []).append(k)
+def summaries_of(driven: Mapping[Cell, Sequence[Driven]]) -> dict[Cell, list[Summary]]:
+    """What was kept of every run of every cell."""
+    return {cell: [d.summary for d in each] for cell, each in driven.items()}
+
+
+def _key(drive: Drive) -> Key:
+    return Key(f"die {drive.scenario.die.number}", _digest(drive))
+
+
+def _digest(drive: Drive) -> str:
+    return hashlib.sha256(repr(drive).encode()).hexdigest()[:16]
+
+
+def _by_chip(drives: Sequence[Drive]) -> list[list[Drive]]:
+    """Runs on each chip, in the order of the chips."""
+    groups: dict[tuple[object, ...], list[Drive]] = {}
+    keys = [_chip(drive.scenario) for drive in drives]
+    for k in sorted(range(len(drives)), key=keys.__getitem__):
+        groups.setdefault(keys[k], []).append(drives[k])
     return list(groups.values())
+
+
+def _chip(s: Scenario) -> tuple[Any, ...]:
+    """What a scenario's chip depends on."""
+    return (
+        s.die.number or 0, s.temperature_c, s.bias_kind, repr(s.architecture()), s.calibrated,
+        repr(s.device_noise()),
+    )  # fmt: skip
 
 
 def drive_each(
     scenarios: Sequence[Scenario],
     keep: Keep = summarise,
-    progress: Callable[[float], None] | None = None,
     make: Make = make_brain,
     world: World = scene_of,
 ) -> list[Summary]:
     """What `keep` says of every run, in the order of the scenarios, in this process and no file."""
-    drives = [Drive(s, keep, world) for s in scenarios]
-    return [driven.summary for driven in drive_all(ALONE, "runs", drives, progress, make)]
+    cells = {"all": [Drive(s, keep, world) for s in scenarios]}
+    return summaries_of(drive_cells(ALONE, "runs", cells, cells, lambda _: None, make))["all"]
 
 
 def share_of(found: Sequence[Summary], name: str) -> Share:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
-from system.pushbot.campaign import Drive, Summary, drive_again, drive_all, mean_sd, trials
+from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, mean_sd, summaries_of, trials
 from system.pushbot.loop import all_spikes
 from system.pushbot.run import Scenario, Trace
 from system.pushbot.run_picture import draw_run
@@ -37,9 +37,14 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Chase on some dies; the picture is of the first."""
     base = Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration)
-    drives = [Drive(s, outcome) for s in trials(base, count, dies)]
-    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    return Report(rows(found), lambda figure: _draw(drive_again(drives[0]), figure), notes(found))
+
+    def cells(count: int, dies: int) -> dict[str, list[Drive]]:
+        return {"chase": [Drive(s, outcome) for s in trials(base, count, dies)]}
+
+    asked = cells(count, dies)
+    driven = drive_cells(execution, EXPERIMENT.name, asked, cells(RUNS, DIES), progress)
+    found = summaries_of(driven)["chase"]
+    return Report(rows(found), lambda figure: _draw(drive_again(asked["chase"][0]), figure), notes(found))
 
 
 def outcome(trace: Trace) -> Summary:

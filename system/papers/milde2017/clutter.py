@@ -29,7 +29,7 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
-from system.pushbot.campaign import FIRST, Drive, Summary, drive_all, share_of, trials
+from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, share_of, summaries_of, trials
 from system.pushbot.run import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, stood, summarise
 from system.study.campaign import ALONE, Execution
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
@@ -57,13 +57,19 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = SCENES, dies: int = DIES, way: float = WAY
 ) -> Report:
     """Drive all scenes with each network at each speed."""
-    keys = [(network, speed) for network in NETWORKS for speed in SPEEDS]
-    drives: list[Drive] = []
-    for network, speed in keys:
-        base = replace(NETWORKS[network], speed_factor=speed / SPEED_OF_FACTOR, duration=LIMIT, way=way)
-        drives += [Drive(s, outcome) for s in trials(base, count, dies, FRESH)]
-    all_found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    found = {key: all_found[k * count : (k + 1) * count] for k, key in enumerate(keys)}
+
+    def cells(count: int, dies: int) -> dict[tuple[str, float], list[Drive]]:
+        bases = {
+            (name, speed): replace(base, speed_factor=speed / SPEED_OF_FACTOR, duration=LIMIT, way=way)
+            for name, base in NETWORKS.items()
+            for speed in SPEEDS
+        }
+        return {
+            key: [Drive(s, outcome) for s in trials(base, count, dies, FRESH)] for key, base in bases.items()
+        }
+
+    driven = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(SCENES, DIES), progress)
+    found = summaries_of(driven)
     return Report(rows(found), lambda figure: _draw(found, figure), notes(found))
 
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS as INKS
-from system.pushbot.campaign import Drive, drive_all, trials
+from system.pushbot.campaign import Drive, drive_cells, summaries_of, trials
 from system.pushbot.run import Scenario
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
@@ -32,13 +32,19 @@ def reproduce(
     lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
 ) -> Report:  # fmt: skip
     """Drive all runs."""
-    keys = [(light, colour) for light in lights for colour in blocks]
-    drives = [Drive(s) for light, c in keys for s in trials(Scenario(light=light, colour=c), count, dies)]
-    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    free: dict[tuple[str, str], Share] = {}
-    for k, key in enumerate(keys):
-        runs = found[k * count : (k + 1) * count]
-        free[key] = share_where(bool(s["crossed"]) and not s["collided"] for s in runs)
+
+    def cells(count: int, dies: int) -> dict[tuple[str, str], list[Drive]]:
+        return {
+            (light, colour): [Drive(s) for s in trials(Scenario(light=light, colour=colour), count, dies)]
+            for light in lights
+            for colour in blocks
+        }
+
+    driven = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    free = {
+        key: share_where(bool(s["crossed"]) and not s["collided"] for s in runs)
+        for key, runs in summaries_of(driven).items()
+    }
     notes = tuple(f"{light}, {colour}: avoided {share}" for (light, colour), share in free.items())
     return Report(rows(free), lambda figure: _draw(free, figure), notes)
 

@@ -22,7 +22,7 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
-from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
+from system.pushbot.campaign import Drive, Summary, World, drive_cells, share_of, summaries_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario, scene_of
 from system.study.campaign import ALONE, Execution
@@ -45,16 +45,20 @@ def reproduce(
     """Drive a moving and a standing cup at every factor, and the scene's own timing at `OWN`."""
     cases = [(world, factor) for factor in FACTORS for world in (pushed, standing)]
     cases.append((scene_of, OWN))
-    drives = [
-        Drive(each, world=world, with_path=factor == OWN)
-        for world, factor in cases
-        for each in trials(Scenario(scene="moving", speed_factor=factor), count, dies)
-    ]
-    driven = drive_all(execution, EXPERIMENT.name, drives, progress)
-    parts = {case: driven[k * count : (k + 1) * count] for k, case in enumerate(cases)}
-    summaries = {case: [d.summary for d in part] for case, part in parts.items()}
-    found = {f"{factor:g}": (summaries[pushed, factor], summaries[standing, factor]) for factor in FACTORS}
-    found[f"{OWN:g}_at_the_last_moment"] = summaries[scene_of, OWN], summaries[standing, OWN]
+
+    def cells(count: int, dies: int) -> dict[tuple[World, float], list[Drive]]:
+        return {
+            (world, factor): [
+                Drive(each, world=world, with_path=factor == OWN)
+                for each in trials(Scenario(scene="moving", speed_factor=factor), count, dies)
+            ]
+            for world, factor in cases
+        }
+
+    parts = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    told = summaries_of(parts)
+    found = {f"{factor:g}": (told[pushed, factor], told[standing, factor]) for factor in FACTORS}
+    found[f"{OWN:g}_at_the_last_moment"] = told[scene_of, OWN], told[standing, OWN]
     paths = [[d.path for d in parts[world, OWN]] for world in (pushed, standing)]
     return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
 

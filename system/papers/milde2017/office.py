@@ -21,7 +21,7 @@ from scipy.stats import chi2
 
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report, Row
-from system.pushbot.campaign import Drive, Summary, drive_again, drive_all, trials
+from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, summaries_of, trials
 from system.pushbot.run import Scenario, Trace, scene_of, stood, summarise
 from system.pushbot.run_picture import draw_run
 from system.study.campaign import ALONE, Execution
@@ -44,14 +44,16 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive all runs; the picture is of the first."""
     base = Scenario(scene="office", duration=duration, turn_factor=TURN)
-    drives = [
-        Drive(s, outcome, started)
-        for light in lights
-        for s in trials(replace(base, light=light), count, dies)
-    ]
-    runs = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    found = {light: runs[k * count : (k + 1) * count] for k, light in enumerate(lights)}
-    return Report(rows(found), partial(_draw, drives[0]), notes(found))
+
+    def cells(count: int, dies: int) -> dict[str, list[Drive]]:
+        return {
+            light: [Drive(s, outcome, started) for s in trials(replace(base, light=light), count, dies)]
+            for light in lights
+        }
+
+    asked = cells(count, dies)
+    found = summaries_of(drive_cells(execution, EXPERIMENT.name, asked, cells(RUNS, DIES), progress))
+    return Report(rows(found), partial(_draw, asked[lights[0]][0]), notes(found))
 
 
 def outcome(trace: Trace) -> Summary:

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.pushbot.campaign import Drive, Summary, drive_all, share_of, trials
+from system.pushbot.campaign import Drive, Summary, drive_cells, share_of, summaries_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario
 from system.study.campaign import ALONE, Execution
@@ -38,10 +38,15 @@ def reproduce(
     scenes: Sequence[str] = SCENES,
 ) -> Report:  # fmt: skip
     """Drive all runs."""
-    drives = [Drive(s, with_path=True) for name in scenes for s in trials(Scenario(scene=name), count, dies)]
-    driven = drive_all(execution, EXPERIMENT.name, drives, progress)
-    runs = {name: driven[k * count : (k + 1) * count] for k, name in enumerate(scenes)}
-    found = {name: [d.summary for d in mine] for name, mine in runs.items()}
+
+    def cells(count: int, dies: int) -> dict[str, list[Drive]]:
+        return {
+            name: [Drive(s, with_path=True) for s in trials(Scenario(scene=name), count, dies)]
+            for name in scenes
+        }
+
+    runs = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    found = summaries_of(runs)
     paths = {name: [d.path for d in mine] for name, mine in runs.items()}
     return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
 

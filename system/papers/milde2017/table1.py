@@ -17,7 +17,16 @@ from matplotlib.figure import Figure
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS as INKS
 from system.plot import INK
-from system.pushbot.campaign import Drive, Summary, drive_all, mean_sd, share_of, standard_error, trials
+from system.pushbot.campaign import (
+    Drive,
+    Summary,
+    drive_cells,
+    mean_sd,
+    share_of,
+    standard_error,
+    summaries_of,
+    trials,
+)
 from system.pushbot.run import Scenario
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
@@ -60,14 +69,17 @@ def reproduce(
     colours: Sequence[str] = tuple(PAPER),
 ) -> Report:  # fmt: skip
     """Drive every trial."""
-    keys = [(colour, factors) for colour in colours for factors in CELLS]
-    drives = [
-        Drive(each)
-        for colour, (speed, turn) in keys
-        for each in trials(Scenario(colour=colour, speed_factor=speed, turn_factor=turn), count, dies)
-    ]
-    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    cells = {key: _cell(*key, found[k * count : (k + 1) * count]) for k, key in enumerate(keys)}
+
+    def drives(count: int, dies: int) -> dict[tuple[str, tuple[float, float]], list[Drive]]:
+        bases = {
+            (colour, (speed, turn)): Scenario(colour=colour, speed_factor=speed, turn_factor=turn)
+            for colour in colours
+            for speed, turn in CELLS
+        }
+        return {key: [Drive(each) for each in trials(base, count, dies)] for key, base in bases.items()}
+
+    driven = drive_cells(execution, EXPERIMENT.name, drives(count, dies), drives(TRIALS, DIES), progress)
+    cells = {key: _cell(*key, found) for key, found in summaries_of(driven).items()}
     return Report(rows(cells), lambda figure: _draw(cells, figure), notes(cells))
 
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.pushbot.campaign import Drive, Summary, drive_all, trials
+from system.pushbot.campaign import Drive, Summary, drive_cells, summaries_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario, Trace
 from system.study.campaign import ALONE, Execution
@@ -38,15 +38,17 @@ def reproduce(
     duration: float = DURATION,
 ) -> Report:  # fmt: skip
     """Drive to the target, without and with a block on the way."""
-    drives = [
-        Drive(s, outcome, with_path=True)
-        for name in SCENES
-        for s in trials(Scenario(scene=name, window=WINDOW, duration=duration), count, dies)
-    ]
-    driven = drive_all(execution, EXPERIMENT.name, drives, progress)
-    parts = driven[:count], driven[count:]
-    reached, block = ([d.summary for d in part] for part in parts)
-    paths = {name: [d.path for d in part] for name, part in zip(SCENES, parts, strict=True)}
+
+    def cells(count: int, dies: int) -> dict[str, list[Drive]]:
+        bases = {name: Scenario(scene=name, window=WINDOW, duration=duration) for name in SCENES}
+        return {
+            name: [Drive(s, outcome, with_path=True) for s in trials(base, count, dies)]
+            for name, base in bases.items()
+        }
+
+    parts = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    reached, block = summaries_of(parts).values()
+    paths = {name: [d.path for d in part] for name, part in parts.items()}
     return Report(rows(reached, block), lambda figure: _draw(paths, figure), notes(reached, block))
 
 

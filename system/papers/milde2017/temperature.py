@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS
-from system.pushbot.campaign import Drive, Summary, drive_all, trials
+from system.pushbot.campaign import Drive, Summary, drive_cells, summaries_of, trials
 from system.pushbot.run import Scenario
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
@@ -35,14 +35,18 @@ def reproduce(
     temperatures: Sequence[float] = TEMPERATURES,
 ) -> Report:  # fmt: skip
     """Drive at all temperatures."""
-    keys = [(kind, t) for kind in KINDS for t in temperatures]
-    drives = [
-        Drive(replace(s, bias_kind=kind, temperature_c=t))
-        for kind, t in keys
-        for s in trials(Scenario(), count, dies)
-    ]
-    runs = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    found = {key: avoided(runs[k * count : (k + 1) * count]) for k, key in enumerate(keys)}
+
+    def cells(count: int, dies: int) -> dict[tuple[BiasKind, float], list[Drive]]:
+        return {
+            (kind, t): [
+                Drive(replace(s, bias_kind=kind, temperature_c=t)) for s in trials(Scenario(), count, dies)
+            ]
+            for kind in KINDS
+            for t in temperatures
+        }
+
+    driven = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    found = {key: avoided(runs) for key, runs in summaries_of(driven).items()}
     notes = tuple(f"{kind}, {t:g} degC: avoided {share}" for (kind, t), share in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 

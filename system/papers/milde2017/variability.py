@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report, Row
 from system.plot import COLOURS, PALE
-from system.pushbot.campaign import FIRST, Drive, Summary, drive_all
+from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, summaries_of
 from system.pushbot.run import Scenario
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
@@ -43,21 +43,22 @@ def reproduce(
     others: int = OTHERS,
 ) -> Report:  # fmt: skip
     """Drive all runs."""
+    asked, planned = _cells(repeats, repeated, others), _cells(REPEATS, REPEATED, OTHERS)
+    groups = summaries_of(drive_cells(execution, EXPERIMENT.name, asked, planned, progress))
+    return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups))
+
+
+def _cells(repeats: int, repeated: int, others: int) -> dict[str, list[Drive]]:
     base = Scenario(scene="pair")
-    plan: dict[str, list[Scenario]] = {}
+    cells: dict[str, list[Drive]] = {}
     for d in range(repeated):
         on_die = replace(base, die=Die(number=FIRST + d))
         for name, fields in NOISES.items():
-            plan[f"die {FIRST + d}, {name}"] = [replace(on_die, **fields(FIRST + k)) for k in range(repeats)]
-    plan["other dies"] = [replace(base, die=Die(number=FIRST + d), seed=FIRST) for d in range(others)]
-    drives = [Drive(s) for group in plan.values() for s in group]
-    found = [d.summary for d in drive_all(execution, EXPERIMENT.name, drives, progress)]
-    groups: dict[str, list[Summary]] = {}
-    begin = 0
-    for name, scenarios in plan.items():
-        groups[name] = found[begin : begin + len(scenarios)]
-        begin += len(scenarios)
-    return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups))
+            cells[f"die {FIRST + d}, {name}"] = [
+                Drive(replace(on_die, **fields(FIRST + k))) for k in range(repeats)
+            ]
+    cells["other dies"] = [Drive(replace(base, die=Die(number=FIRST + d), seed=FIRST)) for d in range(others)]
+    return cells
 
 
 def left_of(found: Sequence[Summary]) -> Share:

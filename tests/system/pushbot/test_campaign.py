@@ -14,7 +14,18 @@ import pytest
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.pushbot import campaign as pushbot_campaign
-from system.pushbot.campaign import EVERY, Chips, Drive, Summary, drive_all, drive_each, mean_sd, trials
+from system.pushbot.campaign import (
+    EVERY,
+    Drive,
+    Drives,
+    Kept,
+    Summary,
+    drive_cells,
+    drive_each,
+    mean_sd,
+    summaries_of,
+    trials,
+)
 from system.pushbot.run import Scenario, Trace, scene_of
 from system.study.campaign import ALONE, Execution
 from system.study.campaign_file import CutLine
@@ -45,8 +56,9 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[Scenario]:
 
 
 def driven(execution: Execution = ALONE, plan: list[Scenario] = PLAN) -> list[Summary]:
-    drives = [Drive(s, kept) for s in plan]
-    return [d.summary for d in drive_all(execution, "ours", drives, make=pushbot_campaign.make_brain)]
+    cells, planned = ({"all": [Drive(s, kept) for s in each]} for each in (plan, PLAN))
+    make = pushbot_campaign.make_brain
+    return summaries_of(drive_cells(execution, "ours", cells, planned, lambda _: None, make))["all"]
 
 
 def test_every_run_is_in_its_place_and_a_chip_is_made_once(made: list[Scenario]) -> None:
@@ -57,49 +69,79 @@ def test_every_run_is_in_its_place_and_a_chip_is_made_once(made: list[Scenario])
     assert drive_each(PLAN, kept, make=pushbot_campaign.make_brain) == found
 
 
-def test_an_interrupted_campaign_goes_on_at_the_chip(made: list[Scenario], tmp_path: Path) -> None:
+def test_runs_are_put_into_their_cells() -> None:
+    plan = {"few": [Drive(PLAN[3]), Drive(PLAN[0])], "none": [], "again": [Drive(PLAN[0])]}
+    found = drive_cells(_Seeds(), "ours", plan, plan, lambda _: None)  # type: ignore[arg-type]
+    assert {name: [d.summary["seed"] for d in each] for name, each in found.items()} == {
+        "few": [PLAN[3].seed, PLAN[0].seed], "none": [], "again": [PLAN[0].seed],
+    }  # fmt: skip
+
+
+class _Seeds:
+    """Answers with the seeds of the runs, without driving; each is asked for once."""
+
+    def results(self, campaign: Any, keys: Any) -> Any:
+        assert len(set(keys)) == len(keys)
+        return (Kept({"seed": float(campaign.one.drives[key.drive][0].scenario.seed)}) for key in keys)
+
+
+def test_an_interrupted_campaign_goes_on_at_the_run(made: list[Scenario], tmp_path: Path) -> None:
     whole, part = tmp_path / "whole.jsonl", tmp_path / "part.jsonl"
     expected = driven(Execution(whole))
     lines = whole.read_bytes().splitlines(keepends=True)
-    assert len(lines) == 1 + 4
-    part.write_bytes(b"".join(lines[:3]) + lines[3][:20])  # killed while it wrote the third chip
+    assert len(lines) == 1 + len(PLAN)
+    part.write_bytes(b"".join(lines[:3]) + lines[3][:20])  # killed while it wrote
     made.clear()
     with pytest.warns(CutLine, match="20 bytes"):
         assert driven(Execution(part, resume=True)) == expected
     assert part.read_bytes() == whole.read_bytes()
-    assert len(made) == 2
+    assert len(made) == 3
+
+
+def test_more_runs_lengthen_a_kept_file(made: list[Scenario], tmp_path: Path) -> None:
+    file = tmp_path / "a.jsonl"
+    driven(Execution(file), PLAN[:2])
+    longer = [*PLAN, *trials(Scenario(), 9, 3)[6:]]
+    made.clear()
+    assert driven(Execution(file, resume=True), longer) == driven(plan=longer)
+    lines = file.read_text().splitlines()
+    assert len(lines) == 1 + len(longer)
+    assert driven(Execution(file, resume=True)) == driven()
+    assert file.read_text().splitlines() == lines
 
 
 @pytest.mark.usefixtures("made")
-def test_another_plan_is_another_campaign(tmp_path: Path) -> None:
+def test_a_campaign_that_was_planned_otherwise_is_another(tmp_path: Path) -> None:
     file = tmp_path / "a.jsonl"
     driven(Execution(file))
-    for plan in (PLAN[:-1], [replace(s, dropped=0.5) for s in PLAN]):
-        with pytest.raises(ParameterError, match="not of this campaign, or has other numbers"):
-            driven(Execution(file, resume=True), plan)
+    other = {"all": [Drive(replace(s, dropped=0.5), kept) for s in PLAN]}
+    with pytest.raises(ParameterError, match="not of this campaign, or has other numbers"):
+        drive_cells(Execution(file, resume=True), "ours", other, other, lambda _: None)
 
 
 @pytest.mark.usefixtures("made")
 def test_paths_are_kept_where_they_are_asked_for(tmp_path: Path) -> None:
-    drives = [Drive(PLAN[0], kept, with_path=True), Drive(PLAN[1], kept)]
+    cells = {"one": [Drive(PLAN[0], kept, with_path=True), Drive(PLAN[1], kept)]}
+    make = pushbot_campaign.make_brain
     for execution in (Execution(tmp_path / "a.jsonl"), Execution(tmp_path / "a.jsonl", resume=True)):
-        first, second = drive_all(execution, "ours", drives, make=pushbot_campaign.make_brain)
+        first, second = drive_cells(execution, "ours", cells, cells, lambda _: None, make)["one"]
         assert np.array_equal(first.path, [[0.0, 0.0], [1.2346, 0.0], [2.4691, 0.0]])
         assert second.path.shape == (0, 2)
 
 
-def test_progress_counts_runs(made: list[Scenario]) -> None:
+@pytest.mark.usefixtures("made")
+def test_progress_counts_runs() -> None:
     seen: list[float] = []
-    drive_all(ALONE, "ours", [Drive(s, kept) for s in PLAN], seen.append, pushbot_campaign.make_brain)
-    assert seen == pytest.approx([2 / 6, 3 / 6, 5 / 6, 1.0])
-    assert len(made) == len(seen)
+    cells = {"all": [Drive(s, kept) for s in PLAN]}
+    drive_cells(ALONE, "ours", cells, cells, seen.append, pushbot_campaign.make_brain)
+    assert seen == pytest.approx([k / 6 for k in range(1, 7)])
 
 
 def test_other_processes_get_the_same_drive() -> None:
-    chips = Chips(((Drive(PLAN[0], kept, scene_of),),))
-    copy = pickle.loads(pickle.dumps(chips))
-    assert repr(copy.drives) == repr(chips.drives)
-    assert "['kept', 'scene_of']" in repr(copy.drives)
+    drive = Drive(PLAN[0], kept, scene_of)
+    copy = pickle.loads(pickle.dumps(Drives({"0": (drive, PLAN[0])})))
+    assert repr(copy.drives["0"][0]) == repr(drive)
+    assert "['kept', 'scene_of']" in repr(drive)
 
 
 def test_no_run_is_refused() -> None:

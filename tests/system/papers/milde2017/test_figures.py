@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from inspect import signature
 
 import numpy as np
 import pytest
@@ -25,7 +24,6 @@ from system.pushbot.network.plain import pushbot_network
 from system.pushbot.run import Scenario, Trace, scene_of, stood
 from system.pushbot.wiring import HALF_ROWS
 from system.registry import EXPERIMENTS, load_experiment
-from system.study.campaign import ALONE
 from system.study.statistics.share import Share
 from system.worlds.arena.geometry import obstacles_of, outline_at
 from system.worlds.camera.sensor import Dvs, open_eye, picture, sensor_of
@@ -40,15 +38,6 @@ NAMES = (
 def test_it_is_known(name: str) -> None:
     assert f"milde2017-{name}" in EXPERIMENTS
     assert load_experiment(f"milde2017-{name}").summary
-
-
-@pytest.mark.parametrize("name", [n for n in NAMES if n not in {"fig5", "fig6"}])
-def test_it_is_a_campaign_of_its_own_counts(name: str) -> None:
-    chosen = load_experiment(f"milde2017-{name}")
-    taken = signature(chosen.run).parameters
-    assert chosen.counts
-    assert {n: taken[n].default for n in chosen.counts} == dict(chosen.counts)
-    assert taken["execution"].default is ALONE
 
 
 def test_figure_5_agrees_and_sees_a_wrong_sign() -> None:
