@@ -311,6 +311,7 @@ def test_a_line_that_is_no_run_is_refused_by_its_number(
     ("arguments", "words"),
     [
         ("wen2022-fig5 --resume", "--resume: wen2022-fig5 is no campaign, it has none"),
+        ("wen2022-fig5 --scheduler a:1", "--scheduler: wen2022-fig5 is no campaign, it has none"),
         ("latency-dies --param forests=3", "--param: forests, unknown to latency-dies; known are dies=100"),
         (
             "latency-forests --param forests=0",
