@@ -13,14 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from _damage import COMMON, Damage, insert_line
-from chips.registry import load_chip
 from circuits.errors import DataError
-from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from netlists.read import read_netlist
 from netlists.read.summary import summarise
 from netlists.registry import DIALECTS, Settings, load_dialect
+from system.options.block import block_named
 
 ERROR = re.compile(r"[^\n:]+:\d+: [^\n]+")
 HAND = (
@@ -94,13 +93,13 @@ def netlist_seeds() -> list[bytes]:
     """Decks to damage: hand-written ones, and our own with notes, in every dialect and on a die."""
     texts = [*HAND]
     written = [
-        *(("vocalization-controller", None, dialect) for dialect in DIALECTS),
+        *(("vocalization-controller", None, dialect) for dialect in DIALECTS if dialect != "verilog-a"),
         ("rebound-neuron", 1003, "ngspice"),
         ("bias-generator", None, "ngspice"),
         ("ranging-chip", None, "ngspice"),
     ]
     for name, number, dialect in written:
-        block = load_chip(name) if name == "ranging-chip" else load_block(name)
+        block = block_named(name)
         circuit = block.build(block.params())
         bench = block.testbench(circuit, {s.name: s.default for s in block.stimuli}, 5.0)
         texts.append(load_dialect(dialect).write(bench, Silicon(die=Die(number=number)), Settings()))

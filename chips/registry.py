@@ -1,13 +1,17 @@
-"""Chips by command-line name, loaded on use; users add theirs under the entry point `noctule.chips`."""
+"""Chips by command-line name, loaded on use; users add theirs under the entry point `noctule.chips`.
+
+A chip with a testbench is a `Block` of the whole chip, which every command takes; one that runs as a
+behavioural model alone is a `Chip`, which is listed and shown.
+"""
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
-from circuits.errors import unknown_name
+from circuits.catalogue import Catalogue
 
 if TYPE_CHECKING:
+    from chips.chip import Chip
     from circuits.blocks.block import Block
 
 CHIPS: dict[str, str] = {
@@ -15,13 +19,12 @@ CHIPS: dict[str, str] = {
     "ranging-chip-biased": "chips.ranging.circuit:BIASED_CHIP",
     "wavefront-chip": "circuits.blocks.wavefront.grid:CHIP",
     "latency-chip": "chips.latency.circuit:CHIP",
+    "nef-chip": "chips.nef.circuit:CHIP",
+    "rolls": "chips.rolls.circuit:CHIP",
 }
 
+_chips: Catalogue[Block | Chip] = Catalogue(
+    "chip", CHIPS, "noctule.chips", ("circuits.blocks.block:Block", "chips.chip:Chip")
+)
 
-def load_chip(name: str) -> Block:
-    """Load a chip by name; raises `UnknownNameError`."""
-    if name not in CHIPS:
-        raise unknown_name("chip", name, CHIPS)
-    module, attribute = CHIPS[name].split(":")
-    chip: Block = getattr(import_module(module), attribute)
-    return chip
+chip_names, load_chip = _chips.names, _chips.load

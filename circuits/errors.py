@@ -6,8 +6,10 @@ Its text is one line: `instance.path.attribute: value unit, rule; what to try`.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 
+_LISTED = 20  # names at most that an error lists; ours
 _LONGEST_NAME = 80  # characters of an unknown name that an error repeats; ours
 
 
@@ -43,9 +45,15 @@ class SimulatorError(CircuitError, RuntimeError):
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
-    """Build the error for `name`, listing what is known in sorted order."""
-    names = ", ".join(sorted(known))
-    return UnknownNameError(f"{kind} {shown_name(name)}: unknown; known are {names}")
+    """Build the error for `name`: the nearest known name, then all of them unless they are many, sorted."""
+    names = sorted(known)
+    name = shown_name(name)  # near names are sought in quadratic time
+    if not names:
+        return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if name in n]
+    guess = f"; did you mean {near[0]}?" if near else ";"
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return UnknownNameError(f"{kind} {name}: unknown{guess} known are {', '.join(names[:_LISTED])}{more}")
 
 
 def shown_name(name: str) -> str:

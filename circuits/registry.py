@@ -5,12 +5,9 @@ Users add theirs under the entry points `noctule.blocks` and `noctule.metrics`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from importlib import import_module
-from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from circuits.errors import unknown_name
+from circuits.catalogue import Catalogue
 
 if TYPE_CHECKING:
     from circuits.blocks.block import Block
@@ -61,34 +58,15 @@ METRICS: dict[str, str] = {
     "inl": "circuits.blocks.wavefront.axon_linearity:INL",
 }
 
+_blocks: Catalogue[Block] = Catalogue("block", BLOCKS, "noctule.blocks", ("circuits.blocks.block:Block",))
+_metrics: Catalogue[Metric] = Catalogue(
+    "metric", METRICS, "noctule.metrics", ("circuits.blocks.metric:Metric",)
+)
+
+load_block = _blocks.load
+metric_names, load_metric = _metrics.names, _metrics.load
+
 
 def block_names() -> list[str]:
     """Names of all blocks, the users' own included, sorted."""
-    return sorted({*BLOCKS, *(e.name for e in entry_points(group="noctule.blocks"))})
-
-
-def load_block(name: str) -> Block:
-    """Load a block by name; raises `UnknownNameError` for a name that nobody registered."""
-    block: Block = _load("block", name, BLOCKS, "noctule.blocks")
-    return block
-
-
-def metric_names() -> list[str]:
-    """Names of all metrics, the users' own included, in the table's order."""
-    return [*METRICS, *sorted({e.name for e in entry_points(group="noctule.metrics")} - set(METRICS))]
-
-
-def load_metric(name: str) -> Metric:
-    """Load a metric by name; raises `UnknownNameError` for a name that nobody registered."""
-    metric: Metric = _load("metric", name, METRICS, "noctule.metrics")
-    return metric
-
-
-def _load(kind: str, name: str, table: Mapping[str, str], group: str) -> Any:
-    if name in table:
-        module, attribute = table[name].split(":")
-        return getattr(import_module(module), attribute)
-    entries = {e.name: e for e in entry_points(group=group)}
-    if name in entries:
-        return entries[name].load()
-    raise unknown_name(kind, name, [*table, *entries])
+    return sorted(_blocks.names())

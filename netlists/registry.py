@@ -1,14 +1,17 @@
-"""Dialects by name, loaded on use, and what each of them offers."""
+"""Dialects by name, loaded on use, and what each of them offers.
+
+Users add theirs under the entry point `noctule.dialects`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any, Literal, Protocol
 
+from circuits.catalogue import Catalogue
 from circuits.devices.device import Device
-from circuits.errors import ParameterError, unknown_name
+from circuits.errors import ParameterError
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.naming import Naming
@@ -19,9 +22,6 @@ DIALECTS: dict[str, str] = {
     "hspice": "netlists.dialects.hspice:DIALECT",
     "spectre": "netlists.dialects.spectre:DIALECT",
     "cdl": "netlists.dialects.cdl:DIALECT",
-}
-# Written as modules, and not read back
-MODULE_LANGUAGES: dict[str, str] = {
     "verilog-a": "netlists.verilog_a.text:DIALECT",
 }
 
@@ -76,7 +76,9 @@ class Dialect:
     """A simulator's text.
 
     `runs`: whether it is run here, or written to its manual alone. `comment` begins a comment. `devices` has
-    the formatter of devices by the models of transistors.
+    the formatter of devices by the models of transistors. `drawing`: what it says is the same at every
+    temperature and on every die. `syntax`: how a netlist is read back by its notes, as one of the SPICE
+    family unless given.
     """
 
     name: str
@@ -86,6 +88,8 @@ class Dialect:
     naming: Naming
     devices: Mapping[str, DeviceFormatter]
     write: Writing
+    drawing: bool = False
+    syntax: Callable[[Dialect], Any] | None = None  # a Syntax of netlists.read.notes.syntax
 
     def formatter(self, models: str) -> DeviceFormatter:
         """Formatter of devices with these models; raises `ParameterError` where the dialect lacks them."""
@@ -95,15 +99,8 @@ class Dialect:
         return self.devices[models]
 
 
-def dialect_names() -> list[str]:
-    """Names of all dialects, ngspice first."""
-    return [*DIALECTS, *MODULE_LANGUAGES]
+_dialects: Catalogue[Dialect] = Catalogue(
+    "dialect", DIALECTS, "noctule.dialects", ("netlists.registry:Dialect",)
+)
 
-
-def load_dialect(name: str) -> Dialect:
-    """Load a dialect by name; raises `UnknownNameError` for a name that is none."""
-    if name not in dialect_names():
-        raise unknown_name("dialect", name, dialect_names())
-    module, attribute = (DIALECTS | MODULE_LANGUAGES)[name].split(":")
-    dialect: Dialect = getattr(import_module(module), attribute)
-    return dialect
+dialect_names, load_dialect = _dialects.names, _dialects.load

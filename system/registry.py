@@ -1,21 +1,19 @@
-"""Systems and experiments by command-line name, and everything that the command line can list.
+"""Systems and experiments by command-line name, and blocks and chips as one.
 
 Users add theirs under the entry points `noctule.systems` and `noctule.experiments`.
 """
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Mapping
-from importlib import import_module
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
-from chips.registry import CHIPS, load_chip
-from circuits.errors import UnknownNameError, shown_name
-from circuits.registry import block_names, load_block
+from chips.registry import CHIPS, chip_names, load_chip
+from circuits.catalogue import Catalogue
+from circuits.errors import unknown_name
+from circuits.registry import BLOCKS, block_names, load_block
 
 if TYPE_CHECKING:
+    from chips.chip import Chip
     from circuits.blocks.block import Block
     from system.experiment import Experiment
 
@@ -96,59 +94,22 @@ EXPERIMENTS: dict[str, str] = {
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
 
+_systems: Catalogue[Any] = Catalogue("system", SYSTEMS, "noctule.systems")
+_experiments: Catalogue[Experiment] = Catalogue(
+    "experiment", EXPERIMENTS, "noctule.experiments", ("system.experiment:Experiment",)
+)
 
-def system_names() -> list[str]:
-    """Names of all systems, the users' own included, in the table's order."""
-    return _names(SYSTEMS, "noctule.systems")
-
-
-def experiment_names() -> list[str]:
-    """Names of all experiments, the users' own included, in the table's order."""
-    return _names(EXPERIMENTS, "noctule.experiments")
+system_names, load_system = _systems.names, _systems.load
+experiment_names, load_experiment = _experiments.names, _experiments.load
 
 
-def load_system(name: str) -> Any:
-    """Load a system, whose `summary` is a line and whose `run(**options)` runs it."""
-    return _load("system", name, SYSTEMS, "noctule.systems")
-
-
-def load_experiment(name: str) -> Experiment:
-    """Load an experiment; raises `UnknownNameError`."""
-    experiment: Experiment = _load("experiment", name, EXPERIMENTS, "noctule.experiments")
-    return experiment
-
-
-def load_block_or_chip(name: str) -> Block:
-    """Load a block, or a chip, which is a block too; raises `UnknownNameError` with near names."""
+def load_block_or_chip(name: str) -> Block | Chip:
+    """Load a block or a chip; raises `UnknownNameError` with near names."""
+    if name in BLOCKS:
+        return load_block(name)
     if name in CHIPS:
         return load_chip(name)
-    known = block_names()
-    if name not in known:
-        raise unknown("block", name, [*known, *CHIPS])
-    return load_block(name)
-
-
-def unknown(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
-    """Build the error for `name`: the nearest known names, then all of them unless they are many."""
-    names = sorted(known)
-    name = shown_name(name)  # near names are sought in quadratic time
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if name in n]
-    guess = f"; did you mean {near[0]}?" if near else ""
-    if not names:
-        return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
-    listed = ", ".join(names) if len(names) <= 20 else f"{', '.join(names[:20])} and {len(names) - 20} more"
-    return UnknownNameError(f"{kind} {name}: unknown{guess or ';'} known are {listed}")
-
-
-def _names(table: Mapping[str, str], group: str) -> list[str]:
-    return [*table, *sorted({e.name for e in entry_points(group=group)} - set(table))]
-
-
-def _load(kind: str, name: str, table: Mapping[str, str], group: str) -> Any:
-    if name in table:
-        module, attribute = table[name].split(":")
-        return getattr(import_module(module), attribute)
-    for entry in entry_points(group=group):
-        if entry.name == name:
-            return entry.load()
-    raise unknown(kind, name, _names(table, group))
+    blocks, chips = block_names(), chip_names()
+    if name not in (*blocks, *chips):
+        raise unknown_name("block", name, [*blocks, *chips])
+    return load_chip(name) if name in chips else load_block(name)

@@ -1,15 +1,18 @@
-"""The house itself: the four packages are ours, typed, licensed, and without notes to oneself."""
+"""The house itself: four packages that are ours, typed, licensed, without notes to oneself or hidden imports."""
 
+import ast
 import re
 import tomllib
+from collections import Counter
 from importlib.metadata import packages_distributions
 from importlib.util import find_spec
 from pathlib import Path
 
+import networkx as nx
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("circuits", "chips", "netlists", "system")
+from tests.house import PACKAGES, ROOT, TREES, called, import_graph, imported, late_imports
+
 FOLDERS = (*PACKAGES, "tests", "benchmarks", "examples", "docs", ".ci")
 TEXTS = {".cfg", ".ini", ".ipynb", ".md", ".py", ".rst", ".toml", ".txt", ".yaml", ".yml", ""}
 MARKS = re.compile(
@@ -52,6 +55,63 @@ def test_no_file_has_notes_to_oneself() -> None:
     texts = {path: path.read_text(encoding="utf-8") for path in _texts()}
     assert len(texts) > len(PACKAGES)
     assert [str(path.relative_to(ROOT)) for path, text in texts.items() if MARKS.search(text)] == []
+
+
+# Who imports a module by its name: the catalogue behind every registry, and the one place of each extra
+# library.
+IMPORTS_BY_NAME = {
+    "circuits.catalogue": None,
+    "chips.rolls.program.nir": "nir",
+    "netlists.ngspice.library": "PySpice.Spice.NgSpice.Shared",
+    "system.worlds.camera.file": "faery",
+}
+MOST_MODULES = 15  # in a folder
+LONGER_FOLDERS = {"system/cli"}  # one file a verb
+LONGER_BELOW = ("circuits/blocks/", "system/papers/")  # one circuit, or one experiment, a file
+
+
+def test_no_import_is_a_cycle_late_and_named_ones_included() -> None:
+    graph = import_graph()
+    # the graph has what it is there to find: a named import, and one of every package
+    assert graph.has_edge("system.cli.silicon_options", "system.study.replay")
+    assert graph.has_edge("system.cli.command_line", "system.cli.show")
+    assert {name.partition(".")[0] for name in graph if graph.out_degree(name)} == set(PACKAGES)
+    assert [sorted(part) for part in nx.strongly_connected_components(graph) if len(part) > 1] == []
+    assert list(nx.selfloop_edges(graph)) == []
+
+
+def test_a_cycle_through_a_late_or_a_named_import_would_be_found() -> None:
+    late = ast.parse("def f():\n    from system.study import replay")
+    named = ast.parse('loaded("system.study.replay:die_of")')
+    typed = ast.parse("if TYPE_CHECKING:\n    import system.study.replay")
+    assert ["system.study.replay" in imported(tree) for tree in (late, named, typed)] == [True, True, False]
+    assert [len(late_imports(tree)) for tree in (late, named)] == [1, 0]
+
+
+def test_no_import_statement_is_within_a_function() -> None:
+    assert {name: found for name, tree in TREES.items() if (found := late_imports(tree))} == {}
+
+
+def test_modules_are_imported_by_name_in_the_catalogue_and_at_extras_alone() -> None:
+    found = {}
+    for name, tree in TREES.items():
+        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+        for node in calls:
+            if called(node) in {"import_module", "__import__"}:
+                argument = node.args[0]
+                found[name] = argument.value if isinstance(argument, ast.Constant) else None
+    assert found == IMPORTS_BY_NAME
+
+
+def test_no_folder_has_too_many_modules() -> None:
+    folders = Counter(
+        str(path.parent.relative_to(ROOT))
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        if path.name != "__init__.py"
+    )
+    most = {folder: count for folder, count in folders.items() if count > MOST_MODULES}
+    assert {f for f in most if f not in LONGER_FOLDERS and not f.startswith(LONGER_BELOW)} == set()
 
 
 def _texts() -> list[Path]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from chips.chip import Chip
 from circuits.blocks.nef import encoder as nef_encoder
 from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.nef import synapse as nef_synapse
@@ -99,3 +100,16 @@ def chip_biases() -> tuple[Bias, ...]:
         *(b for b in nef_encoder.BIASES if b.name == "i_pos"),
         *nef_synapse.BIASES,
     )
+
+
+def circuits() -> tuple[Circuit, ...]:
+    """All neurons, a column, the filters and the lines of the chip."""
+    return neurons(NEURONS), column(NEURONS), filters(FILTERS), lines(FILTERS)
+
+
+CHIP = Chip(
+    "nef-chip",
+    f"{NEURONS} neurons whose curves a die sets, encoder stages, filters and a router of events",
+    circuits,
+    "run a network on it (chips.nef), or take one of its blocks, as nef-neuron",
+)

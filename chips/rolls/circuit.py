@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from chips.chip import Chip
 from chips.rolls.program.address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import BiasTable, default_biases
 from circuits.blocks.rolls import dpi_synapse
@@ -195,3 +196,11 @@ def chip(params: Params = Params(), table: BiasTable | None = None, kind: BiasKi
     named = {p.name for p in ports}
     ports += tuple(Port(b.port, "bias") for b in found if b.port not in named)
     return Circuit(NAME, ports, (), instances, (Node("pulse", shape),), found)
+
+
+CHIP = Chip(
+    "rolls",
+    "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses",
+    lambda: (chip(),),
+    "show rolls, run rolls, or export rolls --at row[0] for a neuron with its synapses",
+)

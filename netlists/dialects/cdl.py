@@ -144,4 +144,5 @@ DIALECT = Dialect(
     naming=_NAMING,
     devices={"ekv": format_device},
     write=write,
+    drawing=True,
 )

@@ -20,6 +20,7 @@ from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.dialects.spice import Syntax, corners, ekv_transistors, format_amplifier
 from netlists.naming import make_naming
+from netlists.read.notes.syntax import SpectreSyntax
 from netlists.registry import NO_DEVIATION, Dialect, Settings
 from netlists.write.bsim3 import Form, make_cards, make_transistors
 from netlists.write.deck import NOT_RUN, Control, Writer, format_deck, no_cards, no_control, wrap
@@ -181,4 +182,5 @@ DIALECT = Dialect(
     naming=_NAMING,
     devices={"ekv": format_device, "bsim3": format_with_cards},
     write=write,
+    syntax=SpectreSyntax,
 )

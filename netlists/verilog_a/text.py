@@ -20,6 +20,7 @@ from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.dialects.spice import corners
 from netlists.naming import make_naming
+from netlists.read.notes.syntax import VerilogSyntax
 from netlists.registry import NO_DEVIATION, Dialect, Settings
 from netlists.verilog_a.law import (
     AMPLIFIER,
@@ -242,4 +243,5 @@ DIALECT = Dialect(
     naming=_NAMING,
     devices={"ekv": format_device},
     write=write,
+    syntax=VerilogSyntax,
 )

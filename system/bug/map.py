@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from circuits.arrays import Bools
-from circuits.errors import DataError, ParameterError
-from system.registry import unknown
+from circuits.errors import DataError, ParameterError, unknown_name
 
 Point = tuple[float, float]
 
@@ -72,7 +71,7 @@ def load_map(name: str) -> BugMap:
     """
     path = _FOLDER / f"{name}.txt" if name in MAPS else Path(name)
     if name not in MAPS and not path.exists() and path.suffix == "" and path.parent == Path():
-        raise unknown("map", name, MAPS)
+        raise unknown_name("map", name, MAPS)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

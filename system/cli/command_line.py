@@ -25,7 +25,6 @@ from system.cli.command_options import (
     BiasFile,
     BiasSet,
     BlockName,
-    Dialect,
     Held,
     Json,
     Kind,
@@ -74,7 +73,7 @@ def noctule(
 
 @app.command("list")
 def list_(as_json: Json = False) -> None:
-    """List blocks, chips, systems and experiments."""
+    """List blocks, chips, systems, experiments, metrics and dialects."""
     call("listing:list_command", as_json=as_json)
 
 
@@ -160,7 +159,9 @@ def export(
         str | None,
         typer.Option("--program", metavar="FILE", help="Of rolls: a CSV of post,pre,level, or pushbot."),
     ] = None,
-    dialect: Annotated[Dialect, typer.Option("--dialect", help="Simulator to write for.")] = Dialect.ngspice,
+    dialect: Annotated[
+        str, typer.Option("--dialect", metavar="NAME", help="What to write, as spectre; see noctule list.")
+    ] = "ngspice",
     models: Annotated[Models, typer.Option("--models", help="What transistors are.")] = Models.ekv,
     ic: Held = [],  # noqa: B006
     uic: Uic = False,
@@ -191,7 +192,7 @@ def export(
         stimuli=stimulus,
         mapping=mapping,
         level=level.value,
-        dialect=dialect.value,
+        dialect=dialect,
         models=models.value,
         parasitics=parasitics,
         begin=begin_choice(ic, uic=uic),

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 
+from circuits.catalogue import loaded
 from system.cli.deadline import HELP as DEADLINE_HELP
 
 
 def call(function_path: str, /, *arguments: Any, **options: Any) -> None:
     """Load `module:function` of `system.cli`, call it, and end with the status that it returns."""
-    module, function = function_path.split(":")
-    status = getattr(import_module(f"system.cli.{module}"), function)(*arguments, **options)
+    status = loaded(f"system.cli.{function_path}")(*arguments, **options)
     if status:
         raise typer.Exit(status)
 
@@ -42,17 +41,6 @@ class Engine(StrEnum):
 
     native = "native"
     ngspice = "ngspice"
-
-
-class Dialect(StrEnum):
-    """What a netlist is written for."""
-
-    ngspice = "ngspice"
-    xyce = "xyce"
-    hspice = "hspice"
-    spectre = "spectre"
-    cdl = "cdl"
-    verilog_a = "verilog-a"
 
 
 class Level(StrEnum):

@@ -14,7 +14,7 @@ from circuits.testbench import Testbench
 from netlists.foundry.deck import format_foundry, map_circuit
 from netlists.foundry.process import read_mapping
 from netlists.parasitics import read_parasitics
-from netlists.registry import Settings, load_dialect
+from netlists.registry import Dialect, Settings, load_dialect
 from netlists.verilog_a.cell import CellArray, format_cells
 from system.cli.export_rolls import export_rolls
 from system.cli.output import print_json, print_line
@@ -71,8 +71,9 @@ def export_command(
         _refuse_with_mapping(dialect, settings)
         text = _on_foundry(choice, mapping)
     else:
-        _refuse_with_cdl(dialect, choice.silicon)
-        text = load_dialect(dialect).write(bench, choice.silicon, settings)
+        chosen = load_dialect(dialect)
+        _refuse_with_drawing(chosen, choice.silicon)
+        text = chosen.write(bench, choice.silicon, settings)
     sizes = None if mapping is None else str(read_mapping(mapping).sizes)
     to_stdout = output == "-"
     if not to_stdout:
@@ -109,9 +110,9 @@ def _contents(bench: Testbench, text: str) -> dict[str, int]:
     return {"definitions": noted or plain, "devices": devices}
 
 
-def _refuse_with_cdl(dialect: str, silicon: Silicon) -> None:
+def _refuse_with_drawing(dialect: Dialect, silicon: Silicon) -> None:
     """Raise `ParameterError` for a drawing on a die or at a temperature: all are drawn alike."""
-    if dialect != "cdl":
+    if not dialect.drawing:
         return
     die, nominal = silicon.die, silicon.process.nominal_temperature_c
     for option, value, refused in (
@@ -121,7 +122,7 @@ def _refuse_with_cdl(dialect: str, silicon: Silicon) -> None:
     ):
         if refused:
             raise ParameterError(
-                f"{option}: {value}, cdl is the drawing, for LVS, which no {option[2:]} changes;"
+                f"{option}: {value}, {dialect.name} is the drawing, for LVS, which no {option[2:]} changes;"
                 " leave it out, or choose another --dialect"
             )
 

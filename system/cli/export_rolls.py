@@ -67,13 +67,16 @@ def export_rolls(
             "--program: which synapses are latched, must be a CSV of post,pre,level or pushbot"
         )
     neuron = _neuron(silicon.at)
-    if dialect == "cdl" and silicon.die is not None:
-        raise ParameterError(f"--die: {silicon.die}, cdl is the drawing, which no die changes; leave it out")
+    written = load_dialect(dialect)
+    if written.drawing and silicon.die is not None:
+        raise ParameterError(
+            f"--die: {silicon.die}, {dialect} is the drawing, which no die changes; leave it out"
+        )
     cut = cut_row(read_program(program, bias_table(bias_file)), neuron, bias_kind or "gate")
     on_chip = silicon_of_chip(replace(silicon, at=None))
     bench, rests = row_testbench(cut, read_stimuli(STIMULI, stimuli))
     loads = {} if parasitics is None else read_parasitics(parasitics, cut.circuit)
-    text = load_dialect(dialect).write(bench, silicon_of(cut, on_chip), Settings(models, parasitics=loads))
+    text = written.write(bench, silicon_of(cut, on_chip), Settings(models, parasitics=loads))
     if output != "-":
         write_text_atomic(output, text)
     if as_json:

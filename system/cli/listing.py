@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from chips.registry import CHIPS, load_chip
-from circuits.registry import block_names, load_block
+from chips.registry import chip_names, load_chip
+from circuits.errors import CircuitError
+from circuits.registry import block_names, load_block, load_metric, metric_names
+from netlists.registry import dialect_names, load_dialect
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_table
 from system.notice import say
@@ -16,12 +18,14 @@ _BROKEN = "cannot be loaded: "
 
 
 def list_command(*, as_json: bool) -> int:
-    """Print blocks, chips, systems and experiments; returns `NO` where one of them cannot be loaded."""
+    """Print all that has a name, by its kind; returns `NO` where one of them cannot be loaded."""
     groups = {
         "blocks": _summaries(block_names(), load_block),
-        "chips": _summaries(CHIPS, load_chip),
+        "chips": _summaries(chip_names(), load_chip),
         "systems": _summaries(system_names(), load_system),
         "experiments": _summaries(experiment_names(), load_experiment),
+        "metrics": _summaries(metric_names(), load_metric),
+        "dialects": _summaries(dialect_names(), load_dialect),
     }
     if as_json:
         print_json(groups)
@@ -42,5 +46,5 @@ def _summary(name: str, load: Callable[[str], Any]) -> str:
     """One entry that cannot be loaded must not hide the others."""
     try:
         return str(load(name).summary)
-    except ImportError as error:
+    except (ImportError, CircuitError) as error:
         return f"{_BROKEN}{error}"

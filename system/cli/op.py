@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from circuits.circuit import GROUND, BiasKind
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import to_kernel
 from circuits.solver.beginning import disturbance
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
@@ -20,7 +20,6 @@ from system.files.writing import write_text_atomic
 from system.options.begun import read_voltages
 from system.options.block import choose, describe_silicon
 from system.options.silicon import SiliconChoice
-from system.registry import unknown
 
 HIGHEST_START = 100.0  # V; from farther away Newton's iteration only wanders
 LEAST_SUFFIX = 1e-15  # a smaller value is printed with its exponent
@@ -114,7 +113,7 @@ def device_csv(point: OperatingPoint) -> str:
 def _check_start(start: Mapping[str, float], nodes: Sequence[str]) -> None:
     for node, voltage in start.items():
         if node not in nodes:
-            raise unknown("node", node, nodes)
+            raise unknown_name("node", node, nodes)
         if not abs(voltage) <= HIGHEST_START:
             limit = f"must be within -{HIGHEST_START:g} to {HIGHEST_START:g} V"
             raise ParameterError(f"{node}: {voltage:g} V, {limit}; start near the supply's range")

@@ -5,7 +5,6 @@ A user's own system runs under the options of the approach, whose scenario it ta
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
@@ -19,6 +18,7 @@ from system.cli.pushbot_command_line import pushbot
 from system.cli.rolls_command_line import rolls
 from system.cli.silicon_options import runs, with_silicon
 from system.options.silicon import SiliconChoice
+from system.registry import load_system
 
 USERS = "approach"  # the command that systems of users run under
 
@@ -30,7 +30,7 @@ class Systems(TyperGroup):
         """The command of a system."""
         found = super().get_command(ctx, cmd_name)
         if found is None:
-            import_module("system.registry").load_system(cmd_name)
+            load_system(cmd_name)
             found = super().get_command(ctx, USERS)
         return found
 

@@ -6,15 +6,18 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from chips.chip import Chip
 from circuits.bias import bias_voltages
 from circuits.circuit import Bias, BiasKind, Port
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
 from system.cli.output import print_json, print_line, print_table, quantity_cell
+from system.cli.show_chip import show_chip
 from system.cli.show_rolls import show_rolls
 from system.options.block import Choice, bias_unit, choose, describe_silicon, parameters
 from system.options.silicon import SiliconChoice
 from system.plot import check_picture, draw_circuit, save_picture
+from system.registry import load_block_or_chip
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
 
@@ -51,6 +54,14 @@ def show_command(
     refuse_bias_file(block, bias_file)
     if plot is not None:
         check_picture(plot)
+    found = load_block_or_chip(block)
+    if isinstance(found, Chip):
+        given = {
+            "--param": params, "--bias": biases, "--bias-set": bias_set, "--bias-kind": bias_kind,
+            "--plot": plot, "--die and --temperature": silicon != SiliconChoice(),
+        }  # fmt: skip
+        show_chip(found, [option for option, value in given.items() if value], as_json=as_json)
+        return
     choice = choose(block, params, biases, bias_kind, silicon, bias_set=bias_set)
     document = _describe(choice)
     if plot is not None:

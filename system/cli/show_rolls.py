@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from chips.rolls.circuit import CHIP
 from chips.rolls.depression.power import depression_energies
 from chips.rolls.depression.program import STEP_BIAS, ShortTermDepression
 from chips.rolls.plastic.power import PlasticEnergies, lacking, plastic_energies
@@ -31,7 +32,6 @@ from system.plot import check_picture, save_picture
 from system.rolls.options import NAME, bias_table, refuse_block_options, silicon_of
 from system.rolls.picture import draw_portrait
 
-SUMMARY = "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses"
 ALL_TO_ALL = 1  # level of the other case; ours
 
 
@@ -75,7 +75,7 @@ def _document(
 ) -> dict[str, Any]:
     return {
         "chip": NAME,
-        "summary": SUMMARY,
+        "summary": CHIP.summary,
         **describe_silicon(p.silicon),
         "bias_kind": p.kind,
         "bias_file": bias_file,
@@ -142,7 +142,7 @@ def _statistics(values: F64) -> dict[str, float]:
 
 
 def _print(p: Portrait, e: Energies, table: BiasTable, document: dict[str, Any]) -> None:
-    print_line(f"{NAME}: {SUMMARY}")
+    print_line(f"{NAME}: {CHIP.summary}")
     print_line(f"at {p.silicon.temperature_c:g} degC, {p.silicon.die}, biases of kind {p.kind}\n")
     rows = []
     for name, s in document["spread"].items():

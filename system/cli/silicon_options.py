@@ -8,8 +8,11 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
+from circuits.catalogue import loaded
+from circuits.errors import ParameterError
 from system.cli.command_options import (
     AllowImplausible,
     At,
@@ -51,6 +54,8 @@ def with_silicon(*left_out: str) -> Callable[[Command], Command]:
         def run(**given: Any) -> None:
             chosen = {name: given.pop(name) for name in options}
             chosen["corner"] = chosen["corner"].value
+            if chosen["study"] is not None:
+                chosen["study"] = _studied(chosen["study"], chosen["die"])
             command(**given, **{PARAMETER: SiliconChoice(**chosen)})
 
         signature = inspect.signature(command, eval_str=True)
@@ -62,6 +67,13 @@ def with_silicon(*left_out: str) -> Callable[[Command], Command]:
         return run
 
     return decorate
+
+
+def _studied(folder: str, number: int | None) -> Any:
+    """A die under the plan of the study in `folder`."""
+    if number is None:
+        raise ParameterError("--study: which die, must come with --die")
+    return loaded("system.study.replay:die_of")(Path(folder), number)  # which takes a second to import
 
 
 def _parameters(options: Mapping[str, tuple[Any, Any]]) -> list[inspect.Parameter]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
+from circuits.catalogue import loaded
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
@@ -118,7 +118,7 @@ def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[
     if rtol is not None:
         raise ParameterError(f"--rtol: {rtol:g}, only the native engine takes it; leave it out")
     # PySpice is slow to import, and the native engine must not wait for it
-    run: Callable[..., Result] = import_module("netlists.ngspice.engine").simulate
+    run: Callable[..., Result] = loaded("netlists.ngspice.engine:simulate")
     return partial(run, deadline_s=deadline_s)
 
 

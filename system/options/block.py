@@ -10,12 +10,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from chips.chip import Chip
 from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
 from circuits.checks import implausible_allowed
@@ -30,7 +29,7 @@ from system.options.assignment import split_assignment
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.silicon import SiliconChoice
-from system.registry import load_block_or_chip, unknown
+from system.registry import load_block_or_chip
 
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
 _NOMINAL = SiliconChoice()
@@ -87,7 +86,7 @@ def choose(
     `UnknownNameError` naming what is wrong.
     """
     params = list(params)
-    block = load_block_or_chip(name)
+    block = block_named(name)
     values = read_params(block.params(), params)
     with implausible_allowed(silicon.allow_implausible):
         circuit, place = block.build(values), None
@@ -107,15 +106,20 @@ def choose(
     return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)
 
 
+def block_named(name: str) -> Block:
+    """A block, or a chip with a testbench; raises `UnknownNameError`, `ParameterError` for another chip."""
+    found = load_block_or_chip(name)
+    if isinstance(found, Chip):
+        raise ParameterError(f"{name}: has no testbench as one circuit; {found.remedy}")
+    return found
+
+
 def read_die(silicon: SiliconChoice) -> Die:
-    """The die that was asked for, of a study's plan where one is named."""
+    """The die that was asked for, a study's where it is one of a plan."""
     if silicon.study is None:
         return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
-    if silicon.die is None:
-        raise ParameterError("--study: which die, must come with --die")
-    # studies stand above the options that they share with single runs
-    die: Die = import_module("system.study.replay").die_of(Path(silicon.study), silicon.die)
-    return replace(die, corner=silicon.corner)
+    studied: Die = silicon.study
+    return replace(studied, corner=silicon.corner)
 
 
 def describe_silicon(silicon: Silicon) -> dict[str, Any]:
@@ -146,7 +150,7 @@ def describe_run(die: Die, temperature_c: float, bias_kind: str | None = None) -
 def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:
     """Circuit and place of `CHIP/INSTANCE[INDEX]/...`, where a circuit like `wanted` must stand."""
     name, *parts = text.split("/")
-    chip_block = load_block_or_chip(name)
+    chip_block = block_named(name)
     chip = chip_block.build(chip_block.params())
     if not parts:
         known = ", ".join(instance_names(chip)) or "none"
@@ -194,7 +198,7 @@ def read_params(params: Any, texts: Iterable[str]) -> Any:
     for text in texts:
         name, value = split_assignment(text, "--param")
         if name not in known:
-            raise unknown("parameter", name, known)
+            raise unknown_name("parameter", name, known)
         params = _set(params, name, _like(known[name], value))
     return params
 
@@ -220,7 +224,7 @@ def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
         element = _ELEMENT.fullmatch(name)
         name = element.group(1) if element else name
         if name not in known:
-            raise unknown("bias", name, known)
+            raise unknown_name("bias", name, known)
         bias = known[name]
         numbers = _numbers(value, bias_unit(bias), name)
         shape = circuit.port(bias.port).shape
@@ -247,7 +251,7 @@ def read_stimuli(known: Iterable[Stimulus], texts: Iterable[str]) -> dict[str, f
     for text in texts:
         name, value = split_assignment(text, "--stimulus")
         if name not in by_name:
-            raise unknown("stimulus", name, by_name)
+            raise unknown_name("stimulus", name, by_name)
         values[name] = _stimulus(by_name[name], value)
     return values
 

@@ -11,7 +11,8 @@ class SiliconChoice:
     """Temperature (text, degC), the die's key, and the place of a block on a chip (`ranging-chip/neuron[2]`).
 
     `die` None is the nominal die; `mismatch` and `process` leave local and shared variation out. `study` is
-    the folder of a study whose plan the die is of. `allow_implausible` lets sizes pass that no silicon has.
+    that die under the plan of a study, where it is a study's. `allow_implausible` lets sizes pass that no
+    silicon has.
     """
 
     temperature: str = "27"
@@ -21,5 +22,5 @@ class SiliconChoice:
     mismatch: bool = True
     process: bool = True
     at: str | None = None
-    study: str | None = None
+    study: Any = None  # a circuits.silicon.die.Die, which is slow to import
     allow_implausible: bool = False

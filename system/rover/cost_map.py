@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from circuits.arrays import I64
-from circuits.errors import DataError, ParameterError
-from system.registry import unknown
+from circuits.errors import DataError, ParameterError, unknown_name
 
 Cell = tuple[int, int]  # row and column, from 0, row 0 at the north
 
@@ -73,7 +72,7 @@ def load_map(name: str) -> CostMap:
         return CostMap(name, _read(_FOLDER / f"{name}.txt"), *MAPS[name])
     path = Path(name)
     if not path.exists() and path.suffix == "" and path.parent == Path():
-        raise unknown("map", name, MAPS)
+        raise unknown_name("map", name, MAPS)
     return CostMap(path.stem, _read(path))
 
 

@@ -14,8 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from circuits.arrays import I64
-from circuits.errors import ParameterError
-from system.registry import unknown
+from circuits.errors import ParameterError, unknown_name
 from system.rover import a_star, dijkstra
 from system.rover.cost_map import Cell, CostMap, check_cell
 from system.rover.wave_planner import plan_discrete, plan_ideal
@@ -53,7 +52,7 @@ class Plan:
 def planner_named(name: str) -> Planner:
     """One of `PLANNERS`; raises `UnknownNameError`."""
     if name not in PLANNERS:
-        raise unknown("planner", name, PLANNERS)
+        raise unknown_name("planner", name, PLANNERS)
     return PLANNERS[name]
 
 

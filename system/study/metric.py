@@ -7,7 +7,6 @@ one that is annotated to return a `bool` is told as a share.
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import math
 import sys
@@ -17,14 +16,14 @@ from functools import partial
 from typing import Any
 
 from circuits.blocks.metric import Metric
+from circuits.catalogue import loaded
 from circuits.circuit import Circuit
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.registry import load_metric, metric_names
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.options.block import Choice
-from system.registry import unknown
 
 MEASURED = "measured"
 
@@ -41,7 +40,7 @@ def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
         measured = _measured(choice)
         for name in plain:
             if name not in own and name not in measured:
-                raise unknown("metric", name, [*own, *measured])
+                raise unknown_name("metric", name, [*own, *measured])
         own = {**measured, **own}
     return tuple(_custom(choice, n) if is_own(n) else own[n] for n in wanted)
 
@@ -124,10 +123,9 @@ def _loaded(name: str) -> Callable[[Machine], float]:
     That folder comes first while the module is imported, and last after it: a file there takes no library's
     place in what is imported later.
     """
-    module, _, attribute = name.partition(":")
     sys.path.insert(0, "")
     try:
-        function: Callable[[Machine], float] = getattr(importlib.import_module(module), attribute)
+        function: Callable[[Machine], float] = loaded(name)
     except Exception as error:  # noqa: BLE001 - a module may raise anything
         told = " ".join(str(error).split()) or type(error).__name__
         raise ParameterError(f"--metric: {name}, {told}; give MODULE:FUNCTION of a machine") from None

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.errors import ParameterError, UnknownNameError
+from circuits.errors import ParameterError, UnknownNameError, unknown_name
 from circuits.units import format_quantity, parse_quantity
-from system.registry import unknown
 from system.study.table import FAILED
 from system.system import SUCCEEDED
 
@@ -113,7 +112,7 @@ def parse_spec(
     if name == CLASS:
         return _classes(text, rest, known_classes)
     if name not in known_metrics:
-        raise UnknownNameError(f"--spec: {unknown('metric', name, [*known_metrics, CLASS])}")
+        raise UnknownNameError(f"--spec: {unknown_name('metric', name, [*known_metrics, CLASS])}")
     if verb == "is" or rest.count(":") != 1:
         raise ParameterError(f'--spec: "{text}", must be {name} in LOW:HIGH; {_HELP}')
     return _limits(text, name, rest, known_metrics[name])
@@ -170,5 +169,5 @@ def _classes(text: str, rest: str, known: Collection[str]) -> Classes:
         raise ParameterError(f'--spec: "{text}", must have a word on each side of "|"; {_HELP}')
     for word in words:
         if known and word not in known:
-            raise UnknownNameError(f"--spec: {unknown('class', word, known)}")
+            raise UnknownNameError(f"--spec: {unknown_name('class', word, known)}")
     return Classes(words)

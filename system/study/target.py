@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
-from circuits.errors import CircuitError, ParameterError
+from circuits.errors import CircuitError, ParameterError, unknown_name
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.silicon.die import NOMINAL, Die
@@ -33,7 +33,7 @@ from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import choose
 from system.options.silicon import SiliconChoice
-from system.registry import SYSTEMS, load_system, system_names, unknown
+from system.registry import SYSTEMS, load_system, system_names
 from system.study.metric import MEASURED, measurements, metrics_of, runs_testbench
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
@@ -257,7 +257,7 @@ class SystemTarget(Target):
         self._names = tuple(name.replace("-", "_") for name in subject.metrics)
         for name in self._names:
             if name not in self._system.metrics:
-                raise unknown("metric", name, self._system.metrics)
+                raise unknown_name("metric", name, self._system.metrics)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

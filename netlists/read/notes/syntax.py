@@ -24,7 +24,7 @@ from netlists.read.limits import DEFAULT_LIMITS, Limits
 from netlists.read.note import Notes
 from netlists.read.number import read_number
 from netlists.read.text.lines import joined, spectre_line, spice_line, verilog_line
-from netlists.registry import DIALECTS, MODULE_LANGUAGES, Dialect, Settings, load_dialect
+from netlists.registry import Dialect, Settings, dialect_names, load_dialect
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _CIRCUIT_CARDS = {".subckt", ".ends", ".nodeset", ".ic", ".model"}
@@ -243,12 +243,11 @@ class VerilogSyntax(Syntax):
         return Controls()
 
 
-_SYNTAXES: dict[str, type[Syntax]] = {"spectre": SpectreSyntax, "verilog-a": VerilogSyntax}
-
-
 @functools.cache
 def syntax_of(dialect: str) -> Syntax | None:
     """Syntax of a dialect that can be read by its notes, None for others."""
-    if dialect not in {**DIALECTS, **MODULE_LANGUAGES}:
+    if dialect not in dialect_names():
         return None
-    return _SYNTAXES.get(dialect, SpiceSyntax)(load_dialect(dialect))
+    found = load_dialect(dialect)
+    syntax: Syntax = (found.syntax or SpiceSyntax)(found)
+    return syntax

@@ -20,7 +20,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.ranging.coupling import measure_coupling
-from chips.registry import load_chip
 from circuits.registry import block_names, load_block
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -37,9 +36,9 @@ from netlists.ngspice.agreement import (
     started,
 )
 from system.experiment import Experiment, Progress, Report, Row
+from system.options.block import block_named
 from system.papers.checks.chip_coupling import coupling_note, coupling_rows
 from system.plot import COLOURS, INK, PALE
-from system.registry import load_block_or_chip
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DRAWN = ("rebound-neuron", 27.0)
@@ -53,7 +52,7 @@ def run(progress: Progress) -> Report:
     cases = [*product(block_names(), TEMPERATURES), *((CHIP, t) for t in CHIP_TEMPERATURES)]
     found: dict[tuple[str, float], Agreement] = {}
     for k, (block, temperature) in enumerate(cases):
-        silicon = Silicon(load_block_or_chip(block).process, temperature)
+        silicon = Silicon(block_named(block).process, temperature)
         found[block, temperature] = (
             compare_chip(silicon) if block == CHIP else compare(load_block(block), silicon)
         )
@@ -82,7 +81,7 @@ def compare_chip(silicon: Silicon, stop: float | None = None) -> Agreement:
 
 def chip_testbench(silicon: Silicon) -> Testbench:
     """A call and an echo to the chip, delay and length in the ratio of a neuron's delays."""
-    chip = load_chip(CHIP)
+    chip = block_named(CHIP)
     circuit, v_dd = chip.build(chip.params()), silicon.process.v_dd
     stimuli: dict[str, float | None] = {s.name: s.default for s in chip.stimuli}
     ratio = delay_ratio(load_block("rebound-neuron"), silicon)

@@ -17,9 +17,8 @@ from types import MappingProxyType
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, unknown_name
 from system.options.block import read_die
-from system.registry import unknown
 from system.study.engine import dies_of
 from system.study.manifest import Study
 from system.study.search.sensitivity import Sensitivity, sensitivity, varying_labels
@@ -92,7 +91,7 @@ def check_breakdown(study: Study, target: Target, metric: str) -> str:
     names = [q.name for q in target.quantities]
     wanted = metric.rpartition(":")[2].replace("-", "_")
     if wanted not in names:
-        raise unknown("metric", metric, names)
+        raise unknown_name("metric", metric, names)
     if study.plan.count < FEWEST:
         raise ParameterError(f"--contributions: {study.plan.count} samples, must be >= {FEWEST}; take more")
     return wanted

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, unknown_name
 from circuits.units import format_quantity
 from system.options.block import Choice, Value, bias_unit, parameters
-from system.registry import unknown
 from system.study.target import Subject
 
 
@@ -60,7 +59,7 @@ def knobs_of(choice: Choice, moves: Sequence[str], move_params: Sequence[str]) -
     wanted = [n.replace("-", "_") for n in moves] or [n for n, b in known.items() if b.kind != "voltage"]
     for name in wanted:
         if name not in known:
-            raise unknown("bias", name, known)
+            raise unknown_name("bias", name, known)
     biases = [Knob("--bias", n, bias_unit(known[n]), _plain(known[n].value)) for n in dict.fromkeys(wanted)]
     return (*biases, *_sizes(choice, move_params))
 
@@ -70,7 +69,7 @@ def _sizes(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
     names = list(dict.fromkeys(n.replace("-", "_") for n in move_params))
     for name in names:
         if name not in sizes:
-            raise unknown("parameter", name, sizes)
+            raise unknown_name("parameter", name, sizes)
         value = sizes[name].value
         if not (isinstance(value, float) and value > 0.0):
             raise ParameterError(f"--move-param: {name} is {value}, must be a number above 0; leave it out")

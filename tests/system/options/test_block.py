@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import pytest
 
 from chips.ranging.circuit import CHIP
-from chips.registry import CHIPS
 from circuits.blocks.block import Stimulus
 from circuits.blocks.sonar.rebound_neuron import BIAS_SETS, BLOCK
 from circuits.count import PULSES
@@ -14,9 +13,9 @@ from circuits.errors import CircuitError, ParameterError, UnknownNameError
 from circuits.registry import BLOCKS, block_names
 from circuits.units import quantity
 from system.options.begun import read_voltages
-from system.options.block import choose, parameters, read_biases, read_params, read_stimuli
+from system.options.block import block_named, choose, parameters, read_biases, read_params, read_stimuli
 from system.options.silicon import SiliconChoice
-from system.registry import load_block_or_chip
+from tests.chips.whole import WHOLE_CHIPS
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +50,9 @@ def test_a_field_without_a_unit_is_refused() -> None:
 SIZES = ("capacitance", "resistance", "width", "length", "current")
 
 
-@pytest.mark.parametrize("name", [*BLOCKS, *CHIPS])
+@pytest.mark.parametrize("name", [*BLOCKS, *WHOLE_CHIPS])
 def test_every_number_of_every_block_states_its_unit(name: str) -> None:
-    block = load_block_or_chip(name)
+    block = block_named(name)
     for each in parameters(block.params()):
         # a length or a capacitance that is told as a plain number would be taken as farad or metre
         assert each.unit in {"", "A", "F", "Ohm", "m", "um"}
@@ -63,7 +62,7 @@ def test_every_number_of_every_block_states_its_unit(name: str) -> None:
 
 
 def test_sizes_in_micrometre_are_read_in_metre() -> None:
-    params = load_block_or_chip("dpi-synapse").params()
+    params = block_named("dpi-synapse").params()
     assert read_params(params, ["pair_width=8um", "logic_length=180nm"]) == params
     with pytest.raises(ParameterError, match=r"pair_width.*as in 8um"):
         read_params(params, ["pair_width=8"])
@@ -176,8 +175,8 @@ def test_bad_sets_of_biases() -> None:
 HUGE = "42949672964294967296"
 COUNTS = [
     (name, each.name)
-    for name in (*block_names(), *CHIPS)
-    for each in parameters(load_block_or_chip(name).params())
+    for name in (*block_names(), *WHOLE_CHIPS)
+    for each in parameters(block_named(name).params())
     if isinstance(each.value, int)
 ]
 
@@ -190,8 +189,8 @@ def test_every_count_has_a_limit(block: str, count: str) -> None:
 
 STIMULI = [
     (name, each.name, each.unit)
-    for name in (*block_names(), *CHIPS)
-    for each in load_block_or_chip(name).stimuli
+    for name in (*block_names(), *WHOLE_CHIPS)
+    for each in block_named(name).stimuli
     if each.unit in {"", "Hz", "s"}
 ]
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from chips.registry import CHIPS
 from circuits.lowering.kernel import Machine
 from circuits.registry import block_names
 from circuits.silicon.die import Die
@@ -18,6 +17,7 @@ from system.study import metric
 from system.study.metric import default_metrics
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, SystemTarget
+from tests.chips.whole import WHOLE_CHIPS
 
 SMALL = {"wavefront-chip": ("rows=2", "columns=2"), "latency-chip": ("paths=1", "taps=1", "synapses=1")}
 
@@ -27,7 +27,7 @@ def begin(machine: Machine) -> Result:
     return simulate(replace(machine, testbench=replace(machine.testbench, stop=1e-6)))
 
 
-@pytest.mark.parametrize("name", [*block_names(), *CHIPS])
+@pytest.mark.parametrize("name", [*block_names(), *WHOLE_CHIPS])
 def test_a_block_has_metrics_of_its_own(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(metric, "simulate", begin)
     params = SMALL.get(name, ())

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chips.registry import CHIPS, load_chip
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
@@ -23,19 +22,19 @@ from circuits.testbench import Begin, Testbench
 from netlists.compare.circuits import compare
 from netlists.read import Imported, read_netlist
 from netlists.read.analysis import Transient
-from netlists.registry import DIALECTS, MODULE_LANGUAGES, Settings, load_dialect
+from netlists.registry import DIALECTS, Settings, load_dialect
+from tests.chips.whole import WHOLE_CHIPS
 
 UM = 1e-6
 NOMINAL_SILICON = Silicon()
 DEFAULT = Settings()
 DIE = Silicon(temperature_c=40.0, die=Die(number=1003))
-ALL = [*DIALECTS, *MODULE_LANGUAGES]
-WRITTEN = [(name, models) for name in ALL for models in load_dialect(name).devices]
+WRITTEN = [(name, models) for name in DIALECTS for models in load_dialect(name).devices]
 
 
 @functools.cache
 def bench_of(name: str) -> Testbench:
-    block = load_chip(name) if name in CHIPS else load_block(name)
+    block = WHOLE_CHIPS.get(name) or load_block(name)
     return block.testbench(
         block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
     )
@@ -140,7 +139,7 @@ def everything() -> Testbench:
     return Testbench("a title; with = (all) sorts", chip, sources, 2e-3, ("lone.out[0]",), start, held)
 
 
-@pytest.mark.parametrize("name", [*BLOCKS, *CHIPS])
+@pytest.mark.parametrize("name", [*BLOCKS, *WHOLE_CHIPS])
 @pytest.mark.parametrize(("dialect", "models"), WRITTEN)
 def test_a_block_comes_back(name: str, dialect: str, models: str) -> None:
     bench = bench_of(name)
@@ -169,7 +168,7 @@ def test_where_a_run_begins_comes_back(dialect: str, models: str, begin: Begin) 
         assert run.uic == (begin == "uic")
 
 
-@pytest.mark.parametrize("dialect", sorted({*ALL} - {"cdl"}))
+@pytest.mark.parametrize("dialect", sorted({*DIALECTS} - {"cdl"}))
 def test_the_deviations_of_a_die_come_back(dialect: str) -> None:
     bench = everything()
     found = read_netlist(write(bench, DIE, dialect))
@@ -198,7 +197,7 @@ def test_decks_of_a_die_are_equal_and_of_different_dies_are_not() -> None:
     assert len(found.differences) == 10
 
 
-@pytest.mark.parametrize("dialect", ALL)
+@pytest.mark.parametrize("dialect", DIALECTS)
 def test_parasitics_come_back_and_are_no_part_of_the_circuit(dialect: str) -> None:
     bench = everything()
     parasitics = {"cells[1].time": 1e-15, "lone.w[1,2]": 3e-15, "v_gen": 2e-15}

@@ -37,7 +37,7 @@ def test_plain_devices_are_read_from_their_lines(dialect: str) -> None:
             assert found == [device]
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", sorted(set(DIALECTS) - {"verilog-a"}))
 def test_a_part_of_a_device_is_no_plain_device(dialect: str) -> None:
     own = syntax(dialect)
     name = "c" + own.dialect.naming.part("m1", "gb")

@@ -1,0 +1,80 @@
+"""Things of one kind by name: ours from a literal table, a user's from an entry point, all loaded on use.
+
+A table says where each thing stands, as `"module:attribute"`, so that names can be listed before anything
+slow is imported. This is the one place that imports a module by its name; an optional extra has one of its
+own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Generic, TypeVar
+
+from circuits.errors import ParameterError, unknown_name
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Catalogue(Generic[T]):
+    """Things of one kind that are loaded by name.
+
+    kind: the word for one of them in an error; table: where each of ours stands, by its name; group: the
+    entry points under which users register theirs; contracts: the classes that a user's own must be one of,
+    as `"module:attribute"`, none where any object will do.
+    """
+
+    kind: str
+    table: Mapping[str, str]
+    group: str
+    contracts: tuple[str, ...] = ()
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.table or name in self._users()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names())
+
+    def names(self) -> list[str]:
+        """Names of all of them: the table's in its order, then the users' own, sorted."""
+        return [*self.table, *sorted(self._users().keys() - self.table.keys())]
+
+    def load(self, name: str) -> T:
+        """Load one by its name.
+
+        Raises `UnknownNameError` with near names for a name that nobody registered, `ParameterError` for a
+        user's own that cannot be loaded or is something else.
+        """
+        if name in self.table:
+            found: T = loaded(self.table[name])
+            return found
+        users = self._users()
+        if name not in users:
+            raise unknown_name(self.kind, name, [*self.table, *users])
+        return self._checked(users[name])
+
+    def _users(self) -> dict[str, EntryPoint]:
+        return {entry.name: entry for entry in entry_points(group=self.group)}
+
+    def _checked(self, entry: EntryPoint) -> T:
+        """What a user registered, if it is of the kind."""
+        where = f"{self.group}.{entry.name}: {entry.value}"
+        try:
+            found: T = entry.load()
+        except Exception as error:
+            told = f"{type(error).__name__}: {error}"
+            raise ParameterError(f"{where}, cannot be loaded, {told}; mend or uninstall it") from error
+        classes = tuple(loaded(contract) for contract in self.contracts)
+        if classes and not isinstance(found, classes):
+            wanted = " or ".join(each.__name__ for each in classes)
+            raise ParameterError(f"{where} is of type {type(found).__name__}, must be a {wanted}; mend it")
+        return found
+
+
+def loaded(place: str) -> Any:
+    """What stands at `"module:attribute"`; raises `ImportError` where there is no such module."""
+    module, _, attribute = place.partition(":")
+    return getattr(import_module(module), attribute)
