@@ -41,9 +41,10 @@ from tests.documents import (
     indented,
     shortened,
 )
+from tests.walks import without_walks
 
 ENOUGH = 0.5  # s of processor time after which a long command is interrupted; ours
-TEXTS = {path: path.read_text(encoding="utf-8") for path in (*DOCUMENTS, *EXAMPLES)}
+TEXTS = {path: without_walks(path.read_text(encoding="utf-8")) for path in (*DOCUMENTS, *EXAMPLES)}
 BLOCKS = [(path, k) for path in DOCUMENTS for k in range(len(fenced(TEXTS[path])))]
 PATH = re.compile(r"(?:[\w.*-]+/)+[\w.*-]*")
 NAME = re.compile(r"(?:circuits|chips|netlists|system)(?:\.\w+)+")

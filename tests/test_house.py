@@ -1,4 +1,4 @@
-"""The house itself: four packages that are ours, typed, licensed, without notes to oneself or hidden imports."""
+"""The house itself: four packages, ours, typed, licensed, without notes to oneself or hidden imports."""
 
 import ast
 import re

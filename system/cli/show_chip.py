@@ -20,17 +20,13 @@ def show_chip(chip: Chip, given: Sequence[str], *, as_json: bool) -> None:
     """
     if given:
         raise ParameterError(f"{given[0]}: {chip.name} is shown as it is built; leave it out")
-    document = {
-        "chip": chip.name,
-        "summary": chip.summary,
-        "circuits": [_describe(circuit) for circuit in chip.circuits()],
-    }
+    circuits = [_describe(circuit) for circuit in chip.circuits()]
     if as_json:
-        print_json(document)
+        print_json({"chip": chip.name, "summary": chip.summary, "circuits": circuits})
         return
     print_line(f"{chip.name}: {chip.summary}")
     print_line(f"it has no testbench as one circuit; {chip.remedy}\n")
-    for circuit in document["circuits"]:
+    for circuit in circuits:
         _print(circuit)
 
 

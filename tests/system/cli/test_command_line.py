@@ -75,7 +75,7 @@ def test_no_arguments_is_help(run: Run) -> None:
 
 def test_list(run: Run, run_json: Callable[..., Any]) -> None:
     found = run_json("list")
-    assert list(found) == ["blocks", "chips", "systems", "experiments"]
+    assert list(found) == ["blocks", "chips", "systems", "experiments", "metrics", "dialects"]
     assert {e["name"] for e in found["experiments"]} >= set(registry.EXPERIMENTS)
     by_name = {e["name"]: e["summary"] for group in found.values() for e in group}
     assert "rebound" in by_name["rebound-neuron"]
