@@ -22,7 +22,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 from numba.core.extending import _Intrinsic
 
-from circuits.kernel_cache import kernel_cache
+from circuits.kernel_cache import keep_kernels
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -43,7 +43,7 @@ def compiled(**options: Any) -> Callable[[F], F]:
         dispatcher: Any = nb.njit(**keywords)(function)
         if not os.environ.get("NUMBA_DISABLE_JIT"):
             stamp = source_stamp(function.__module__, function.__code__.co_filename)
-            dispatcher._cache = kernel_cache(function, stamp)  # noqa: SLF001 - no other way
+            keep_kernels(dispatcher, stamp)
         return cast("F", dispatcher)
 
     return decorate

@@ -2,12 +2,16 @@
 
 What cannot be read, or is not what was written, is compiled again; where nothing can be written nothing is
 kept. Machine code is taken only with its digest, since a flipped bit of it would be run.
+
+Processes that miss the same kernel at the same time compile it once: one does, the others wait and load what
+it has kept. To wait for each other two functions would have to call each other, which kernels do not.
 """
 
 from __future__ import annotations
 
+import fcntl
+import os
 import pickle
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, final
@@ -17,14 +21,59 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from circuits.seal import sealed, unsealed
 
 
-def kernel_cache(function: Callable[..., Any], stamp: bytes) -> Any:
-    """Cache of a function whose code, with all that it calls, has the stamp; none where it cannot be kept."""
+def keep_kernels(dispatcher: Any, stamp: bytes) -> None:
+    """Keep what numba compiles of a function whose code, with all that it calls, has the stamp."""
     try:
-        cache = _KernelCache(function)  # type: ignore[no-untyped-call]
+        cache = _KernelCache(dispatcher.py_func)  # type: ignore[no-untyped-call]
     except RuntimeError:  # no folder may be written
-        return NullCache()
+        dispatcher._cache = NullCache()  # noqa: SLF001 - no other way
+        return
     cache.begin(stamp)
-    return cache
+    dispatcher._cache = cache  # noqa: SLF001 - no other way
+    compiles = dispatcher.compile
+
+    def compile_once(signature: Any) -> Any:
+        depth = cache.lock.depth
+        try:
+            return compiles(signature)
+        finally:
+            cache.lock.release(depth)
+
+    dispatcher.compile = compile_once
+
+
+@final
+class _Lock:
+    """What one process at a time holds while it compiles a function; the system frees it if the process dies.
+
+    Taken again by the process that has it, it is held deeper. Where no file can be locked nobody waits.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._held: list[int | None] = []
+
+    @property
+    def depth(self) -> int:
+        """How often it is held."""
+        return len(self._held)
+
+    def take(self) -> None:
+        """Wait until no other process has it."""
+        self._held.append(None)
+        if self.depth > 1:
+            return
+        with suppress(OSError):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._held[-1] = file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
+            fcntl.flock(file, fcntl.LOCK_EX)
+
+    def release(self, depth: int) -> None:
+        """Hold it no deeper than `depth`."""
+        while self.depth > depth:
+            file = self._held.pop()
+            if file is not None:
+                os.close(file)
 
 
 @final
@@ -54,9 +103,17 @@ class _KernelCache(FunctionCache):
         """Take the stamp for the cached function's own file."""
         make: Any = _File
         self._cache_file: Any = make(self._cache_path, self._impl.filename_base, stamp)
+        self.lock = _Lock(Path(self._cache_path) / f"{self._impl.filename_base}.lock")
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Machine code of a signature, None where there is none to be believed."""
+        """Machine code of a signature, None where there is none to be believed: then the lock is held."""
+        found = self._believed(sig, target_context)
+        if found is None:
+            self.lock.take()
+            found = self._believed(sig, target_context)  # another process may have compiled it meanwhile
+        return found
+
+    def _believed(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except Exception:  # noqa: BLE001 - contents that are none raise anything

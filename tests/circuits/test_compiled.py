@@ -1,6 +1,7 @@
 """Compiled functions: what is kept on disk goes stale with any file whose code or constants it holds."""
 
 import errno
+import fcntl
 import importlib
 import subprocess
 import sys
@@ -162,3 +163,52 @@ def test_a_disk_that_takes_nothing_leaves_a_kernel_usable(
     kernel = compiled()(lambda x: 3.0 * x)
     monkeypatch.setattr("numba.core.caching.IndexDataCacheFile._open_for_write", full)
     assert kernel(14.0) == 42.0
+
+
+SLOW = """import sys, time
+from pathlib import Path
+from small_kernel import twice
+compiles = twice._compiler.compile
+def slow(*signature):
+    time.sleep(1.0)
+    return compiles(*signature)
+twice._compiler.compile = slow
+Path(sys.argv[1]).touch()
+while not all(Path(name).exists() for name in ("first", "second")):
+    time.sleep(0.01)
+twice(21.0)
+print(sum(twice.stats.cache_misses.values()), sum(twice.stats.cache_hits.values()))
+"""
+
+
+def test_two_processes_that_miss_a_kernel_compile_it_once(kept: Path) -> None:
+    for path in [*kept.rglob("*.nbi"), *kept.rglob("*.nbc")]:
+        path.unlink()
+    both = [
+        subprocess.Popen([sys.executable, "-c", SLOW, n], cwd=kept.parent, stdout=subprocess.PIPE, text=True)
+        for n in ("first", "second")
+    ]
+    assert sorted(process.communicate(timeout=120)[0].strip() for process in both) == ["0 1", "1 0"]
+
+
+def test_what_cannot_be_compiled_leaves_nobody_waiting() -> None:
+    kernel: Any = compiled()(lambda x: x.nothing)
+    with pytest.raises(numba.TypingError):
+        kernel(1.0)
+    lock = kernel._cache.lock
+    assert lock.depth == 0
+    with lock._path.open("r+b") as file:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def test_where_no_file_can_be_locked_a_kernel_is_compiled_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    kernel: Any = compiled()(lambda x: 5.0 * x)
+    monkeypatch.setattr("circuits.kernel_cache.fcntl.flock", refused)
+    assert kernel(8.0) == 40.0
+    assert kernel._cache.lock.depth == 0
