@@ -15,6 +15,7 @@ NAMING = {
     "loaded": "",
     "call": "system.cli.",
 }  # functions, and what stands before a name
+ASSERTING = ("np.testing.assert_", "pytest.raises", "pytest.warns", "pytest.fail")  # beside `assert`
 
 TREES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): ast.parse(
@@ -56,6 +57,26 @@ def late_imports(tree: ast.AST) -> list[str]:
     functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
     inside = [node for function in functions for node in ast.walk(function)]
     return [ast.unparse(node) for node in inside if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
+def without_assertion(tree: ast.Module) -> list[str]:
+    """Names of tests that assert nothing: neither by themselves nor by a function of their own module."""
+    functions = {n.name: n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)}
+    asserting = {name for name, node in functions.items() if _asserts(node)}
+    return [
+        name
+        for name, node in functions.items()
+        if name.startswith("test_") and name not in asserting and not asserting & set(_called(node))
+    ]
+
+
+def _asserts(function: ast.FunctionDef) -> bool:
+    by_call = any(name.startswith(ASSERTING) for name in _called(function))
+    return by_call or any(isinstance(node, ast.Assert) for node in ast.walk(function))
+
+
+def _called(function: ast.FunctionDef) -> Iterator[str]:
+    return (ast.unparse(node.func) for node in ast.walk(function) if isinstance(node, ast.Call))
 
 
 def _named(node: ast.Call) -> Iterator[str]:

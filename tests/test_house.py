@@ -11,7 +11,7 @@ from pathlib import Path
 import networkx as nx
 import pytest
 
-from tests.house import PACKAGES, ROOT, TREES, called, import_graph, imported, late_imports
+from tests.house import PACKAGES, ROOT, TREES, called, import_graph, imported, late_imports, without_assertion
 
 FOLDERS = (*PACKAGES, "tests", "benchmarks", "examples", "docs", ".ci")
 TEXTS = {".cfg", ".ini", ".ipynb", ".md", ".py", ".rst", ".toml", ".txt", ".yaml", ".yml", ""}
@@ -101,6 +101,14 @@ def test_modules_are_imported_by_name_in_the_catalogue_and_at_extras_alone() -> 
                 argument = node.args[0]
                 found[name] = argument.value if isinstance(argument, ast.Constant) else None
     assert found == IMPORTS_BY_NAME
+
+
+def test_every_test_asserts_something() -> None:
+    trees = {
+        path: ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tests").rglob("test_*.py")
+    }
+    assert {str(path): found for path, tree in trees.items() if (found := without_assertion(tree))} == {}
+    assert without_assertion(ast.parse("def test_nothing():\n    check()")) == ["test_nothing"]
 
 
 def test_no_folder_has_too_many_modules() -> None:

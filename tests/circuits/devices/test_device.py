@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from circuits.checks import implausible_allowed
+from circuits.circuit import Circuit, Port
 from circuits.devices import (
     DEVICE_TYPES,
     Capacitor,
@@ -21,6 +22,8 @@ from circuits.devices import (
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse
 from circuits.errors import CircuitError, ParameterError
 from circuits.lowering import analysis, graph, kernel
+from circuits.solver.operating_point import operating_point
+from circuits.testbench import Testbench
 from netlists.registry import dialect_names, load_dialect
 
 EXAMPLES: dict[type[Device], Device] = {
@@ -143,5 +146,9 @@ def test_errors_are_also_builtins() -> None:
     assert isinstance(caught.value, CircuitError)
 
 
-def test_a_controlled_source_of_negative_transconductance_is_allowed() -> None:
-    ControlledSource("g", "a", "b", "c", "d", -1e-3).check()
+@pytest.mark.parametrize("transconductance", [-1e-3, 0.0, 1e-3])
+def test_a_controlled_source_has_its_transconductance_of_either_sign(transconductance: float) -> None:
+    devices = (ControlledSource("g", "0", "y", "a", "0", transconductance), Resistor("r", "y", "0", 1e3))
+    circuit = Circuit("gain", (Port("a", "analog"), Port("y", "analog", "out")), devices)
+    bench = Testbench("gain", circuit, (Source("a", "a", Constant(2.0)),), 1e-3)
+    assert operating_point(bench)["y"] == pytest.approx(2e3 * transconductance)

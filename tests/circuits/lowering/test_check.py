@@ -18,6 +18,7 @@ from circuits.errors import TopologyError
 from circuits.lowering.check import check_circuit
 from circuits.lowering.kernel import to_kernel
 from circuits.testbench import Testbench
+from tests.circuits.soundness import fault
 
 SUPPLY, IN = Port("vdd", "supply"), Port("a", "analog")
 
@@ -34,8 +35,8 @@ LOAD = Resistor("load", "vdd", "0", 1e3)
 
 
 def test_a_sound_circuit_passes() -> None:
-    check_circuit(rebound_neuron.build())
-    check_circuit(top(LOAD, nfet("m1", "vdd", "g", "0"), Resistor("r", "g", "vdd", 1e3)))
+    assert fault(rebound_neuron.build()) == ""
+    assert fault(top(LOAD, nfet("m1", "vdd", "g", "0"), Resistor("r", "g", "vdd", 1e3))) == ""
 
 
 def test_a_floating_gate_is_named_by_device_and_node() -> None:
@@ -69,16 +70,16 @@ def test_two_nodes_that_only_see_each_other_have_no_path() -> None:
 def test_a_controlled_source_gives_no_path_and_an_amplifier_does() -> None:
     with pytest.raises(TopologyError, match=r"^m: no path"):
         check_circuit(top(LOAD, ControlledSource("g", "m", "0", "vdd", "0", 1e-3)))
-    check_circuit(top(LOAD, OperationalAmplifier("x", "vdd", "m", "m", "vdd")))
+    assert fault(top(LOAD, OperationalAmplifier("x", "vdd", "m", "m", "vdd"))) == ""
 
 
 def test_a_path_through_a_transistor_s_channel_counts() -> None:
-    check_circuit(top(LOAD, nfet("m1", "m", "vdd", "0")))
+    assert fault(top(LOAD, nfet("m1", "m", "vdd", "0"))) == ""
 
 
 def test_an_output_port_needs_a_path_of_its_own_an_input_does_not() -> None:
     gate = nfet("m1", "vdd", "a", "0")
-    check_circuit(top(LOAD, gate, ports=(SUPPLY, IN)))
+    assert fault(top(LOAD, gate, ports=(SUPPLY, IN))) == ""
     with pytest.raises(TopologyError, match=r"^m1\.gate: floating gate, node a"):
         check_circuit(top(LOAD, gate, ports=(SUPPLY, Port("a", "analog", "out"))))
 

@@ -9,8 +9,14 @@ from system.cli.analysis_options import Analysis, AnalysisChoice, check_options
 
 
 @pytest.mark.parametrize("analysis", [a.value for a in Analysis])
-def test_an_analysis_without_options_is_fine(analysis: str) -> None:
-    check_options(AnalysisChoice(analysis), {"raw": None})
+def test_an_analysis_is_refused_for_an_option_and_not_without_one(analysis: str) -> None:
+    refused = []
+    for raw in (None, "file.raw"):
+        try:
+            check_options(AnalysisChoice(analysis), {"raw": raw})
+        except ParameterError as error:
+            refused.append(str(error))
+    assert refused == [f"--raw: not of --analysis {analysis}; leave it out"]
 
 
 def test_every_option_belongs_to_an_analysis_and_none_to_the_transient() -> None:

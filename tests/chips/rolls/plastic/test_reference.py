@@ -5,10 +5,10 @@ import pytest
 
 from chips.rolls.chip import STEP
 from chips.rolls.plastic.reference import Stimulus, moves, pair, simulated, stepped
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
+from tests.circuits.soundness import fault
 
 # events and spikes in the middle of steps; the first event without calcium, the others with plenty, between
 # the lower two thresholds; the membrane above its own, below, and above again
@@ -18,7 +18,7 @@ DRIVE = Stimulus(EVENTS, SPIKES, ((0.0, 0.45), (0.12, 0.15), (0.18, 0.45)), 0.24
 
 
 def test_the_circuit_is_sound() -> None:
-    check_circuit(pair())
+    assert fault(pair()) == ""
 
 
 @pytest.mark.parametrize(

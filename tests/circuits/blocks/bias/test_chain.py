@@ -27,7 +27,6 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -58,10 +57,6 @@ def shifted(point: OperatingPoint, path: str, v_t0: float) -> OperatingPoint:
     found = solve_near(replace(point.machine, kernel=changed), point.voltage)
     assert found is not None
     return found
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 def test_reciprocal_currents_are_the_facts() -> None:

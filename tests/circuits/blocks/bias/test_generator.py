@@ -26,7 +26,6 @@ from circuits.blocks.bias.generator import (
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -83,10 +82,6 @@ def expected_spread(coarse: int, fine: int) -> float:
 def spread(coarse: int, fine: int) -> float:
     dies = (Silicon(die=Die("A", number, process=False)) for number in DIES)
     return stdev(math.log(current(coarse, fine, silicon)) for silicon in dies)
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 @pytest.mark.parametrize("coarse", range(len(COARSE)))

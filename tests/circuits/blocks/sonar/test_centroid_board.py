@@ -8,7 +8,6 @@ from circuits.blocks.sonar import vocalization_controller
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Result, simulate
@@ -32,10 +31,6 @@ def run(
 
 def at(result: Result, node: str, time: float) -> float:
     return float(np.interp(time, result.time, result[node]))
-
-
-def test_circuit_checks() -> None:
-    check_circuit(board.build())
 
 
 @pytest.mark.parametrize("temperature_c", [-20.0, 27.0])

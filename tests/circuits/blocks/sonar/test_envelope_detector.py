@@ -16,7 +16,6 @@ from circuits.blocks.sonar.envelope_detector import (
 from circuits.devices import Source
 from circuits.devices.source import Constant, Sampled
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -34,10 +33,6 @@ def run(temperature: float = 27.0, **stimuli: float | None) -> Result:
 def number(value: float | None) -> float:
     assert value is not None
     return value
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 def test_every_bias_has_a_kind_and_a_port() -> None:

@@ -8,7 +8,6 @@ from circuits.blocks.sonar import envelope_detector, onset_neuron
 from circuits.blocks.sonar.high_threshold_neuron import BIASES, BLOCK, build
 from circuits.devices import Source
 from circuits.devices.source import Constant, Sampled
-from circuits.lowering.check import check_circuit
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -55,10 +54,6 @@ def hear(
         )  # fmt: skip
         spikes.append(simulate(bench, silicon, record=("spike",)).spikes["spike"] - CALL_TIME)
     return spikes[0], spikes[1]
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 def test_every_bias_has_a_kind_and_a_port() -> None:

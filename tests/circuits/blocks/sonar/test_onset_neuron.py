@@ -6,7 +6,6 @@ import pytest
 from circuits.blocks.sonar.onset_neuron import BIASES, BLOCK, build
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
-from circuits.lowering.check import check_circuit
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -37,10 +36,6 @@ def ramp(slope: float, height: float, temperature: float) -> Result:
     )
     bench = Testbench("ramp", build(), sources, 2e-3 + rise, watch=("spike",))
     return simulate(bench, Silicon(AMI_1500, temperature))
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 def test_every_bias_has_a_kind_and_a_port() -> None:

@@ -13,11 +13,11 @@ from circuits.blocks.sonar.spike_generator import (
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+from tests.circuits.soundness import fault
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 THRESHOLD = 1.5  # V
@@ -42,7 +42,7 @@ def square(*edges: float) -> list[tuple[float, float]]:
 
 
 def test_the_circuit_is_sound() -> None:
-    check_circuit(spike_generator(GeneratorParams()))
+    assert fault(spike_generator(GeneratorParams())) == ""
 
 
 @pytest.mark.parametrize("temperature", TEMPERATURES)

@@ -3,7 +3,6 @@ import pytest
 
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.event import falling_crossing, rising_crossing
-from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -28,10 +27,6 @@ def distance_from_line(y: np.ndarray) -> float:
     """Largest distance from the straight line through the ends, as a share of the span."""
     line = y[0] + (y[-1] - y[0]) * (np.array(PROXIMITY) - PROXIMITY[0]) / (PROXIMITY[-1] - PROXIMITY[0])
     return float(np.abs(y - line).max() / abs(y[-1] - y[0]))
-
-
-def test_circuit_checks() -> None:
-    check_circuit(board.build())
 
 
 # Figure 10: linear within 2 % of full scale.

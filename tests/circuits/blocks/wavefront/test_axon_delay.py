@@ -16,7 +16,6 @@ from circuits.blocks.wavefront.axon_delay import (
 )
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -31,10 +30,6 @@ def run(temperature: float = 27.0, kind: BiasKind | None = None, **stimuli: floa
 def number(value: float | None) -> float:
     assert value is not None
     return value
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 def test_every_bias_but_the_code_has_a_value() -> None:

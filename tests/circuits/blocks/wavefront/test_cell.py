@@ -7,7 +7,6 @@ from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -23,10 +22,6 @@ def run(silicon: Silicon | None = None, **stimuli: float | None) -> Result:
 def number(value: float | None) -> float:
     assert value is not None
     return value
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
 
 
 @pytest.mark.parametrize("k", range(INPUTS))

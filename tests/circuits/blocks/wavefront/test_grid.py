@@ -13,9 +13,9 @@ from circuits.blocks.wavefront.grid import (
     pointers,
 )
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
+from tests.circuits.soundness import fault
 
 UNIT = 100e-6
 DEFAULTS = {s.name: s.default for s in CHIP.stimuli}
@@ -28,7 +28,7 @@ def plan(codes: list[list[int]], start: tuple[int, int], stop: float) -> Result:
 
 
 def test_the_grid_is_sound() -> None:
-    check_circuit(build(Params(2, 2)))
+    assert fault(build(Params(2, 2))) == ""
 
 
 def test_a_wave_passes_with_the_code_of_the_sending_cell() -> None:

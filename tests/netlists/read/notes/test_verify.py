@@ -27,7 +27,10 @@ def ngspice() -> Syntax:
     ],
 )
 def test_alike(own: str, again: str) -> None:
-    verify(cards(own, ".options a=1"), cards(again, ".options b=2", ".save v(a)"), ngspice())
+    controls = ".options b=2", ".save v(a)"
+    verify(cards(own, ".options a=1"), cards(again, *controls), ngspice())
+    with pytest.raises(DataError, match="edited"):  # what is passed over is not the line itself
+        verify(cards(own.replace(" b ", " other "), ".options a=1"), cards(again, *controls), ngspice())
 
 
 @pytest.mark.parametrize(

@@ -43,4 +43,5 @@ def test_two_names_never_become_one(a: str, b: str) -> None:
 @given(NAMES)
 def test_a_circuit_takes_every_name(name: str) -> None:
     ours = circuit_name(name)
-    Circuit("c", devices=(Resistor(ours, ours, "0", 1.0),))
+    circuit = Circuit("c", devices=(Resistor(ours, ours, "0", 1.0),))
+    assert circuit.device(ours).terminals() == (ours, "0")

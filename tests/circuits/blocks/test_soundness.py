@@ -1,0 +1,24 @@
+"""Every block and every chip is wired soundly, and would not be with a node that nothing holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from circuits.devices import Capacitor
+from circuits.registry import BLOCKS, load_block
+from tests.chips.whole import WHOLE_CHIPS
+from tests.circuits.soundness import fault
+
+ALL = {name: load_block(name) for name in BLOCKS} | WHOLE_CHIPS
+SMALL = {"wavefront-chip": {"rows": 2, "columns": 2}, "latency-chip": {"paths": 1, "taps": 1, "synapses": 1}}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_circuit_is_sound(name: str) -> None:
+    block = ALL[name]
+    circuit = block.build(block.params(**SMALL.get(name, {})))
+    assert fault(circuit) == ""
+    loose = Capacitor("added", "loose", "0", 1e-12)
+    assert fault(replace(circuit, devices=(*circuit.devices, loose))).startswith("loose: no path")
