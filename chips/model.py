@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
-from importlib.metadata import entry_points
 
 from chips.record import Record, recorded
+from circuits.catalogue import Catalogue
 from circuits.circuit import Circuit
-from circuits.errors import unknown_name
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
-GROUP = "noctule.models"
 MODELS: dict[str, str] = {
     "rebound-neuron": "chips.ranging.measure:MODEL",
     "centroid-board": "chips.boards.centroid.measure:MODEL",
@@ -106,22 +103,9 @@ class Model:
         return self.name.replace("-", "_")
 
 
-def model_names() -> list[str]:
-    """Names of all models, the users' own included, in the table's order."""
-    return [*MODELS, *sorted({e.name for e in entry_points(group=GROUP)} - set(MODELS))]
+_models: Catalogue[Model] = Catalogue("model", MODELS, "noctule.models", ("chips.model:Model",))
 
-
-def load_model(name: str) -> Model:
-    """Load a model by name; raises `UnknownNameError` for a name that nobody registered."""
-    if name in MODELS:
-        module, attribute = MODELS[name].split(":")
-        model: Model = getattr(import_module(module), attribute)
-        return model
-    for entry in entry_points(group=GROUP):
-        if entry.name == name:
-            found: Model = entry.load()
-            return found
-    raise unknown_name("model", name, model_names())
+model_names, load_model = _models.names, _models.load
 
 
 def characterise(model: Model, progress: Progress, biases: Biases | None = None) -> Record:

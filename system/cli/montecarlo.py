@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from circuits.catalogue import loaded
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.solver.transient import Result as Run

@@ -7,7 +7,6 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
-from circuits.catalogue import loaded
 from circuits.errors import ParameterError
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table, progress_bar

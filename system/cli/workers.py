@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from importlib import import_module
 
+from circuits.catalogue import loaded
 from system.study.campaign import Workers
 
 
@@ -14,7 +14,5 @@ def on_processes(scheduler: str | None, workers: int | None) -> AbstractContextM
     Raises `ParameterError` for a number that is none, and where no scheduler answers.
     """
     # dask takes a second to import, and most campaigns have no need of it
-    cluster: AbstractContextManager[Workers] = import_module("system.study.cluster").on_cluster(
-        scheduler, workers
-    )
+    cluster: AbstractContextManager[Workers] = loaded("system.study.cluster:on_cluster")(scheduler, workers)
     return cluster
