@@ -219,10 +219,10 @@ def test_ctrl_c_ends_the_run() -> None:
 def test_importing_leaves_pyspice_and_logging_alone() -> None:
     script = (
         "import logging, sys\n"
-        "from netlists import ngspice\n"
+        "from netlists.ngspice import run\n"
         "assert 'PySpice' not in sys.modules\n"
         "before = logging.root.level, list(logging.root.handlers)\n"
-        f"ngspice.run({RC!r})\n"
+        f"run.run({RC!r})\n"
         "assert (logging.root.level, logging.root.handlers) == before\n"
     )
     root = Path(ngspice.__file__).parents[2]
