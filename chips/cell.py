@@ -17,14 +17,12 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline, Sampled, Waveform
 from circuits.errors import TopologyError
+from circuits.event import EDGE, LENGTH, WIDTH
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import DEFAULT_RTOL, Runner, State
 from circuits.testbench import Testbench
-
-PULSE_WIDTH = 10e-6  # s
-PULSE_EDGE = 0.1e-6  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +135,7 @@ class Cell:
 def add_pulse(line: Polyline, time: float, v_dd: float) -> tuple[Polyline, int]:
     """Append an event's pulse to a polyline; an event inside the last pulse is merged and counted (1)."""
     last_time, last_value = float(line[0][-1]), float(line[1][-1])
-    corners = time + np.array([0.0, PULSE_EDGE, PULSE_EDGE + PULSE_WIDTH, 2.0 * PULSE_EDGE + PULSE_WIDTH])
+    corners = time + np.array([0.0, EDGE, EDGE + WIDTH, LENGTH])
     if line[0].size > 1 and time <= last_time:
         return line, 1
     return (

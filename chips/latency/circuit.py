@@ -30,7 +30,6 @@ from circuits.blocks.latency import neuron as latency_neuron
 from circuits.blocks.latency import unit as latency_unit
 from circuits.blocks.latency.layer import RECURRENT_CAPACITANCE, recurrent_inhibition
 from circuits.blocks.latency.parts import any_of, edge_pulse, following_cell, lone_cell, racing_cell
-from circuits.blocks.latency.synapse import EDGE, WIDTH
 from circuits.blocks.latency.tap import delay_tap
 from circuits.blocks.latency.tonic import reset_wave
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
@@ -38,6 +37,7 @@ from circuits.count import whole_number
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
+from circuits.event import EDGE, WIDTH
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench

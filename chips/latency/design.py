@@ -20,11 +20,11 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.bias import bias_voltages
 from circuits.blocks.bias.generator import COARSE, CODES
-from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.mos import mos
 from circuits.circuit import Bias, BiasKind, Circuit, Port, PortKind
 from circuits.count import whole_number
 from circuits.errors import ParameterError
+from circuits.event import WIDTH
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
 

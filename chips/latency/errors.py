@@ -40,6 +40,7 @@ from circuits.blocks.latency import tap as latency_tap
 from circuits.blocks.latency import tonic as latency_tonic
 from circuits.blocks.latency import unit as latency_unit
 from circuits.circuit import BiasKind, Circuit, Port
+from circuits.event import WIDTH
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -133,7 +134,7 @@ def inhibition_times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float
     before, after = spikes[spikes < at], spikes[spikes > at]
     return [
         ("tonic", tonic, float(before[1] - before[0])),
-        ("hold", hold + tonic, float(after[0]) - at - 10e-6),
+        ("hold", hold + tonic, float(after[0]) - at - WIDTH),
     ]
 
 

@@ -16,8 +16,8 @@ from typing import NamedTuple
 from chips.latency.design import REACH
 from chips.latency.model import Lumped
 from circuits.arrays import F64, I64
-from circuits.blocks.latency.synapse import WIDTH
 from circuits.compiled import compiled
+from circuits.event import WIDTH
 
 OVERFLOW, UNDECIDED = range(2)  # of `Memory.counts`
 MARGIN = 0.02  # |ln| of a detector's currents over what is taken, within which it does not decide; ours

@@ -30,9 +30,9 @@ from circuits.blocks.latency import neuron as latency_neuron
 from circuits.blocks.latency import race as latency_race
 from circuits.blocks.latency import tap as latency_tap
 from circuits.blocks.latency import tonic as latency_tonic
-from circuits.blocks.latency.synapse import WIDTH
 from circuits.circuit import Circuit
 from circuits.errors import SolverError
+from circuits.event import WIDTH
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate

@@ -31,10 +31,10 @@ from circuits.blocks.latency import neuron, unit
 from circuits.blocks.latency.coincidence import INPUTS
 from circuits.blocks.latency.layer import RECURRENT_CAPACITANCE, recurrent_inhibition
 from circuits.blocks.latency.parts import TIMER, following_cell, lone_cell, racing_cell
-from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.latency.tap import delay_tap
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
+from circuits.event import WIDTH
 from circuits.lowering.on_die import on_die, transistor_names
 from circuits.silicon.die import Path
 from circuits.silicon.process import AMI_1500, Process

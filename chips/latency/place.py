@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from chips.latency.design import NAME, REFERENCE, Biases, gate_voltages
-from circuits.blocks.latency.synapse import EDGE, WIDTH
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.event import EDGE, WIDTH
 from circuits.silicon.die import Place
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench

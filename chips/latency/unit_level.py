@@ -19,8 +19,8 @@ from chips.latency.design import Biases
 from chips.latency.place import UNIT_WIRES, bench_at, line_volts, standing
 from circuits.arrays import F64
 from circuits.blocks.latency import unit as latency_unit
-from circuits.blocks.latency.synapse import EDGE, WIDTH
 from circuits.devices.source import Polyline
+from circuits.event import EDGE, WIDTH
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point

@@ -30,12 +30,12 @@ from chips.lso.place import NAME, line_volts
 from chips.model import Model
 from chips.table_record import HELD_OUT_TEMPERATURES
 from circuits.arrays import F64
-from circuits.blocks.latency.synapse import EDGE, WIDTH
 from circuits.blocks.latency.tonic import START, reset_wave
 from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.event import EDGE, WIDTH
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate

@@ -30,7 +30,6 @@ from chips.record import Record, Table
 from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
-from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.latency.tonic import START
 from circuits.blocks.lso import lso_neuron
 from circuits.blocks.lso.lso_neuron import REFERENCE
@@ -39,6 +38,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError
+from circuits.event import WIDTH
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate

@@ -31,10 +31,10 @@ from chips.lso.place import NAME, line_volts
 from chips.model_law import check_law
 from chips.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from circuits.arrays import F64
-from circuits.blocks.latency.synapse import WIDTH
 from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
+from circuits.event import WIDTH
 from circuits.lowering.on_die import DieDevices, Mirror, on_die, transistor_of
 from circuits.silicon.die import Path
 from circuits.silicon.silicon import Silicon

@@ -17,7 +17,6 @@ from typing import Literal
 
 import numpy as np
 
-from chips.cell import PULSE_EDGE, PULSE_WIDTH
 from chips.noise import SiliconNoise
 from chips.part import Event, Output
 from chips.ranging import circuit as ranging_chip
@@ -39,11 +38,11 @@ from circuits.arrays import F64, I64
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, unknown_name
+from circuits.event import LENGTH
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
 TEMPERATURE_STEP = 0.1  # degC, to which a running temperature is rounded; ours
-_PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second event merges into the first
 _INPUTS = ("call", "echo")
 ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
@@ -151,7 +150,7 @@ class RangingChip:
             while pending and pending[0][1] <= now:
                 port, time = pending.pop(0)
                 which = _INPUTS.index(port)
-                if time <= last[which] + _PULSE:
+                if time <= last[which] + LENGTH:
                     merged += 1
                     continue
                 last[which] = time

@@ -46,13 +46,14 @@ from chips.ranging.neuron_kernel import (
 from chips.ranging.noise import Jitter, next_durations, no_jitter
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
+from circuits.event import HALF_WIDTH
 
 KEPT = 80  # states kept after the release
 SPACING = 100e-6  # s, between them
 WATCHED = 5e-3  # s, looked ahead of a neuron that may not sleep
 LOOKED = 20e-3  # s after the release, looked ahead of a neuron that may
 ROOM = 64  # echoes remembered; more than come in any `recover`
-PULSE = 10.1e-6  # s, within which a second event merges into the first
+PULSE = HALF_WIDTH  # s, within which a second event merges into the first
 _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
 _EARLY_WITHIN = 0.25e-3  # s, to which `early` is found
 _PIECES = 64  # of inhibition, in which `hold` is found

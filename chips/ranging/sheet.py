@@ -12,17 +12,17 @@ from typing import Literal
 
 import numpy as np
 
-from chips.cell import PULSE_EDGE, PULSE_WIDTH
 from chips.model import Sheet
 from chips.ranging.chip import ABOVE_SUPPLY, RangingChip
 from chips.ranging.law import Neurons
 from chips.ranging.record import ReboundRecord
 from circuits.arrays import F64
 from circuits.circuit import Circuit
+from circuits.event import EDGE, WIDTH
 from circuits.silicon.silicon import Silicon
 
 _NODES = ("mem", "r", "ex")
-_CALL_WIDTH = PULSE_WIDTH + 1.5 * PULSE_EDGE  # s, from the event to the fall through half the supply
+_CALL_WIDTH = WIDTH + 1.5 * EDGE  # s, from the event to the fall through half the supply
 _NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex_max")
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.boards.centroid.kernel import EVENT_WIDTH, Centroid, centroid_step
+from chips.boards.centroid.kernel import Centroid, centroid_step
 from chips.boards.vocalization.kernel import Vocalization, amplitude_at, vocalization_line
 from chips.boards.vocalization.noise import OscillatorNoise, phase_after_call
 from chips.hearing.kernel import Hearing, hear_sound
@@ -23,6 +23,7 @@ from chips.ranging.kernel import PULSE, Chip, Plan, next_due, on_call, on_echo, 
 from chips.ranging.law import Neurons
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
+from circuits.event import HALF_WIDTH
 
 KINDS = range(5)  # of a row of the log
 CALL, PULSE_HEARD, ONSET_HEARD, SPIKE, BOARD = KINDS
@@ -144,10 +145,10 @@ def _amplitude(b: Boards, r: Run) -> float:
 def _gates(r: Run, k: int, time: float) -> None:
     """Open the gates of neuron k for an event's width."""
     for i in range(r.ends.shape[0]):
-        if time <= r.ends[i, k] - EVENT_WIDTH + PULSE:
+        if time <= r.ends[i, k] - HALF_WIDTH + PULSE:
             r.counts[MERGED] += 1
         else:
-            r.ends[i, k] = time + EVENT_WIDTH
+            r.ends[i, k] = time + HALF_WIDTH
 
 
 @_compiled

@@ -7,9 +7,10 @@ import pickle
 import numpy as np
 import pytest
 
-from chips.cell import PULSE_EDGE, PULSE_WIDTH, Cell, CellState, add_pulse
+from chips.cell import Cell, CellState, add_pulse
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import TopologyError
+from circuits.event import EDGE, WIDTH
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -62,8 +63,8 @@ def test_an_event_within_the_pulse_before_is_merged_and_counted(neuron: Cell) ->
 def test_a_pulse_has_the_boundary_s_form() -> None:
     (time, value), merged = add_pulse((np.zeros(1), np.zeros(1)), 1e-3, 5.0)
     assert merged == 0
-    assert np.interp(1e-3 + 0.5 * PULSE_EDGE, time, value) == pytest.approx(2.5)
-    assert np.interp(1e-3 + PULSE_EDGE + 0.5 * PULSE_WIDTH, time, value) == 5.0
+    assert np.interp(1e-3 + 0.5 * EDGE, time, value) == pytest.approx(2.5)
+    assert np.interp(1e-3 + EDGE + 0.5 * WIDTH, time, value) == 5.0
     assert value[-1] == 0.0
 
 

@@ -20,7 +20,6 @@ from circuits.compiled import compiled
 # Straight pieces of the proximity, s; ours: within 1 mV of the exponentials.
 LONGEST = 2e-3
 LONGEST_SLEWING = 0.2e-3
-EVENT_WIDTH = 10.1e-6  # s, an event's pulse at half the supply
 
 
 class Centroid(NamedTuple):

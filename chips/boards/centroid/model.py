@@ -15,8 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from chips.boards.centroid.kernel import EVENT_WIDTH, Centroid, centroid_run
-from chips.cell import PULSE_EDGE, PULSE_WIDTH
+from chips.boards.centroid.kernel import Centroid, centroid_run
 from chips.part import Event, Output
 from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.arrays import F64
@@ -24,10 +23,10 @@ from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
+from circuits.event import HALF_WIDTH, LENGTH
 from circuits.silicon.silicon import Silicon
 
 _ROOM = 64  # vertices worked out at once
-_PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second event merges into the first
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +65,7 @@ class CentroidModel:
         names = "log_share", "log_far_default", "offset_V", "leak_time_s", "filter_time_s", "slew_time_s"
         strength, far, offset, leak, low_pass, slew = all_on_silicon(data, names, silicon)
         known = centroid_board.linear_lookup()
-        share = np.interp(entry, known[::-1], strength[::-1]) / EVENT_WIDTH
+        share = np.interp(entry, known[::-1], strength[::-1]) / HALF_WIDTH
         self.numbers = Centroid(
             share, entry, math.exp(far), float(offset), float(leak), float(low_pass), float(slew),
             silicon.process.v_dd,
@@ -99,10 +98,10 @@ class CentroidModel:
                 raise unknown_name(f"{self._path} event port", port, tuple(self._index))
             pieces.append(self._run(board, ends, min(time, until)))
             k = self._index[port]
-            if time <= ends[k] - EVENT_WIDTH + _PULSE:
+            if time <= ends[k] - HALF_WIDTH + LENGTH:
                 merged += 1
             else:
-                ends[k] = time + EVENT_WIDTH
+                ends[k] = time + HALF_WIDTH
         pieces.append(self._run(board, ends, until))
         line = np.concatenate(pieces)
         return CentroidState(board, ends, merged), until, Output((), line[:, 0], line[:, 1:])

@@ -19,7 +19,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from chips.boards.isolation.model import IsolationModel, circuits
-from chips.cell import PULSE_WIDTH, Cell
+from chips.cell import Cell
 from chips.model import Model
 from chips.part import Event, Output
 from chips.record import Record
@@ -34,6 +34,7 @@ from circuits.arrays import F64
 from circuits.blocks.sonar import first_target_isolation
 from circuits.blocks.sonar.centroid_board import NEURONS
 from circuits.devices.source import Polyline
+from circuits.event import WIDTH
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
@@ -43,7 +44,7 @@ RTOL = 1e-4
 SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
 START = 1e-6  # s, of the first event
 SETTLE = 50e-6  # s, from an event to the next one that must find the board at rest
-INSIDE = 0.5 * PULSE_WIDTH  # s, lag of the spike that outlasts a call
+INSIDE = 0.5 * WIDTH  # s, lag of the spike that outlasts a call
 TIES = -2e-6, 2e-6  # s, within which the tie lies
 RESOLUTION = 1e-9  # s, of the tie
 TRAIN = 40  # events of a held-out train

@@ -18,16 +18,15 @@ from functools import cache
 
 import numpy as np
 
-from chips.cell import PULSE_EDGE, PULSE_WIDTH
 from chips.part import Event, Output
 from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
+from circuits.event import LENGTH
 from circuits.silicon.silicon import Silicon
 
 UNSURE = 20e-9  # s, about the tie; ours, above twice its error on dies that the record has not seen
-_PULSE = PULSE_WIDTH + 2.0 * PULSE_EDGE  # s, within which a second call merges into the first
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +99,7 @@ class IsolationModel:
 
     def _called(self, state: IsolationState, call: float) -> IsolationState:
         """The array opens, and closes again after the call where a spike's pulse outlasts it."""
-        if call < state.call + _PULSE:
+        if call < state.call + LENGTH:
             return state
         opens = call + self.reset
         pending = [p for p in state.pending if p[0] <= opens] + [(opens, False)]

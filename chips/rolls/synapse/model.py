@@ -25,12 +25,11 @@ from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.devices.ekv import interpolation
 from circuits.errors import ParameterError
+from circuits.event import EDGE, WIDTH
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
-
-EVENT_LENGTH, EVENT_EDGE = 10e-6, 0.1e-6  # s, of an event at a circuit's port, and of its edges
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +112,12 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     event = np.linspace(0.0, d.v_dd, 721)
     mp1 = d.fet["extender.mp1"]
     carried = mp1.current[:, None] * interpolation(mp1.kappa * (event - mp1.threshold[:, None]) / u_t)
-    passed = np.cumsum(carried, axis=1) * (event[1] / d.v_dd * EVENT_EDGE)
+    passed = np.cumsum(carried, axis=1) * (event[1] / d.v_dd * EDGE)
     rising = np.array([np.interp(c * (d.v_dd - t), q, event) for q, t in zip(passed, threshold, strict=True)])
     held = np.broadcast_to(i_pwlk, d.copies)
     falling = np.array([np.interp(i, q, event) for q, i in zip(carried, held, strict=True)])
-    begin = EVENT_EDGE * rising / d.v_dd
-    released = EVENT_EDGE + EVENT_LENGTH + EVENT_EDGE * (1.0 - falling / d.v_dd)
+    begin = EDGE * rising / d.v_dd
+    released = EDGE + WIDTH + EDGE * (1.0 - falling / d.v_dd)
     # v_p starts a little below ground, and p1 draws on it while it falls to the next inverter's threshold
     moved = c * threshold + model.event_coupling * falling + model.inverter_coupling * (d.v_dd - follower)
     # p1 moves from where the pFET leaves its triode region

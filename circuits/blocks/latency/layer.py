@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.latency import race as latency_race
-from circuits.blocks.latency.synapse import comparator, event_pulse, event_sources
+from circuits.blocks.latency.synapse import comparator, event_sources
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
@@ -26,7 +26,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
-from circuits.event import rising_crossing
+from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -125,7 +125,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     excited, inhibited = (tuple(stimuli[f"{kind}_{k}"] for k in range(3)) for kind in ("excite", "inhibit"))
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", event_pulse(PING, v_dd)),
+        Source("reset", "reset", pulse((PING,), v_dd)),
         *event_sources("excite", excited, count, PING, v_dd),
         *event_sources("inhibit", inhibited, count, PING, v_dd),
     )

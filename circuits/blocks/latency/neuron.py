@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, event_pulse, event_sources, step_synapse
+from circuits.blocks.latency.synapse import comparator, event_sources, step_synapse
 from circuits.blocks.mos import mos
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
@@ -28,7 +28,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
-from circuits.event import falling_crossing, rising_crossing
+from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -93,7 +93,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     count = circuit.port("event").shape[0]
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", event_pulse(PING, v_dd)),
+        Source("reset", "reset", pulse((PING,), v_dd)),
         *event_sources("event", times, count, PING, v_dd),
     )
     bench = Testbench("latency neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))

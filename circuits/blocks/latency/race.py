@@ -17,13 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import (
-    comparator,
-    event_pulse,
-    event_sources,
-    step_inhibition,
-    step_synapse,
-)
+from circuits.blocks.latency.synapse import comparator, event_sources, step_inhibition, step_synapse
 from circuits.blocks.mos import mos
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
@@ -31,6 +25,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
+from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -114,7 +109,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     excitations, inhibitions = (circuit.port(name).shape[0] for name in ("excite", "inhibit"))
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", event_pulse(PING, v_dd)),
+        Source("reset", "reset", pulse((PING,), v_dd)),
         Source("stop", "stop", stopped.waveform),
         *event_sources("excite", (stimuli["goal"], stimuli["direction"]), excitations, PING, v_dd),
         *event_sources("inhibit", (stimuli["first"], stimuli["second"]), inhibitions, PING, v_dd),

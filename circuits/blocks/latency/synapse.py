@@ -19,10 +19,9 @@ from circuits.blocks.mos import inverter, mos
 from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
-from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.devices.source import Constant, Waveform
 from circuits.errors import ParameterError
-
-WIDTH, EDGE = 10e-6, 0.1e-6  # s, of an event
+from circuits.event import pulse
 
 
 def comparator() -> Circuit:
@@ -105,11 +104,6 @@ def event_sources(
         after = times[k] if k < len(times) else None
         if after is not None and after < 0.0:
             raise ParameterError(f"{name} {k + 1}: {after:g} s, must be >= 0 s after the ping, or off")
-        wave: Waveform = Constant(0.0) if after is None else event_pulse(ping + after, v_dd)
+        wave: Waveform = Constant(0.0) if after is None else pulse((ping + after,), v_dd)
         sources.append(Source(f"{name}[{k}]", f"{name}[{k}]", wave))
     return sources
-
-
-def event_pulse(at: float, v_dd: float) -> Waveform:
-    """One event."""
-    return Pulse(0.0, v_dd, (at,), WIDTH, EDGE, EDGE)

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, event_pulse, timer
+from circuits.blocks.latency.synapse import comparator, timer
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
@@ -29,7 +29,7 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
-from circuits.event import falling_crossing, rising_crossing
+from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -117,7 +117,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """One event at 20 us."""
     sources = (
         Source("vdd", "vdd", Constant(v_dd)),
-        Source("event", "event", event_pulse(START, v_dd)),
+        Source("event", "event", pulse((START,), v_dd)),
     )
     bench = Testbench("delay line", circuit, sources, stimuli["duration"] or STOP, watch=("out",))
     return started_at_rest(bench, AMI_1500)

@@ -24,7 +24,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import EDGE, WIDTH, comparator, event_sources, timer
+from circuits.blocks.latency.synapse import comparator, event_sources, timer
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
@@ -33,7 +33,7 @@ from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.event import falling_crossing, rising_crossing
+from circuits.event import EDGE, WIDTH, falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.latency import coincidence as latency_coincidence
 from circuits.blocks.latency import tonic as latency_tonic
-from circuits.blocks.latency.synapse import EDGE, WIDTH, comparator, timer
+from circuits.blocks.latency.synapse import comparator, timer
 from circuits.blocks.mos import inverter, nand
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
@@ -28,6 +28,7 @@ from circuits.circuit import Bias, Circuit, Instance, Node, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
+from circuits.event import EDGE, WIDTH
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result

@@ -36,7 +36,6 @@ from circuits.units import quantity
 NEURONS = 13
 NEAREST, FARTHEST = 3.0, 0.2  # V, look-up voltages of the first and the last neuron; ours
 GATE_WIDTH = 100.0  # um, both pass transistors of a transmission gate; ours
-EVENT_WIDTH = 10.1e-6  # s, an event's pulse at half the supply
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,11 +15,10 @@ from circuits.blocks.block import ClosedForm
 from circuits.blocks.sonar import rebound_equations as eq
 from circuits.circuit import Circuit
 from circuits.devices.softplus import inverse_softplus
+from circuits.event import WIDTH
 from circuits.lowering.analysis import find_transistor, node_capacitances
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.silicon.silicon import Silicon
-
-CALL_LENGTH = 10e-6  # s, of an event's pulse
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +51,7 @@ def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
     v_hl = n.v_t0 + 2.0 * n.u_t / n.kappa * inverse_softplus(
         math.sqrt(currents["i_lim"] / _specific(flat, silicon, "inhibition.mi8"))
     )
-    charged = _specific(flat, silicon, "inhibition.mi4") * CALL_LENGTH / (c_inh * n.u_t)
+    charged = _specific(flat, silicon, "inhibition.mi4") * WIDTH / (c_inh * n.u_t)
     v_inh_high = n.kappa * (silicon.process.v_dd - n.v_t0) + n.u_t * math.log(charged)
     drawn = eq.ReboundParameters(
         u_t=n.u_t,

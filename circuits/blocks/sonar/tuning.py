@@ -28,6 +28,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline
 from circuits.errors import SolverError
+from circuits.event import pulse_line
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.supply import half_supply
 from circuits.silicon.silicon import Silicon
@@ -213,9 +214,8 @@ class SolverTrials(Trials):
 
 
 def event_pulse(machine: Machine, start: float) -> Polyline:
-    """A full-supply pulse of 10 us with 0.1 us edges."""
-    v_dd = machine.silicon.process.v_dd
-    return start + np.array([0.0, 0.1e-6, 10.1e-6, 10.2e-6]), np.array([0.0, v_dd, v_dd, 0.0])
+    """An event at `start`, s."""
+    return pulse_line(start, machine.silicon.process.v_dd)
 
 
 def release(machine: Machine, time: F64, gate: F64) -> float:

@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from chips.boards.isolation.model import circuits as isolation_circuits
-from chips.cell import PULSE_WIDTH
 from chips.noise import SiliconNoise
 from chips.selection.model import selection
 from chips.selection.noise import noisy_decide, selection_noise
@@ -24,6 +23,7 @@ from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params,
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Port
 from circuits.devices.noise import WHITE_ONLY
+from circuits.event import WIDTH
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -92,7 +92,7 @@ def level_wander(point: OperatingPoint) -> float:
     """Deviation (V) of the mean over an excitation's pulse of what the open isolation passes."""
     frequency = np.geomspace(*BAND)
     density = noise(point, "v_ex_max", frequency).output
-    return float(np.sqrt(integrate_power(frequency, density * np.sinc(frequency * PULSE_WIDTH) ** 2)))
+    return float(np.sqrt(integrate_power(frequency, density * np.sinc(frequency * WIDTH) ** 2)))
 
 
 def _isolation() -> OperatingPoint:

@@ -25,7 +25,6 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.rolls.synapse.model import EVENT_LENGTH
 from circuits.arrays import F64
 from circuits.bias import bias_voltages, rebias, saturation_current
 from circuits.blocks.block import Block
@@ -34,7 +33,7 @@ from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Transistor
 from circuits.errors import SolverError
-from circuits.event import falling_crossing
+from circuits.event import WIDTH, falling_crossing
 from circuits.silicon.process import ROLLS_180, kelvin, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -83,7 +82,7 @@ def _measured(key: str, level: float, circuit: Circuit, silicon: Silicon) -> flo
 
 def _extension(circuit: Circuit, silicon: Silicon) -> float:
     """What the pulse lasts beyond its event, s."""
-    return _measured("pulse_width_s", 1.0, circuit, silicon) - EVENT_LENGTH
+    return _measured("pulse_width_s", 1.0, circuit, silicon) - WIDTH
 
 
 def _refractory(circuit: Circuit, silicon: Silicon) -> float:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from chips.boards.isolation import measure as m
-from chips.cell import PULSE_WIDTH
 from chips.record import kept_record
 from chips.table_record import on_silicon
+from circuits.event import WIDTH
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
@@ -19,7 +19,7 @@ def test_the_record_holds_what_is_measured() -> None:
     for name, value in found.items():
         # times to the tie's resolution, levels to a millionth
         assert float(on_silicon(data, name, Silicon())) == pytest.approx(float(value), rel=1e-6, abs=1e-9)
-    assert PULSE_WIDTH < found["held_delay_s"] < PULSE_WIDTH + 1e-6
+    assert WIDTH < found["held_delay_s"] < WIDTH + 1e-6
     assert found["open_V"] == pytest.approx(4.301, abs=1e-3)
 
 

@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
-from circuits.blocks.latency.synapse import (
-    comparator,
-    event_pulse,
-    event_sources,
-    step_inhibition,
-    step_synapse,
-)
+from circuits.blocks.latency.synapse import comparator, event_sources, step_inhibition, step_synapse
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import pulse
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -39,7 +34,7 @@ def clamped(part: Circuit) -> Result:
     whole = Circuit("held", ports, (), (inner,), biases=kinds)
     sources = (
         Source("vdd", "vdd", Constant(5.0)),
-        Source("event", "event", event_pulse(START, 5.0)),
+        Source("event", "event", pulse((START,), 5.0)),
         Source("v_mem", "v_mem", Constant(1.0)),
     )
     return simulate(Testbench("held", whole, sources, 4e-3, watch=()), Silicon())

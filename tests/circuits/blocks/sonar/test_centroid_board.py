@@ -8,6 +8,7 @@ from circuits.blocks.sonar import vocalization_controller
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
+from circuits.event import HALF_WIDTH
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Result, simulate
@@ -55,7 +56,7 @@ def test_one_event_moves_the_centroid_by_the_closed_form(
     result = run(neuron, 20.0, 10e-3, second, temperature_c)
     before = at(result, "common", board.FIRST_SPIKE - 1e-6)
     voltages = [LOOKUP[k] for k in (neuron, second) if k is not None]
-    expected = board.centroid_after(PARAMS, before, voltages, board.EVENT_WIDTH)
+    expected = board.centroid_after(PARAMS, before, voltages, HALF_WIDTH)
     # 2 mV: charge of the gates' edges on the hold capacitor
     after = at(result, "common", board.FIRST_SPIKE + 20e-6)
     assert after == pytest.approx(expected, rel=GATE_SLOWS, abs=2e-3)
