@@ -94,11 +94,7 @@ class NefChip:
 
     def silicon(self, temperature_c: float) -> Silicon:
         """What it is made of, at a temperature."""
-        root = math.sqrt(self.area)
-        process = replace(
-            ROLLS_180, pair_a_vt=ROLLS_180.pair_a_vt / root, pair_a_beta=ROLLS_180.pair_a_beta / root
-        )
-        return Silicon(process, temperature_c, self.die)
+        return Silicon(ROLLS_180, temperature_c, self.die).of_area(self.area)
 
     def at(self, temperature_c: float) -> Conditions:
         """The calibrated chip at a temperature."""

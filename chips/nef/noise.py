@@ -22,8 +22,9 @@ from chips.nef.network.kernel import DT
 from chips.nef.noise_kernel import NefNoise
 from chips.noise_draw import Slow, new_draws, new_slow
 from circuits.arrays import F64
-from circuits.blocks.nef.neuron import LEAK, Params
+from circuits.blocks.nef.neuron import LEAK, build
 from circuits.devices.noise import gate_flicker, noise_model
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 
 MIRRORED = 3.0  # noise currents of a current that passes a mirror, each like its own
@@ -75,11 +76,11 @@ def _shots(current: F64) -> F64:
 
 
 def _slow(where: Conditions, neurons: int) -> Slow:
-    """Flicker of mf1 and of mk5, 1 um x 2 um."""
-    noise, silicon, sizes = where.chip.noise, where.silicon, Params()
+    """Flicker of mf1 and of mk5."""
+    noise, silicon, neuron = where.chip.noise, where.silicon, build()
     flicker = None if noise is None else noise.flicker
     model = noise_model(silicon.process) if flicker is None else flicker
-    area = 1e-12 * np.array([sizes.leak_width * sizes.leak_length, 2.0]) * where.chip.area
+    area = np.array([transistor_of(neuron, name).gate_area for name in ("mf1", "mk5")]) * where.chip.area
     gates = gate_flicker(model, silicon.process, np.ones(2, np.bool_), area)
     slope = silicon.law("n").kappa / silicon.thermal_voltage
     return new_slow(slope**2 * gates, model, DT, neurons)

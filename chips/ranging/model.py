@@ -34,6 +34,7 @@ from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
 from circuits.devices.ekv import argument
 from circuits.devices.source import Constant
+from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.on_die import DieDevices, on_die, transistor_of
@@ -298,7 +299,7 @@ def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
     The comparator's tail follows v_mem as a source follower by kappa_p while mc1 conducts, and takes that
     share off the overlap between them.
     """
-    c = capacitance_matrix(stimulated(neuron, Silicon(process)))
+    c = capacitance_matrix(neuron, process, NODES)
     mc1 = neuron.device("comparator.mc1")
     if isinstance(mc1, Transistor):
         c[0, 0] -= process.p.kappa * process.p.overlap_capacitance * mc1.width * mc1.multiplicity
@@ -309,19 +310,6 @@ def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
     follow = -c / c.diagonal()[:, None]
     np.fill_diagonal(follow, 0.0)
     return inverse, follow
-
-
-def capacitance_matrix(machine: Machine) -> F64:
-    """Capacitance matrix of v_mem, v_r and v_ex, float64[3, 3], F, all other nodes held."""
-    charge = machine.kernel.charge
-    columns = [machine.column_of(node) for node in NODES]
-    matrix = np.zeros((3, 3))
-    for a, row in enumerate(columns):
-        for entry in range(charge.start[row], charge.start[row + 1]):
-            column = int(charge.column[entry])
-            if column in columns:
-                matrix[a, columns.index(column)] = charge.value[entry]
-    return matrix
 
 
 def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) -> Machine:
