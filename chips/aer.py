@@ -28,6 +28,7 @@ _ROW = np.dtype("<i8")
 _MICROSECOND = 1e-6  # s
 _LATEST = 2**63 * _MICROSECOND  # s
 
+IDLE = np.empty(0)  # nothing is on a bus
 _compiled = compiled()
 
 
@@ -59,12 +60,25 @@ def send(bus: Bus, times: F64, addresses: I64) -> Events:
 
     times: float64[m], s; addresses: int64[m].
     """
+    return send_on(bus, IDLE, times, addresses)[0]
+
+
+def send_on(bus: Bus, line: F64, times: F64, addresses: I64) -> tuple[Events, F64]:
+    """Send events over a bus on which others may be; returns those delivered of these, and its new `line`.
+
+    line: float64[k], s, rising: when those that are on it, sent before, are delivered, `IDLE` for none.
+    Others as in `send`.
+    """
     order = _order(times, addresses)
     times = np.ascontiguousarray(times, dtype=np.float64)[order]
     addresses = np.ascontiguousarray(addresses, dtype=np.int64)[order]
-    delivered, kept = np.empty(times.size), np.empty(times.size, dtype=np.bool_)
-    count = _serve(times, bus.service, bus.depth, delivered, kept)
-    return Events(delivered[:count], addresses[kept], times.size - count)
+    delivered, kept = np.empty(line.size + times.size), np.empty(times.size, dtype=np.bool_)
+    delivered[: line.size] = line
+    count = _serve(times, bus.service, bus.depth, delivered, kept, line.size)
+    found = delivered[line.size : count].copy()
+    last = float(times[-1]) if times.size else -np.inf
+    left = delivered[:count][delivered[:count] > last].copy()
+    return Events(found, addresses[kept], times.size - found.size), left
 
 
 def _order(times: F64, addresses: I64) -> NDArray[np.intp]:
@@ -76,9 +90,12 @@ def _order(times: F64, addresses: I64) -> NDArray[np.intp]:
 
 
 @_compiled
-def _serve(times: F64, service: float, depth: int, delivered: F64, kept: Bools) -> int:
-    """Fill `delivered` (float64, of those kept, in order) and `kept` (bool); returns how many were kept."""
-    count, gone = 0, 0
+def _serve(times: F64, service: float, depth: int, delivered: F64, kept: Bools, count: int) -> int:
+    """Fill `delivered` (float64, of those kept, in order) and `kept` (bool); returns how many there are.
+
+    count: of `delivered`, how many stand in it at its beginning.
+    """
+    gone = 0
     for k in range(times.size):
         while gone < count and delivered[gone] <= times[k]:
             gone += 1

@@ -13,8 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+import numpy as np
+
 from circuits.arrays import F64
 from circuits.devices.source import Polyline
+from circuits.errors import unknown_name
 
 Event = tuple[str, float]  # port (with index, as in spike[3]) and time, s
 State = TypeVar("State")
@@ -69,3 +72,26 @@ class Part(Protocol[State]):
         analog: Mapping[str, Polyline] | None = None,
     ) -> tuple[State, float, Advanced]:
         """Advance to `until` or to the first output event; returns (state, time reached, output)."""
+
+
+def quiet(time: float, events: tuple[Event, ...] = ()) -> Output:
+    """Output of a part without analog ports, at `time` s."""
+    return Output(events, np.array([time]), np.zeros((1, 0)))
+
+
+def first_of(due: tuple[Event, ...], until: float) -> tuple[tuple[Event, ...], tuple[Event, ...]]:
+    """Events of the first moment of `due`, which is in order, if that is not after `until` s; the others."""
+    if not due or due[0][1] > until:
+        return (), due
+    first = due[0][1]
+    count = sum(1 for _, time in due if time == first)
+    return due[:count], due[count:]
+
+
+def port_index(port: str, name: str, count: int, path: str) -> int:
+    """Number of an element of a port, as 3 of `spike[3]`; raises `UnknownNameError` where it is none."""
+    head, _, rest = port.partition("[")
+    index = rest.removesuffix("]")
+    if head != name or not rest.endswith("]") or not index.isdecimal() or int(index) >= count:
+        raise unknown_name(f"{path} event port", port, [f"{name}[0]", f"{name}[{count - 1}]"])
+    return int(index)

@@ -6,16 +6,33 @@ give is put on the lanes, where it stays for the interval. A robot's 10 ms is su
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from chips.nef.build import Built
 from chips.nef.chip import FIFO
 from chips.nef.kernel import COUNTERS, ChipState, advance_chip, new_chip_state
-from chips.nef.network.kernel import DT, advance, new_state
+from chips.nef.network.kernel import DT, State, advance, new_state
 from chips.nef.noise import copied
 from circuits.arrays import F64
 from circuits.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationState:
+    """All that a simulation has at a time, s; it pickles.
+
+    base, chip: of the network, and of the chip unless its neurons are ideal; steps: of the devices' noise,
+    which is keyed by them; values: what nodes give.
+    """
+
+    time: float
+    base: State
+    chip: ChipState | None
+    steps: int
+    values: F64
 
 
 class Simulation:
@@ -39,6 +56,10 @@ class Simulation:
         """Set what a node gives from now on."""
         self._values[self.built.given[name]] = values
 
+    def given(self, name: str) -> F64:
+        """What a node gives, float64[size]."""
+        return np.atleast_1d(self._values[self.built.given[name]]).copy()
+
     def read(self, name: str) -> F64:
         """What a probe shows or a node gets, float64[size]."""
         return self.state.y[self.built.read[name]].copy()
@@ -56,6 +77,21 @@ class Simulation:
                 advance_chip(self.built.chip, self._chip, self._steps, self._noise)
             self.time += self.interval
 
+    def snapshot(self) -> SimulationState:
+        """Its present state, of arrays of its own."""
+        chip = None if self._chip is None else _copied_chip(self._chip)
+        base = _copied(self.state) if chip is None else chip.base
+        steps = 0 if self._noise is None else int(self._noise.step[0])
+        return SimulationState(self.time, base, chip, steps, self._values.copy())
+
+    def restore(self, state: SimulationState) -> None:
+        """Go on from a state, which stays as it is."""
+        self.time, self._values = state.time, state.values.copy()
+        self._chip = None if state.chip is None else _copied_chip(state.chip)
+        self.state = _copied(state.base) if self._chip is None else self._chip.base
+        if self._noise is not None:
+            self._noise.step[0] = state.steps
+
     @property
     def counters(self) -> dict[str, int]:
         """Of a chip: spikes, those dropped, most that waited, lanes' steps clipped, and with a loss."""
@@ -67,3 +103,12 @@ class Simulation:
     def spikes(self) -> int:
         """Spikes of all neurons since the start."""
         return int(self.state.spikes.sum())
+
+
+def _copied(state: State) -> State:
+    return state._replace(**{name: getattr(state, name).copy() for name in State._fields})
+
+
+def _copied_chip(chip: ChipState) -> ChipState:
+    own = {name: getattr(chip, name).copy() for name in ChipState._fields if name != "base"}
+    return chip._replace(base=_copied(chip.base), **own)

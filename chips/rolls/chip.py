@@ -264,7 +264,7 @@ class RollsChip:
                 f"chip.run.duration: {duration:g} s, must be whole steps of {self.step:g} s; round it, or"
                 " give the chip another step"
             )
-        times, neurons, state, held = self._stretches(state, steps, arrived, temperature)
+        times, neurons, state, held = self.run_steps(state, steps, arrived, temperature)
         out = send(self.bus, times, neurons)
         return Spikes(out.times, out.addresses, arrived.dropped, out.dropped, held), state
 
@@ -272,10 +272,13 @@ class RollsChip:
         """What flowed into i_in and was drawn from v_mem in the last step that ran, A, float64[256] each."""
         return self._scratch.excite.astype(np.float64), self._scratch.inhibit.astype(np.float64)
 
-    def _stretches(
-        self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None
+    def run_steps(
+        self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None = None
     ) -> tuple[F64, I64, ChipState, int]:
-        """Run stretches of one temperature each."""
+        """Run steps with events that have come in over the bus, addressed as `neuron + (column << 8)`.
+
+        Returns times (s) and neurons of the spikes before they go out over it, the state and `Spikes.held`.
+        """
         times = np.concatenate((state.waiting.times, arrived.times))
         words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))
         order = np.argsort(times, kind="stable")

@@ -1,0 +1,119 @@
+"""The latency chip as a part of a running system: pings in, winners out when they have won.
+
+Inputs are events on `onset`, `reset`, and `memory[p]`, `goal[p]` and `direction[g]`; outputs `winner[p]` and
+`emergency`, as they leave the bus. What the chip says after a ping is `LatencyChip.ping`'s, of the events
+that have come by then: all of it is causal, so that what comes later changes nothing that was said, but for a
+bus on which events wait for each other. What comes before the first onset is not heard.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chips.latency.chip import LatencyChip, Said
+from chips.latency.kernel import Memory
+from chips.part import Event, Output, first_of, port_index, quiet
+from circuits.devices.source import Polyline
+from circuits.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True)
+class PingState:
+    """time: s; memory: as it was at the ping's onset, which was at `start` (s, nan before the first).
+
+    heard: events of this ping, (s after its onset, address); due: what the chip will say of it unless more
+    comes, in order; unheard: events before the first onset.
+    """
+
+    time: float
+    memory: Memory
+    start: float = math.nan
+    heard: tuple[tuple[float, int], ...] = ()
+    due: tuple[Event, ...] = ()
+    unheard: int = 0
+
+
+class LatencyPart:
+    """A chip without units at transistor level, whose states are their own."""
+
+    analog: tuple[str, ...] = ()
+
+    def __init__(self, chip: LatencyChip, path: str = "latency_chip") -> None:
+        """Raises `ParameterError` for a chip with units at transistor level."""
+        if chip.units:
+            raise ParameterError(f"{path}.units: {len(chip.units)}, must be none in a loop; leave them out")
+        self.chip, self.path = chip, path
+
+    def begin(self, time: float = 0.0) -> PingState:
+        """Reset at `time` s."""
+        memory = self.chip.new_memory()
+        self.chip.reset(memory, time)
+        return PingState(time, memory)
+
+    def next_time(self, state: PingState) -> float:
+        """The next thing that the chip says unless it hears more, s; inf where there is none."""
+        return state.due[0][1] if state.due else math.inf
+
+    def advance(
+        self,
+        state: PingState,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[PingState, float, Output]:
+        """Advance to `until` (s) or to the first that the chip says; at one moment all together."""
+        for port, time in sorted(events, key=lambda e: e[1]):
+            state = self._heard(state, port, time)
+        now, later = first_of(state.due, until)
+        reached = now[0][1] if now else until
+        return replace(state, time=reached, due=later), reached, quiet(reached, now)
+
+    def said(self, state: PingState) -> Said:
+        """All that the chip says after the present ping, of what it has heard so far."""
+        return self._said(state, _copied(state.memory))
+
+    def _said(self, state: PingState, memory: Memory) -> Said:
+        times, addresses = zip(*state.heard, strict=True)
+        return self.chip.ping(
+            memory, state.start, np.array(times, dtype=np.float64), np.array(addresses, dtype=np.int64)
+        )
+
+    def _heard(self, state: PingState, port: str, time: float) -> PingState:
+        if port in {"onset", "reset"}:
+            memory = _copied(state.memory)
+            if state.heard:
+                self._said(state, memory)  # what the ping that is over has left behind
+            if port == "reset":
+                self.chip.reset(memory, time)
+                return PingState(state.time, memory, unheard=state.unheard)
+            state = PingState(
+                state.time, memory, time, ((0.0, self.chip.addresses.onset),), unheard=state.unheard
+            )
+        elif not state.heard:
+            return replace(state, unheard=state.unheard + 1)
+        else:
+            state = replace(state, heard=(*state.heard, (time - state.start, self._address(port))))
+        return replace(state, due=self._due(state, time))
+
+    def _due(self, state: PingState, after: float) -> tuple[Event, ...]:
+        """What the chip says after the latest event, s."""
+        said, start = self.said(state), state.start
+        found = [(f"winner[{p}]", start + t) for t, p in zip(said.times.tolist(), said.paths, strict=True)]
+        if said.emergency < math.inf:
+            found.append(("emergency", start + said.emergency))
+        return tuple(sorted((e for e in found if e[1] > after), key=lambda e: e[1]))
+
+    def _address(self, port: str) -> int:
+        a, head = self.chip.addresses, port.partition("[")[0]
+        n, groups = self.chip.design.paths, len(self.chip.design.second)
+        begin, count = {"goal": (a.goal, n), "direction": (a.direction, groups)}.get(head, (0, n))
+        name = head if head in {"goal", "direction"} else "memory"
+        return begin + port_index(port, name, count, self.path)
+
+
+def _copied(memory: Memory) -> Memory:
+    return memory._replace(**{name: getattr(memory, name).copy() for name in Memory._fields})

@@ -1,0 +1,83 @@
+"""The wavefront chip as a part of a running system: a start in, spikes out as the wave reaches cells.
+
+An event on `start[k]` resets the chip and fires cell k, its number in the chip's order; from then on
+`fired[k]` comes as the spikes leave the bus, until the goal has fired, where there is one. A wave is
+`WavefrontChip.plan`'s, whole, at the start's time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chips.part import Event, Output, first_of, port_index, quiet
+from chips.wavefront.chip import Place, Program, WavefrontChip
+from circuits.devices.source import Polyline
+
+
+@dataclass(frozen=True, slots=True)
+class WaveState:
+    """time: s; due: spikes to come, in order; waves: how many have been started; dropped: by the bus."""
+
+    time: float
+    due: tuple[Event, ...] = ()
+    waves: int = 0
+    dropped: int = 0
+
+
+class WavefrontPart:
+    """A chip with a program; goal: a cell at which every wave ends, none unless given."""
+
+    analog: tuple[str, ...] = ()
+
+    def __init__(
+        self,
+        chip: WavefrontChip,
+        program: Program,
+        goal: Place | None = None,
+        temperature: float | Polyline | None = None,
+        path: str = "wavefront_chip",
+    ) -> None:
+        """temperature: as of `WavefrontChip.plan`, read at each start."""
+        self.chip, self.program, self.goal, self.temperature = chip, program, goal, temperature
+        self.path = path
+
+    def begin(self, time: float = 0.0) -> WaveState:
+        """Reset at `time` s."""
+        return WaveState(time)
+
+    def next_time(self, state: WaveState) -> float:
+        """The next spike, s; inf where no wave runs."""
+        return state.due[0][1] if state.due else math.inf
+
+    def advance(
+        self,
+        state: WaveState,
+        until: float,
+        events: Sequence[Event] = (),
+        analog: Mapping[str, Polyline] | None = None,
+    ) -> tuple[WaveState, float, Output]:
+        """Advance to `until` (s) or to the first spike; those of one moment come together."""
+        for port, time in sorted(events, key=lambda e: e[1]):
+            state = self._started(state, port, time)
+        now, later = first_of(state.due, until)
+        reached = now[0][1] if now else until
+        return replace(state, time=reached, due=later), reached, quiet(reached, now)
+
+    def _started(self, state: WaveState, port: str, time: float) -> WaveState:
+        shape = self.chip.shape
+        number = port_index(port, "start", math.prod(shape), self.path)
+        place = tuple(int(k) for k in np.unravel_index(number, shape))
+        start: Place = (place[0], place[1]) if len(place) == 2 else place[0]
+        plan = self.chip.plan(
+            self.program, start, self.goal, temperature=self.temperature, time=time, number=state.waves
+        )
+        spikes = plan.events()
+        due = tuple(
+            (f"fired[{k}]", time + t)
+            for t, k in zip(spikes.times.tolist(), spikes.addresses.tolist(), strict=True)
+        )
+        return WaveState(state.time, due, state.waves + 1, state.dropped + spikes.dropped)
