@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.interpolation import table_at
+from chips.measured.interpolation import table_at
 from circuits.arrays import F64
 from circuits.compiled import compiled
 

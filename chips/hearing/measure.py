@@ -29,16 +29,16 @@ from chips.hearing.mismatch_measure import (
     threshold_errors,
 )
 from chips.hearing.model import NEURONS, Deafened, HearingState, circuits, hear, hearing_on
-from chips.model import Model
-from chips.polyline import thin
-from chips.record import Axis, Record, Table
-from chips.table_record import (
+from chips.measured.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
     WIDEST,
     Quantities,
     measure_over,
 )
+from chips.model import Model
+from chips.polyline import thin
+from chips.record import Axis, Record, Table
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector
 from circuits.circuit import Circuit

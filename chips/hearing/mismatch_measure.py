@@ -20,8 +20,8 @@ import numpy as np
 
 from chips.hearing.mismatch import PARAMETERS
 from chips.hearing.model import hearing_on, rest_margin_on
-from chips.perturbation import deviating
-from chips.table_record import POLARITIES, TEMPERATURES, WIDEST
+from chips.measured.perturbation import deviating
+from chips.measured.table_record import POLARITIES, TEMPERATURES, WIDEST
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit

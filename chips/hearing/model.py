@@ -25,15 +25,15 @@ import numpy as np
 from chips.hearing.kernel import MEMORY, Hearing, hear_sound
 from chips.hearing.mismatch import RATIO, deviations
 from chips.hearing.noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
-from chips.noise import SiliconNoise
-from chips.record import Record
-from chips.table_record import (
+from chips.measured.table_record import (
     all_on_silicon,
     check_box,
     on_silicon,
     tables_of,
     temperature_weights,
 )
+from chips.noise import SiliconNoise
+from chips.record import Record
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit

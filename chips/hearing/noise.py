@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.hearing.kernel import SOUND_DURATION, Hearing
-from chips.interpolation import table_at
+from chips.measured.interpolation import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from circuits.arrays import F64

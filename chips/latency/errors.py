@@ -31,8 +31,8 @@ from chips.latency.place import (
     line_volts,
     standing,
 )
+from chips.measured.table_record import HELD_OUT_TEMPERATURES
 from chips.model import Model
-from chips.table_record import HELD_OUT_TEMPERATURES
 from circuits.arrays import F64
 from circuits.blocks.latency import neuron as latency_neuron
 from circuits.blocks.latency import race as latency_race

@@ -18,9 +18,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from chips.perturbation import deviating
+from chips.measured.perturbation import deviating
+from chips.measured.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from chips.record import Record, Table
-from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
 from circuits.blocks.block import Block

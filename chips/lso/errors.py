@@ -27,8 +27,8 @@ from chips.lso.measure import (
 )
 from chips.lso.model import LEAST_AREA, SIDES, Head, head_on, level_times, side_spikes
 from chips.lso.place import NAME, line_volts
+from chips.measured.table_record import HELD_OUT_TEMPERATURES
 from chips.model import Model
-from chips.table_record import HELD_OUT_TEMPERATURES
 from circuits.arrays import F64
 from circuits.blocks.latency.tonic import START, reset_wave
 from circuits.blocks.lso.lso_neuron import REFERENCE

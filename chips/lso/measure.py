@@ -25,9 +25,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from chips.lso.law import Membrane, ramp_delay, rise_time
-from chips.perturbation import deviating
+from chips.measured.perturbation import deviating
+from chips.measured.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from chips.record import Record, Table
-from chips.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
 from circuits.blocks.latency.tonic import START

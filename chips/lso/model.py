@@ -28,8 +28,8 @@ import numpy as np
 from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso.measure import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
 from chips.lso.place import NAME, line_volts
+from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.model_law import check_law
-from chips.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from circuits.arrays import F64
 from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit

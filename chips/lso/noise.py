@@ -33,10 +33,10 @@ from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments
 from chips.lso.measure import circuits
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME
+from chips.measured.table_record import all_on_silicon, tables_of
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
-from chips.table_record import all_on_silicon, tables_of
 from circuits.arrays import F64
 from circuits.lowering.on_die import Mirror, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chips.measured.perturbation import POLARITIES, perturbed
 from chips.model import Biases, Cells, Model, Progress, Proxy
 from chips.model_law import check_law
-from chips.perturbation import POLARITIES, perturbed
 from chips.ranging.chip import RangingChip
 from chips.ranging.model import ReboundModel, model_of, neurons_on, stimulated
 from chips.ranging.proxy import METRICS, tuned

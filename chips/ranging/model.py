@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from chips.interpolation import lagrange_weights
+from chips.measured.interpolation import lagrange_weights
 from chips.model_law import check_law
 from chips.ranging.law import Neurons, Pull, pull_low
 from chips.ranging.record import ReboundRecord, rebound_key, record_of

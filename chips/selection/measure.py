@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chips.measured.table_record import VERSION, board_key
 from chips.model import Model
 from chips.record import Record, Table
 from chips.selection.kernel import Selection
 from chips.selection.model import MEASURED, circuits, decision, selection
-from chips.table_record import VERSION, board_key
 from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import (
     CELLS,

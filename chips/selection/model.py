@@ -49,9 +49,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chips.measured.table_record import tables_of
 from chips.model_law import check_law
 from chips.selection.kernel import NOBODY, Selection, decide, inversion
-from chips.table_record import tables_of
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.selection import winner_take_all as circuit_of

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.interpolation import table_at
+from chips.measured.interpolation import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.selection.kernel import NOBODY, Selection, decide

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from chips.interpolation import lagrange_weights
+from chips.measured.interpolation import lagrange_weights
 from chips.record import Record
 from chips.wavefront.axon_record import (
     COMPARATOR_CURRENT,

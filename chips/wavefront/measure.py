@@ -23,11 +23,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from chips.model import Model
-from chips.model_law import check_law
-from chips.perturbation import deviating
-from chips.record import Axis, Record, Table
-from chips.table_record import (
+from chips.measured.perturbation import deviating
+from chips.measured.table_record import (
     HELD_OUT_TEMPERATURES,
     WIDEST,
     Quantities,
@@ -35,6 +32,9 @@ from chips.table_record import (
     measure_over,
     on_silicon,
 )
+from chips.model import Model
+from chips.model_law import check_law
+from chips.record import Axis, Record, Table
 from chips.wavefront.axon_conditions import Conditions, axon_tables, conditions, process_shifts
 from chips.wavefront.axon_record import (
     BOX,

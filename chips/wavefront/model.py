@@ -25,11 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from chips.interpolation import lagrange_weights
+from chips.measured.interpolation import lagrange_weights
+from chips.measured.table_record import tables_of, temperature_weights
 from chips.model_law import check_law
 from chips.record import Record
 from chips.record_file import stale
-from chips.table_record import tables_of, temperature_weights
 from chips.wavefront.axon_conditions import (
     LOCAL,
     REMEDY,

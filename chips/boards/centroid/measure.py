@@ -25,16 +25,16 @@ from scipy.optimize import brentq
 
 from chips.boards.centroid.model import CentroidModel, circuits
 from chips.cell import Cell, CellState
-from chips.model import Model
-from chips.part import Event
-from chips.record import Record
-from chips.table_record import (
+from chips.measured.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
     WIDEST,
     Quantities,
     measure_over,
 )
+from chips.model import Model
+from chips.part import Event
+from chips.record import Record
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.silicon.die import Die

@@ -16,8 +16,8 @@ from functools import cache
 import numpy as np
 
 from chips.boards.centroid.kernel import Centroid, centroid_run
+from chips.measured.table_record import all_on_silicon, check_box, tables_of
 from chips.part import Event, Output
-from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit

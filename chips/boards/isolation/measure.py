@@ -20,16 +20,16 @@ import numpy as np
 
 from chips.boards.isolation.model import IsolationModel, circuits
 from chips.cell import Cell
-from chips.model import Model
-from chips.part import Event, Output
-from chips.record import Record
-from chips.table_record import (
+from chips.measured.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
     WIDEST,
     Quantities,
     measure_over,
 )
+from chips.model import Model
+from chips.part import Event, Output
+from chips.record import Record
 from circuits.arrays import F64
 from circuits.blocks.sonar import first_target_isolation
 from circuits.blocks.sonar.centroid_board import NEURONS

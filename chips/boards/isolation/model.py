@@ -18,8 +18,8 @@ from functools import cache
 
 import numpy as np
 
+from chips.measured.table_record import all_on_silicon, check_box, tables_of
 from chips.part import Event, Output
-from chips.table_record import all_on_silicon, check_box, tables_of
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline

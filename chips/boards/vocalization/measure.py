@@ -20,9 +20,7 @@ from scipy.optimize import least_squares
 
 from chips.boards.vocalization.model import VocalizationModel, circuits, mirror_mismatch
 from chips.cell import Cell
-from chips.model import Model
-from chips.record import Record, Table
-from chips.table_record import (
+from chips.measured.table_record import (
     HELD_OUT,
     HELD_OUT_TEMPERATURES,
     TEMPERATURES,
@@ -30,6 +28,8 @@ from chips.table_record import (
     Quantities,
     measure_over,
 )
+from chips.model import Model
+from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.devices.source import Polyline

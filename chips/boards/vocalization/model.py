@@ -18,9 +18,9 @@ import numpy as np
 
 from chips.boards.vocalization.kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
+from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.noise import SiliconNoise
 from chips.part import Event, Output
-from chips.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.circuit import Circuit

@@ -39,7 +39,7 @@ from scipy.integrate import solve_ivp
 
 from chips.boards.centroid.noise import proximity_noise
 from chips.boards.vocalization.kernel import Vocalization
-from chips.interpolation import table_at
+from chips.measured.interpolation import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.shot_noise import current_wander, shot_share, steepness

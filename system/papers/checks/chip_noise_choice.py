@@ -14,10 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from chips.boards.isolation.model import circuits as isolation_circuits
+from chips.measured.table_record import tables_of
 from chips.noise import SiliconNoise
 from chips.selection.model import selection
 from chips.selection.noise import noisy_decide, selection_noise
-from chips.table_record import tables_of
 from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params, build, decision_testbench
 from circuits.blocks.sonar import first_target_isolation

@@ -7,8 +7,8 @@ import pytest
 
 from chips.hearing import mismatch_measure as m
 from chips.hearing.mismatch import PARAMETERS
+from chips.measured.table_record import TEMPERATURES
 from chips.record import kept_record
-from chips.table_record import TEMPERATURES
 from circuits.silicon.silicon import Silicon
 
 WARM = TEMPERATURES.index(27.0)

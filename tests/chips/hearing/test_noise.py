@@ -7,7 +7,7 @@ import pytest
 
 from chips.hearing.model import HearingState, hear, hearing_on
 from chips.hearing.noise import ONSET, RATIOS, REST, chain_machine, threshold_factors, threshold_spread
-from chips.interpolation import table_at
+from chips.measured.interpolation import table_at
 from chips.noise import SiliconNoise
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError

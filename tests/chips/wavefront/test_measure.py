@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chips.perturbation import perturbed
+from chips.measured.perturbation import perturbed
 from chips.wavefront import measure as w
 from chips.wavefront.axon_record import AxonGrid, axon_record
 from chips.wavefront.measure import axon_errors, measure_axon

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from chips.boards.isolation import measure as m
+from chips.measured.table_record import on_silicon
 from chips.record import kept_record
-from chips.table_record import on_silicon
 from circuits.event import WIDTH
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon

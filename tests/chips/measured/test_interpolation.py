@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from chips.interpolation import lagrange_weights, monotone_cubic
+from chips.measured.interpolation import lagrange_weights, monotone_cubic
 
 
 @pytest.mark.parametrize("points", [3, 5, 7])

@@ -17,7 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.interpolation import lagrange_weights, monotone_cubic
+from chips.measured.interpolation import lagrange_weights, monotone_cubic
 from chips.record import Record, Table, content, in_force, matching_record, record_key
 from circuits.arrays import F64
 from circuits.circuit import Circuit

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from chips.boards.centroid.model import circuits
+from chips.measured.table_record import all_on_silicon, check_box, on_silicon, tables_of
 from chips.record import Record, Table, kept_record, recorded
-from chips.table_record import all_on_silicon, check_box, on_silicon, tables_of
 from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit
 from circuits.errors import DataError, ParameterError
