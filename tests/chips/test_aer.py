@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chips.aer import MAGIC, Bus, Events, read_events, send, write_events
+from chips.aer import IDLE, MAGIC, Bus, Events, read_events, send, send_on, write_events
 from circuits.errors import DataError, ParameterError
 
 events = st.lists(st.tuples(st.integers(0, 40), st.integers(0, 9)), max_size=60)
@@ -92,3 +92,17 @@ def test_wrong_files_are_refused_with_file_and_event(tmp_path: Path) -> None:
         read_events(path)
     with pytest.raises(ParameterError, match=r"events.times: inf s"):
         write_events(path, Events(np.array([np.inf]), np.array([0])))
+
+
+def test_a_bus_that_is_sent_on_twice_is_one_bus() -> None:
+    draw = np.random.default_rng(0)
+    times, addresses = np.sort(draw.uniform(0.0, 1e-3, 300)), draw.integers(0, 9, 300)
+    bus = Bus(service=5e-6, depth=20)
+    whole = send(bus, times, addresses)
+    line, found = IDLE, []
+    for part in np.array_split(np.arange(300), 17):
+        events, line = send_on(bus, line, times[part], addresses[part])
+        found.append(events)
+    np.testing.assert_array_equal(np.concatenate([e.times for e in found]), whole.times)
+    np.testing.assert_array_equal(np.concatenate([e.addresses for e in found]), whole.addresses)
+    assert sum(e.dropped for e in found) == whole.dropped > 0
