@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib.metadata import version
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -55,10 +56,13 @@ from system.papers.checks.chip_noise_sonar import (
 )
 from system.papers.checks.jitter_beside import Beside, known
 from system.plot import COLOURS
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 ALLOWED = 0.1  # of the transistors' deviation
 LEFT_OUT = 0.05  # of it, by what the sonar's models leave out; and three deviations of what the trials know
 TRIALS = 200  # of a row of the sonar's
+WHOLE = 0  # trials of a measurement whose length is its own
+FLICKER = "ROLLS, flicker"
 INTERVALS = 80  # of the vocalization controller's board
 SEED = 1000
 COARSE = 5  # coarse current of IF_DC_P, 0.82 nA
@@ -70,23 +74,55 @@ NEF_NEURONS, NEF_STEPS = 64, 8000
 TAP_TRIALS, TAP_STOP, TAP_STEP = 300, 3.3e-3, 0.5e-6
 
 
-def run(progress: Progress) -> Report:
-    """Measure everything."""
-    found = []
-    for k, (fine, stop, grid) in enumerate(ROLLS):
-        found.append(rolls_beside(fine, stop, grid, WHITE_ONLY))
-        progress(0.06 * (k + 1))
-    flicker = rolls_beside(*ROLLS[1], None)
-    found += [nef_beside(*each) for each in NEF]
-    progress(0.28)
-    found.append(tap_beside(TAP_TRIALS))
-    sonar = sonar_besides(TRIALS, lambda share: progress(0.35 + 0.65 * share))
-    shown = [*found, *sonar, flicker]
+def reproduce(progress: Progress, execution: Execution = ALONE, trials: int = TRIALS) -> Report:
+    """Measure everything; `trials` of a row of the sonar's."""
+    keys = [*(Numbered(name, WHOLE) for name in chips()), *(Numbered(name, trials) for name in sonar(trials))]
+    numbers = (version("noctule"), SEED, ROLLS, NEF, TAP_TRIALS, TAP_STOP, TAP_STEP, INTERVALS)
+    campaign = Campaign(EXPERIMENT.name, measure, Numbered, Beside, numbers)
+    by_name = execution.by_condition(campaign, keys, progress)
+    flicker = by_name[FLICKER][0]
+    found = [each for name in chips() if name != FLICKER for each in by_name[name]]
+    beside = [each for name in sonar(trials) for each in by_name[name]]
+    shown = [*found, *beside, flicker]
     return Report(
-        (*rows(found, flicker), *sonar_rows(sonar), *isolation_rows()),
+        (*rows(found, flicker), *sonar_rows(beside), *isolation_rows()),
         lambda figure: draw(shown, figure),
         (note(shown),),
     )
+
+
+def measure(key: Numbered) -> Beside:
+    """The measurement of a name, the sonar's with so many trials."""
+    known_as = chips() if key.number == WHOLE else sonar(key.number)
+    return known_as[key.condition]()
+
+
+def chips() -> dict[str, Callable[[], Beside]]:
+    """Measurements of ROLLS, NEF and latency chip, by name."""
+    return {
+        **{f"ROLLS, code {each[0]}": partial(rolls_beside, *each, WHITE_ONLY) for each in ROLLS},
+        FLICKER: partial(rolls_beside, *ROLLS[1], None),
+        **{f"NEF, {each[0]:g} thresholds": partial(nef_beside, *each) for each in NEF},
+        "tap": partial(tap_beside, TAP_TRIALS),
+    }
+
+
+def sonar(trials: int) -> dict[str, Callable[[], Beside]]:
+    """Measurements of the sonar's parts and of the selection, by name."""
+    return {
+        **{f"LSO, {name}": partial(lso_beside, name, trials) for name in LSO},
+        "step": partial(step_beside, trials),
+        **{f"level, slope {slope}": partial(level_beside, slope, trials) for slope in SLOPES},
+        **{
+            f"hearing, {name}, {ratio}": partial(hearing_beside, name, ratio, trials) for name, ratio in PEAKS
+        },
+        "call": partial(call_beside, trials),
+        "interval": partial(interval_beside, INTERVALS),
+        **{
+            f"selection, {contrast}, {grid}": partial(selection_beside, contrast, grid, trials)
+            for contrast, grid in SELECTIONS
+        },
+    }
 
 
 def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None) -> Beside:
@@ -181,24 +217,6 @@ def rows(found: Sequence[Beside], flicker: Beside) -> list[Row]:
     return [*held, Row(name, 1.0, flicker.ratio, beside, None, fitted=False, agrees=True)]
 
 
-def sonar_besides(trials: int, progress: Progress) -> list[Beside]:
-    """All of the sonar's."""
-    measured: list[Callable[[], Beside]] = [
-        *(partial(lso_beside, name, trials) for name in LSO),
-        partial(step_beside, trials),
-        *(partial(level_beside, slope, trials) for slope in SLOPES),
-        *(partial(hearing_beside, name, ratio, trials) for name, ratio in PEAKS),
-        partial(call_beside, trials),
-        partial(interval_beside, INTERVALS),
-        *(partial(selection_beside, contrast, grid, trials) for contrast, grid in SELECTIONS),
-    ]
-    found = []
-    for k, measure in enumerate(measured):
-        found.append(measure())
-        progress((k + 1) / len(measured))
-    return found
-
-
 def sonar_rows(found: Sequence[Beside]) -> list[Row]:
     """A row a measurement, held to what its trials know."""
     made = []
@@ -241,5 +259,6 @@ def draw(found: Sequence[Beside], figure: Figure) -> None:
 EXPERIMENT = Experiment(
     name="chip-noise",
     summary="jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
-    run=run,
+    run=reproduce,
+    counts={"trials": TRIALS},
 )

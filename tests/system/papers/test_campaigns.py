@@ -25,7 +25,7 @@ LONG = {
     *(f"stockel2017-{name}" for name in ("chip", "fig8", "campaign")),
     *(f"rolls-{name}" for name in ("calibration", "field", "learning")),
     *(n for n in EXPERIMENTS if n.startswith("milde2017-") and n not in {"milde2017-fig5", "milde2017-fig6"}),
-    "forest-silicon", "forest-weights",
+    "forest-silicon", "forest-weights", "chip-noise",
 }  # fmt: skip
 CAMPAIGNS = [name for name in EXPERIMENTS if load_experiment(name).counts]
 

@@ -1,5 +1,7 @@
 """The experiment on the chips' jitter: its rows on made-up figures, and its models on short runs."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -17,6 +19,7 @@ from system.papers.checks.chip_noise import (
     tap_beside,
 )
 from system.registry import load_experiment
+from system.study.campaign import Execution
 
 
 def test_it_is_listed() -> None:
@@ -32,6 +35,32 @@ def test_a_row_holds_the_model_to_the_transistors() -> None:
     figure = Figure()
     draw([near, far], figure)
     assert figure.axes[0].get_yscale() == "log"
+
+
+def test_every_measurement_is_reported_in_its_place_and_kept(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    asked: list[tuple[object, ...]] = []
+
+    def measured(*arguments: object) -> Beside:
+        asked.append(arguments)
+        return Beside(f"m{len(asked)}", 1e-3, 1e-6, 800, 1e-6 * len(asked))
+
+    for name in ("rolls", "nef", "tap", "lso", "step", "level", "hearing", "call", "interval", "selection"):
+        monkeypatch.setattr(chip_noise, f"{name}_beside", measured)
+    monkeypatch.setattr(chip_noise, "isolation_rows", tuple)
+    file = tmp_path / "a.jsonl"
+    first = chip_noise.reproduce(lambda _: None, Execution(file), trials=7)
+    names = [row.name for row in first.rows]
+    count = len(asked)
+    # flicker is measured after the other intervals of ROLLS, and told after the measurements of the chips
+    chips = [f"jitter_m{k}" for k in (1, 2, 3, 5, 6, 7, 4)]
+    assert names == [*chips, *(f"jitter_m{k}" for k in range(8, count + 1))]
+    assert asked[3] == (*chip_noise.ROLLS[1], None)
+    again = chip_noise.reproduce(lambda _: None, Execution(file, resume=True), trials=7)
+    assert (again.rows, again.notes, len(asked)) == (first.rows, first.notes, count)
+    chip_noise.reproduce(lambda _: None, Execution(file, resume=True), trials=8)
+    assert len(asked) == 2 * count - 7  # those of the chips have lengths of their own
 
 
 def test_models_scatter_as_expected() -> None:
