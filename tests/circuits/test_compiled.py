@@ -209,6 +209,6 @@ def test_where_no_file_can_be_locked_a_kernel_is_compiled_all_the_same(
 
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     kernel: Any = compiled()(lambda x: 5.0 * x)
-    monkeypatch.setattr("circuits.kernel_cache.fcntl.flock", refused)
+    monkeypatch.setattr("circuits.compiled.fcntl.flock", refused)
     assert kernel(8.0) == 40.0
     assert kernel._cache.lock.depth == 0
