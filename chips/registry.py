@@ -6,13 +6,15 @@ behavioural model alone is a `Chip`, which is listed and shown.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from circuits.catalogue import Catalogue
 
 if TYPE_CHECKING:
-    from chips.chip import Chip
     from circuits.blocks.block import Block
+    from circuits.circuit import Circuit
 
 CHIPS: dict[str, str] = {
     "ranging-chip": "chips.ranging.circuit:CHIP",
@@ -23,8 +25,23 @@ CHIPS: dict[str, str] = {
     "rolls": "chips.rolls.circuit:CHIP",
 }
 
+
+@dataclass(frozen=True, slots=True)
+class Chip:
+    """What the command line knows of a chip without a testbench.
+
+    name: on the command line; summary: a line of what it is; circuits: builds the circuits that all its
+    devices stand in; remedy: what to do where a testbench was asked for, as the end of an error's line.
+    """
+
+    name: str
+    summary: str
+    circuits: Callable[[], tuple[Circuit, ...]]
+    remedy: str
+
+
 _chips: Catalogue[Block | Chip] = Catalogue(
-    "chip", CHIPS, "noctule.chips", ("circuits.blocks.block:Block", "chips.chip:Chip")
+    "chip", CHIPS, "noctule.chips", ("circuits.blocks.block:Block", "chips.registry:Chip")
 )
 
 chip_names, load_chip = _chips.names, _chips.load

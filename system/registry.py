@@ -13,7 +13,7 @@ from circuits.errors import unknown_name
 from circuits.registry import BLOCKS, block_names, load_block
 
 if TYPE_CHECKING:
-    from chips.chip import Chip
+    from chips.registry import Chip
     from circuits.blocks.block import Block
     from system.experiment import Experiment
 

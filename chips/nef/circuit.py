@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from chips.chip import Chip
+from chips.registry import Chip
 from circuits.blocks.nef import encoder as nef_encoder
 from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.nef import synapse as nef_synapse

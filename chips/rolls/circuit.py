@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from chips.chip import Chip
+from chips.registry import Chip
 from chips.rolls.program.address import LAB_VIRTUAL, NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import BiasTable, default_biases
 from circuits.blocks.rolls import dpi_synapse

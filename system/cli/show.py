@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from chips.chip import Chip
+from chips.registry import Chip
 from circuits.bias import bias_voltages
 from circuits.circuit import Bias, BiasKind, Port
 from circuits.lowering.flatten import DeviceGroup, flatten

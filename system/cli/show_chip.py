@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from chips.chip import Chip
+from chips.registry import Chip
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from chips.chip import Chip
+from chips.registry import Chip
 from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
 from circuits.checks import implausible_allowed
