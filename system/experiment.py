@@ -1,7 +1,7 @@
 """Experiments: a published figure or table made again, each statement beside the paper's.
 
-A row states its rule and tolerance in the code before it is run, and whether its value was fitted or
-predicted. That a fitted row agrees proves nothing, but one that does not is a disagreement like any other.
+A statement (`system.statement`) gives its rule in the code before it is run, and whether its value was fitted
+or predicted. That a fitted one agrees proves nothing, but one that does not is a disagreement like any other.
 """
 
 from __future__ import annotations
@@ -10,48 +10,31 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from system.statement import Statement
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Value = float | str | None
 Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One statement: the paper's value, ours, and the rule by which they agree.
-
-    `paper` and `ours` are in the unit that `name` ends with (`best_delay_s`), or words; None where the paper
-    gives none or the run has none. `rule` is a sentence such as `within 10 %`; `tolerance` its number.
-    `fitted`: the value was used to choose parameters, so that its agreement proves nothing.
-    """
-
-    name: str
-    paper: Value
-    ours: Value
-    rule: str
-    tolerance: float | None
-    fitted: bool
-    agrees: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
     """What an experiment found. `draw` fills an empty figure; `notes` are sentences for the reader."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[Statement, ...]
     draw: Callable[[Figure], None]
     notes: tuple[str, ...] = ()
 
     @property
     def agrees(self) -> bool:
-        """Whether every row agrees, predicted or fitted; a report without rows agrees with nothing."""
+        """Whether no row disagrees, predicted or fitted; a report without rows agrees with nothing."""
         return bool(self.rows) and not self.disagreeing
 
     @property
     def disagreeing(self) -> tuple[str, ...]:
-        """Names of the rows that do not agree."""
-        return tuple(row.name for row in self.rows if not row.agrees)
+        """Names of the rows that do not agree; a row without a verdict is none of them."""
+        return tuple(row.name for row in self.rows if row.agrees is False)
 
 
 @dataclass(frozen=True, slots=True)

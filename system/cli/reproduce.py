@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
@@ -11,14 +10,17 @@ from circuits.errors import ParameterError
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.workers import on_processes
-from system.experiment import Experiment, Report, Row, Value
+from system.experiment import Experiment, Report
 from system.notice import say
 from system.plot import check_picture, save_picture
 from system.registry import load_experiment
+from system.rule import Value
+from system.statement import Statement
 from system.study.campaign import Execution, here
 
 MOST = 100_000  # of any count: days of work at a run a second; ours
 SHOWN = 20  # characters of a count that is refused; ours
+VERDICTS = {True: "yes", False: "NO", None: ""}
 
 
 def reproduce_command(
@@ -58,7 +60,7 @@ def reproduce_command(
     if plot is not None:
         save_picture(plot, report.draw)
     if as_json:
-        rows = [asdict(row) for row in report.rows]
+        rows = [row.row() for row in report.rows]
         print_json({"experiment": chosen.name, "rows": rows, "notes": report.notes})
     else:
         _print(f"{chosen.name}: {chosen.summary}", report)
@@ -100,9 +102,10 @@ def _print(title: str, report: Report) -> None:
         print_line(note)
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: Statement) -> tuple[str, ...]:
     kind = "fitted" if row.fitted else "predicted"
-    return row.name, _text(row.paper), _text(row.ours), row.rule, kind, "yes" if row.agrees else "NO"
+    verdict = VERDICTS[row.agrees]
+    return row.name, _text(row.paper), _text(row.shown), row.rule.text, kind, verdict
 
 
 def _text(value: Value) -> str:

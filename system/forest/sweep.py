@@ -13,10 +13,12 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.axes import Axes
 
-from system.experiment import Progress, Row
+from system.experiment import Progress
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all
 from system.openspace.law import Bat
 from system.plot import COLOURS, INK
+from system.rule import Measured, significant
+from system.statement import Statement
 from system.study.campaign import Execution
 
 PINGS = 10_000_000  # a configuration: some 20 s on one core; ours
@@ -47,14 +49,14 @@ def fly_sweep(
 
 def differs_row(
     name: str, one: Tally, other: Tally, direction: int, against: str, *, fitted: bool = False
-) -> Row:
+) -> Statement:
     """A row on whether `one` avoids significantly more (direction 1), fewer (-1) or neither (0)."""
     p = differ_p(one, other)
     sign = 0 if p >= P else 1 if one.mean.value > other.mean.value else -1
     words = {1: "better", -1: "worse", 0: "no different"}
-    shown = f"{words[sign]}, {_short(one)} against {_short(other)}, p {p:.2g}"
-    rule = f"{words[direction]} than {against}, p {'>=' if direction == 0 else '<'} {P:g}"
-    return Row(name, words[direction], shown, rule, P, fitted=fitted, agrees=sign == direction)
+    ours = Measured(sign, f"{words[sign]}, {_short(one)} against {_short(other)}, p {p:.2g}", p=p)
+    rule = significant(direction, P, f"{words[direction]} than {against}")
+    return Statement(name, words[direction], ours, rule, fitted)
 
 
 def lines(found: Sweep) -> tuple[str, ...]:

@@ -35,10 +35,12 @@ from netlists.ngspice.agreement import (
     delay_ratio,
     started,
 )
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.options.block import block_named
 from system.papers.checks.chip_coupling import coupling_note, coupling_rows
 from system.plot import COLOURS, INK, PALE
+from system.rule import Rule, within
+from system.statement import Statement
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DRAWN = ("rebound-neuron", 27.0)
@@ -90,36 +92,25 @@ def chip_testbench(silicon: Silicon) -> Testbench:
     return chip.testbench(circuit, stimuli, v_dd)
 
 
-def _rows(block: str, agreement: Agreement) -> list[Row]:
+def _rows(block: str, agreement: Agreement) -> list[Statement]:
     """Statements about one block at one temperature; none agrees unless ngspice is converged."""
-    apart, converged = agreement.difference, agreement.converged
+    apart, far = agreement.difference, not agreement.converged
     name = f"{block.replace('-', '_')}_at_{agreement.temperature_c:g}_degC".replace("-", "minus_")
-    rows = [
-        Row(f"{name}_{what}", None, value, rule, allowed, fitted=False, agrees=converged and value <= allowed)
-        for what, value, rule, allowed in (
-            (
-                "node_rms_V",
-                apart.worst_rms,
-                f"worst node within {1e3 * NODE_RMS:g} mV rms of ngspice",
-                NODE_RMS,
-            ),
-            (
-                "operating_point_V",
-                apart.operating_point,
-                f"worst node within {1e3 * OPERATING_POINT:g} mV of ngspice",
-                OPERATING_POINT,
-            ),
-        )
+    node = within(NODE_RMS, "worst node within {milli:g} mV rms of ngspice", of=0.0)
+    point = within(OPERATING_POINT, "worst node within {milli:g} mV of ngspice", of=0.0)
+    rows: list[tuple[str, float | None, Rule]] = [
+        ("node_rms_V", apart.worst_rms, node),
+        ("operating_point_V", apart.operating_point, point),
     ]
     if agreement.solver.spikes:
-        rule = f"as many spikes, worst within {1e6 * SPIKE_TIME:g} us + {100 * SPIKE_SHARE:g} % of ngspice"
+        allowed = f"{1e6 * SPIKE_TIME:g} us + {100 * SPIKE_SHARE:g} %"
+        text = f"as many spikes, worst within {{micro:.3g}} us ({allowed}) of ngspice"
         late = apart.spike_time if apart.same_count else None
-        agrees = converged and apart.same_count and apart.spike_time <= apart.spike_allowance
-        rows.insert(
-            0,
-            Row(f"{name}_spike_time_s", None, late, rule, apart.spike_allowance, fitted=False, agrees=agrees),
-        )
-    return rows
+        rows.insert(0, ("spike_time_s", late, within(apart.spike_allowance, text, of=0.0)))
+    return [
+        Statement(f"{name}_{what}", None, ours, rule.unless(far, "ngspice is not converged"))
+        for what, ours, rule in rows
+    ]
 
 
 def _note(block: str, agreement: Agreement) -> str:

@@ -8,26 +8,29 @@ from __future__ import annotations
 import numpy as np
 
 from chips.ranging.coupling import Coupling
-from system.experiment import Row
+from system.rule import Rule, none, within
+from system.statement import Statement
 
 # docs/circuits.md: the worst neuron's inhibition and spike come this much earlier on the coupled chip
 SHARE, INHIBITION, SPIKE = 0.0491, 0.364e-3, 0.290e-3  # of t_inh, s, s
+DOCUMENTED = "worst neuron as in docs/circuits.md"
 SHARE_TOLERANCE, TIME_TOLERANCE = 5e-4, 2e-6  # of t_inh, s
 
 
-def coupling_rows(coupling: Coupling) -> list[Row]:
+def coupling_rows(coupling: Coupling) -> list[Statement]:
     """Worst neuron by share of t_inh, by time and by its spike, and who fires in one of the two only."""
     share = coupling.t_inh / coupling.t_inh_separate
-    shares, times = f"within {100 * SHARE_TOLERANCE:g} %", f"within {1e6 * TIME_TOLERANCE:g} us"
-    lost = float(len(coupling.only_one_fires))
+    times = f"{DOCUMENTED}: {{of_milli:g}} ms, within {{micro:g}} us"
     return [
-        _row("t_inh_share", share, SHARE, f"{100 * SHARE:g} %, {shares}", SHARE_TOLERANCE),
-        _row("t_inh_s", coupling.t_inh, INHIBITION, f"{1e3 * INHIBITION:g} ms, {times}", TIME_TOLERANCE),
-        _row("spike_s", coupling.spike, SPIKE, f"{1e3 * SPIKE:g} ms, {times}", TIME_TOLERANCE),
-        Row(
-            "coupling_fires_in_one_only", None, lost, "no neuron", 0.0, fitted=False, agrees=lost == 0.0
+        _row(
+            "t_inh_share",
+            share,
+            within(SHARE_TOLERANCE, f"{DOCUMENTED}: {{of_percent:g}} %, within {{percent:g}} %", of=SHARE),
         ),
-    ]  # fmt: skip
+        _row("t_inh_s", coupling.t_inh, within(TIME_TOLERANCE, times, of=INHIBITION)),
+        _row("spike_s", coupling.spike, within(TIME_TOLERANCE, times, of=SPIKE)),
+        Statement("coupling_fires_in_one_only", None, float(len(coupling.only_one_fires)), none("no neuron")),
+    ]
 
 
 def coupling_note(coupling: Coupling) -> str:
@@ -42,11 +45,8 @@ def coupling_note(coupling: Coupling) -> str:
     )
 
 
-def _row(name: str, values: np.ndarray, said: float, text: str, tolerance: float) -> Row:
-    worst = float(np.nanmax(np.abs(values)))
-    rule = f"worst neuron as in docs/circuits.md: {text}"
-    agrees = abs(worst - said) <= tolerance
-    return Row(f"coupling_{name}", None, worst, rule, tolerance, fitted=False, agrees=agrees)
+def _row(name: str, values: np.ndarray, rule: Rule) -> Statement:
+    return Statement(f"coupling_{name}", None, float(np.nanmax(np.abs(values))), rule)
 
 
 def _microseconds(values: np.ndarray) -> str:

@@ -41,7 +41,7 @@ from circuits.lowering.kernel import to_kernel
 from circuits.silicon.process import AMI_1500, ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.papers.checks.chip_noise_choice import SELECTIONS, isolation_rows, selection_beside
 from system.papers.checks.chip_noise_sonar import (
     LSO,
@@ -56,6 +56,8 @@ from system.papers.checks.chip_noise_sonar import (
 )
 from system.papers.checks.jitter_beside import Beside, known
 from system.plot import COLOURS
+from system.rule import unjudged, within
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 ALLOWED = 0.1  # of the transistors' deviation
@@ -202,29 +204,20 @@ def tap_beside(trials: int) -> Beside:
     return Beside("tap", *known(delays), float(mean[0] * spread[0]))
 
 
-def rows(found: Sequence[Beside], flicker: Beside) -> list[Row]:
+def rows(found: Sequence[Beside], flicker: Beside) -> list[Statement]:
     """A row a measurement, held to the tolerance but for flicker."""
-    rule = f"of the transistors' deviation, within {100 * ALLOWED:g} %"
-    held = [
-        Row(
-            f"jitter_{b.name}", 1.0, b.ratio, rule, ALLOWED, fitted=False,
-            agrees=abs(b.ratio - 1.0) <= ALLOWED,
-        )
-        for b in found
-    ]  # fmt: skip
-    beside = "shown beside; its coefficient is ours"
-    name = f"jitter_{flicker.name}"
-    return [*held, Row(name, 1.0, flicker.ratio, beside, None, fitted=False, agrees=True)]
+    rule = within(ALLOWED, "of the transistors' deviation, within {percent:g} %")
+    held = [Statement(f"jitter_{b.name}", 1.0, b.ratio, rule) for b in found]
+    beside = unjudged("shown beside; its coefficient is ours")
+    return [*held, Statement(f"jitter_{flicker.name}", 1.0, flicker.ratio, beside)]
 
 
-def sonar_rows(found: Sequence[Beside]) -> list[Row]:
+def sonar_rows(found: Sequence[Beside]) -> list[Statement]:
     """A row a measurement, held to what its trials know."""
     made = []
     for b in found:
-        allowed = LEFT_OUT + 3.0 * b.known
-        rule = f"of the transistors' deviation, within {100 * allowed:.0f} %"
-        agrees = abs(b.ratio - 1.0) <= allowed
-        made.append(Row(f"jitter_{b.name}", 1.0, b.ratio, rule, allowed, fitted=False, agrees=agrees))
+        rule = within(LEFT_OUT + 3.0 * b.known, "of the transistors' deviation, within {percent:.0f} %")
+        made.append(Statement(f"jitter_{b.name}", 1.0, b.ratio, rule))
     return made
 
 

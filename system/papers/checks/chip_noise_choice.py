@@ -31,8 +31,9 @@ from circuits.solver.noise.analysis import integrate_power, noise
 from circuits.solver.noise.event_jitter import event_jitter
 from circuits.solver.noise.transient import NoiseRun, map_trials
 from circuits.solver.operating_point import OperatingPoint, operating_point
-from system.experiment import Row
 from system.papers.checks.jitter_beside import Beside, known
+from system.rule import at_most
+from system.statement import Statement
 
 SEED = 1000
 DRAWS = 4000  # of the model
@@ -71,7 +72,7 @@ def rivals(contrast: float) -> tuple[F64, F64]:
     return excite, risk
 
 
-def isolation_rows() -> list[Row]:
+def isolation_rows() -> list[Statement]:
     """Noise of the isolation over the error of its model, which has none."""
     errors = tables_of("first_target_isolation", isolation_circuits, AMI_1500).errors
     point = _isolation()
@@ -81,11 +82,8 @@ def isolation_rows() -> list[Row]:
         for name in EDGES
     }
     found["isolation_level"] = level_wander(point) / errors["level_max_V"]
-    rule = f"of the model's own error, at most {NEGLIGIBLE:g}, so that it has none"
-    return [
-        Row(name, 0.0, share, rule, NEGLIGIBLE, fitted=False, agrees=share <= NEGLIGIBLE)
-        for name, share in found.items()
-    ]
+    rule = at_most(NEGLIGIBLE, "of the model's own error, at most {limit:g}, so that it has none")
+    return [Statement(name, 0.0, share, rule) for name, share in found.items()]
 
 
 def level_wander(point: OperatingPoint) -> float:

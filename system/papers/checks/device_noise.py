@@ -39,8 +39,10 @@ from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from netlists.ngspice import small_signal as peer
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, PALE
+from system.rule import unjudged, within
+from system.statement import Statement
 
 KTC, AC, NOISE, JITTER = 0.05, 0.01, 0.03, 0.10  # shares that are allowed
 NEURON = 12  # the longest inhibition, 27.4 ms at 40.1 pA
@@ -149,7 +151,7 @@ def shot_jitter(t_inh: float) -> float:
     return float(np.sqrt(ELEMENTARY_CHARGE * t_inh / ranging_chip.I_INH_TAU[NEURON]))
 
 
-def beside_rows(found: Sequence[Beside]) -> list[Row]:
+def beside_rows(found: Sequence[Beside]) -> list[Statement]:
     """Worst transfer and worst noise of all blocks, temperatures and dies."""
     transfer, density = max(b.transfer for b in found), max(b.noise for b in found)
     return [
@@ -158,15 +160,15 @@ def beside_rows(found: Sequence[Beside]) -> list[Row]:
     ]
 
 
-def jitter_rows(white: F64, finer: F64, flicker: F64) -> list[Row]:
+def jitter_rows(white: F64, finer: F64, flicker: F64) -> list[Statement]:
     """Jitter of t_inh on two grids beside theory, with flicker, and of the behavioural neuron."""
     rows = []
     for name, times in (("", white), ("_half_step", finer)):
         ratio = float(times.std(ddof=1)) / shot_jitter(float(times.mean()))
         rows.append(_row(f"t_inh_jitter{name}_over_theory", 1.0, ratio, "of sqrt(q t_inh / I)", JITTER))
     both = float(flicker.std(ddof=1))
-    rule = "shown beside; its coefficient is ours"
-    rows.append(Row("t_inh_jitter_with_flicker_s", None, both, rule, None, fitted=False, agrees=True))
+    rule = unjudged("shown beside; its coefficient is ours")
+    rows.append(Statement("t_inh_jitter_with_flicker_s", None, both, rule))
     for name, model, times in (("white", WHITE_ONLY, white), ("flicker", None, flicker)):
         ours = behavioural_jitter(model) / float(times.std(ddof=1))
         # half as many trials with flicker: 5 % at one deviation, as 3.5 % for the white ones
@@ -184,7 +186,7 @@ def _at_y(name: str, ports: tuple[Port, ...], device: Device) -> Circuit:
     return Circuit(name, (*ports, Port("y", "analog", "out")), (device, Capacitor("c", "y", "0", 1e-12)))
 
 
-def _integrated_row() -> Row:
+def _integrated_row() -> Statement:
     ratios = []
     for temperature_c in TEMPERATURES:
         ratios.append(thermal_ratio(resistor_circuit(), (), temperature_c))
@@ -194,7 +196,7 @@ def _integrated_row() -> Row:
     return _row("noise_integral_over_kTC", 1.0, worst, "of k T / C, worst", KTC)
 
 
-def _transient_row() -> Row:
+def _transient_row() -> Statement:
     """Variance of a switch in moderate inversion over 20,000 time constants: known to 1 %."""
     circuit, gate = switch_circuit(), Source("g", "g", Constant(0.7))
     point = operating_point(Testbench("switch", circuit, (gate,), 1.0))
@@ -220,9 +222,8 @@ def _differences(point: OperatingPoint, source: str, node: str, low: float) -> t
     )
 
 
-def _row(name: str, theory: float, ours: float, what: str, tolerance: float) -> Row:
-    rule = f"{what}, within {100 * tolerance:g} %"
-    return Row(name, theory, ours, rule, tolerance, fitted=False, agrees=abs(ours - theory) <= tolerance)
+def _row(name: str, theory: float, ours: float, what: str, tolerance: float) -> Statement:
+    return Statement(name, theory, ours, within(tolerance, f"{what}, within {{percent:g}} %"))
 
 
 def _note(beside: Sequence[Beside], white: F64) -> str:

@@ -30,11 +30,13 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all, own_mismatch
 from system.forest.sweep import COUNTS, P
 from system.openspace.senses import Sensing, with_area
 from system.plot import COLOURS
+from system.rule import Measured, at_least, significant
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.interval import LEVEL, Interval
 
@@ -98,19 +100,16 @@ def _four(label: str, found: Mapping[str, Tally]) -> Four:
     return {name: found["exact" if name == "exact" else f"{label}, {name}"] for name in BATS}
 
 
-def rows(study: Study) -> tuple[Row, ...]:
+def rows(study: Study) -> tuple[Statement, ...]:
     """What silicon ought to do; no paper says it."""
     areas = sorted(study.area)
     celsius = sorted({t for _, t in study.temperature})
     nominal = study.temperature["gate", 27.0]
     ratio = {n: nominal[n].mean.value / nominal["exact"].mean.value for n in ("ranging", "selection", "both")}
     near = tuple(
-        Row(
-            f"nominal_die_{name}_over_exact", None, value, f"at least {NEAR:g}", NEAR, fitted=False,
-            agrees=value >= NEAR,
-        )
+        Statement(f"nominal_die_{name}_over_exact", None, value, at_least(NEAR))
         for name, value in ratio.items()
-    )  # fmt: skip
+    )
     ends = (
         _worse(
             "least_area", study.area[areas[0]]["both"], study.area[areas[-1]]["both"], "the greatest area"
@@ -123,13 +122,12 @@ def rows(study: Study) -> tuple[Row, ...]:
     return (*near, *ends)
 
 
-def _worse(name: str, one: Tally, other: Tally, against: str) -> Row:
+def _worse(name: str, one: Tally, other: Tally, against: str) -> Statement:
     """A row on whether `one` avoids significantly fewer."""
     p = differ_p(one, other)
-    worse = p < P and one.mean.value < other.mean.value
     shown = f"{one.mean.value:.4g} against {other.mean.value:.4g}, p {p:.2g}"
-    rule = f"worse than {against}, p < {P:g}"
-    return Row(f"{name}_avoids_fewer", None, shown, rule, P, fitted=False, agrees=worse)
+    ours = Measured(one.mean.value - other.mean.value, shown, p=p)
+    return Statement(f"{name}_avoids_fewer", None, ours, significant(-1, P, f"worse than {against}"))
 
 
 def notes(study: Study) -> tuple[str, ...]:

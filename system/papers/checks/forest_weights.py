@@ -11,11 +11,12 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits
 from system.forest.sweep import COUNTS, PINGS, Sweep, differs_row, draw_sweep, fly_sweep, lines
 from system.forest.weights import weighted
 from system.openspace.law import Bat
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.0, 1.25, 1.5, 2.0, 3.0, 4.0)  # m/s; ours
@@ -39,7 +40,7 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
-def rows(found: Sweep) -> tuple[Row, ...]:
+def rows(found: Sweep) -> tuple[Statement, ...]:
     """A row a speed at which the two bats are not the same."""
     speeds = list(dict.fromkeys(v for _, v in found))
     return tuple(

@@ -17,10 +17,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.law import Arcs, Bat, arcs_of
 from system.papers.wen2022.fig5 import NAMES
 from system.plot import PALE
+from system.rule import at_least
 from system.spiking_bat.agreement import Recorder, confusion, kappa_interval, replayed, replayed_by
 from system.spiking_bat.brain import network_brain
 from system.spiking_bat.campaign import decided_by
@@ -29,6 +30,7 @@ from system.spiking_bat.flight import fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import LatencyScenario, place
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_SEED = 1006
@@ -66,12 +68,12 @@ def reproduce(
     other, other_low, other_high = kappa_interval(network, lif)
     table = confusion(network, chip)
     rows = (
-        Row("pings", float(PINGS), float(network.size), "at least", None, fitted=False,
-            agrees=network.size >= PINGS),
-        Row("kappa_lower_limit", LEAST, low, "at least 0.8", LEAST, fitted=False, agrees=low >= LEAST),
-        Row("lif_kappa_lower_limit", LEAST, other_low, "at least 0.8: similar results", LEAST, fitted=False,
-            agrees=other_low >= LEAST),
-    )  # fmt: skip
+        Statement("pings", float(PINGS), float(network.size), at_least(text="at least")),
+        Statement("kappa_lower_limit", LEAST, low, at_least(LEAST)),
+        Statement(
+            "lif_kappa_lower_limit", LEAST, other_low, at_least(LEAST, "at least {limit:g}: similar results")
+        ),
+    )
     notes = (
         f"kappa {kappa:.4f}, interval {low:.4f} to {high:.4f}, {len(found)} flights",
         f"integrate-and-fire neurons alone: kappa {other:.4f}, interval {other_low:.4f} to {other_high:.4f}",

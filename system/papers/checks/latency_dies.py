@@ -18,9 +18,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.latency.calibration import PARTS
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.papers.checks.latency_forests import described
 from system.plot import COLOURS
+from system.rule import above
 from system.spiking_bat.campaign import (
     Build,
     Crossed,
@@ -31,6 +32,7 @@ from system.spiking_bat.campaign import (
     flights_of,
     mean_crossings,
 )
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
 
 FIRST = 1006
@@ -85,15 +87,12 @@ def _maker(name: str) -> Maker:
     return chip_maker(_builds()[name])
 
 
-def rows(flights: Flights) -> tuple[Row, ...]:
+def rows(flights: Flights) -> tuple[Statement, ...]:
     """The rules."""
     made = []
     for name, better, worse in RULES:
         gain = mean_crossings(flights[better]) - mean_crossings(flights[worse])
-        made.append(
-            Row(f"{name}_crossings", None, gain, f"{better} above {worse}", 0.0, fitted=False,
-                agrees=gain > 0.0)
-        )  # fmt: skip
+        made.append(Statement(f"{name}_crossings", None, gain, above(0.0, f"{better} above {worse}")))
     return tuple(made)
 
 

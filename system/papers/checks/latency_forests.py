@@ -19,8 +19,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.errors import ParameterError
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
+from system.rule import above
 from system.spiking_bat.campaign import (
     CROSSINGS,
     Build,
@@ -35,6 +36,7 @@ from system.spiking_bat.campaign import (
     sign_test,
     survival,
 )
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
 
 FIRST_SEED = 1006
@@ -68,22 +70,24 @@ def _maker(model: str) -> Maker:
     return network_maker() if model == "network" else chip_maker(Build(own=False))
 
 
-def rows(flights: Flights) -> tuple[Row, ...]:
+def rows(flights: Flights) -> tuple[Statement, ...]:
     """Whether four crossings are within reach, and whether chip and network differ."""
     made = []
     for name in ("network", "chip"):
         _, share, _, high = survival(flights[name])
         reach = float(high[PAPER]) if np.isfinite(high[PAPER]) else float(share[PAPER])
         made.append(
-            Row(f"{name}_four_crossings_upper_limit", 1.0, reach, "above 0: as in the paper's one flight",
-                0.0, fitted=False, agrees=reach > 0.0)
-        )  # fmt: skip
+            Statement(
+                f"{name}_four_crossings_upper_limit",
+                1.0,
+                reach,
+                above(0.0, "above {limit:g}: as in the paper's one flight"),
+            )
+        )
     count = len(flights["network"])
     better, worse, p = sign_test(flights["chip"][:count], flights["network"])
-    made.append(
-        Row("chip_against_network_p", None, p, f"above 5 %; {better} better, {worse} worse", SIGNIFICANT,
-            fitted=False, agrees=p > SIGNIFICANT)
-    )  # fmt: skip
+    rule = above(SIGNIFICANT, "above {percent:g} %").beside(f"{better} better, {worse} worse")
+    made.append(Statement("chip_against_network_p", None, p, rule))
     return tuple(made)
 
 

@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.flight import margin_of
 from system.openspace.kernel import COLLIDED
 from system.openspace.kernel import fly as fly_analog
@@ -28,6 +28,7 @@ from system.openspace.picture import draw_forest, draw_path
 from system.openspace.senses import EXACT
 from system.openspace.state import ARC, HEAD, TIME, X, Y, new_flight
 from system.papers.checks.latency_forests import FIRST_SEED
+from system.rule import above
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.campaign import CROSSINGS, PINGS, Build, Maker, chip_maker, decided_by
 from system.spiking_bat.flight import Flown, Standing, fly, fly_from
@@ -35,6 +36,7 @@ from system.spiking_bat.lif import all_lif
 from system.spiking_bat.loop import REACH, WINDOW, stays
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import LatencyScenario, place
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import share_where
 
@@ -116,16 +118,13 @@ def _arcs() -> Arcs:
     return arcs_of(Bat(ping_rate=1.0 / Numbers().ping_period))
 
 
-def rows(found: Sequence[Loop]) -> tuple[Row, ...]:
+def rows(found: Sequence[Loop]) -> tuple[Statement, ...]:
     """Share of the loops that networks repeat, by its lower limit."""
     made = []
     for name in NAMES[:2]:
         share = share_where(x.repeated[name] for x in found)
-        low = share.interval.low
-        made.append(
-            Row(f"{name}_repeats_lower_limit", HALF, low, f"above one half; {share}", HALF, fitted=False,
-                agrees=low > HALF)
-        )  # fmt: skip
+        rule = above(HALF, "above one half").beside(share)
+        made.append(Statement(f"{name}_repeats_lower_limit", HALF, share.interval.low, rule))
     return tuple(made)
 
 

@@ -19,12 +19,14 @@ from matplotlib.figure import Figure
 from chips.latency.chip import LatencyChip
 from chips.latency.law import evaluation_latency
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.law import Bat, arcs_of
 from system.plot import COLOURS
+from system.rule import at_most, below
 from system.spiking_bat.campaign import Build
 from system.spiking_bat.chip_brain import design_of
 from system.spiking_bat.numbers import Numbers
+from system.statement import Statement
 
 FIRST, DIES = 1006, 40  # ours
 SEED = 1000
@@ -89,16 +91,16 @@ def recalls(chip: LatencyChip, seed: int) -> Recalls:
     return Recalls((again - np.array(wanted))[known], int((~known).sum()))
 
 
-def rows(found: Mapping[str, Recalls]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Recalls]) -> tuple[Statement, ...]:
     """The rules."""
     nominal = found["nominal"].rms
     usual, trimmed = found["generator"].rms, found["generator, taps and integrators"].rms
     return (
-        Row("nominal_recall_error_rms_s", WINDOW, nominal, "at most the window", WINDOW, fitted=False,
-            agrees=nominal <= WINDOW),
-        Row("calibrated_recall_error_rms_s", usual, trimmed, "below that of dies as they are", None,
-            fitted=False, agrees=trimmed < usual),
-    )  # fmt: skip
+        Statement("nominal_recall_error_rms_s", WINDOW, nominal, at_most(WINDOW, "at most the window")),
+        Statement(
+            "calibrated_recall_error_rms_s", usual, trimmed, below(text="below that of dies as they are")
+        ),
+    )
 
 
 def notes(found: Mapping[str, Recalls]) -> tuple[str, ...]:

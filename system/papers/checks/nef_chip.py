@@ -33,7 +33,9 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
+from system.rule import at_least, within
+from system.statement import Statement
 
 FIRST, DIES = 3000, 20
 TEMPERATURES = (0.0, 27.0, 60.0)
@@ -160,24 +162,15 @@ def slope(errors: F64, sizes: tuple[int, ...] = SIZES) -> float:
     return float(np.polyfit(np.log(sizes), np.log(rms), 1)[0])
 
 
-def rows(found: Found, sizes: tuple[int, ...] = SIZES) -> tuple[Row, ...]:
+def rows(found: Found, sizes: tuple[int, ...] = SIZES) -> tuple[Statement, ...]:
     """Statements."""
     worst, steep = float(np.abs(found.rate).max()), slope(found.error, sizes)
     times = float(np.median(found.other / found.own))
     return (
-        Row(
-            "largest_error_of_rate", None, worst, f"within {CLOSE:g}", CLOSE, fitted=False,
-            agrees=worst <= CLOSE,
-        ),
-        Row(
-            "slope_of_error_over_neurons", SLOPE, steep, f"within {SLOPE_TOLERANCE:g}", SLOPE_TOLERANCE,
-            fitted=False, agrees=abs(steep - SLOPE) <= SLOPE_TOLERANCE,
-        ),
-        Row(
-            "other_dies_decoders_over_own_rms", None, times, f"at least {WORSE:g}", WORSE, fitted=False,
-            agrees=times >= WORSE,
-        ),
-    )  # fmt: skip
+        Statement("largest_error_of_rate", None, worst, within(CLOSE, of=0.0)),
+        Statement("slope_of_error_over_neurons", SLOPE, steep, within(SLOPE_TOLERANCE)),
+        Statement("other_dies_decoders_over_own_rms", None, times, at_least(WORSE)),
+    )
 
 
 def reproduce(progress: Progress) -> Report:

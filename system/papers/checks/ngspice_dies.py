@@ -20,8 +20,10 @@ from circuits.blocks.sonar.tuning import RESOLUTION, NeuronClass, Tuning, search
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from netlists.ngspice.tuning import LARGEST_STEP, RELTOL, NgspiceTrials, edges_hold
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, PALE
+from system.rule import Rule, all_of, within
+from system.statement import Statement
 
 DIES = tuple(range(1000, 1020))
 EDGE = 20e-6  # s, allowed between the engines: twice the resolution of the bisection
@@ -77,29 +79,28 @@ def silicon_of(number: int) -> Silicon:
     return Silicon(die=Die(number=number, process=False))
 
 
-def _rows(one: Beside) -> list[Row]:
+def _rows(one: Beside) -> list[Statement]:
     """Class of a die; and where it works the worse of its edges."""
     name, peer = f"die_{one.die}", one.ngspice.outcome.value
-    rule = f"the class in ngspice, {peer}"
-    agrees = one.same_class and one.solver.outcome is not NeuronClass.FAILED
-    rows = [Row(f"{name}_class", None, one.solver.outcome.value, rule, None, fitted=False, agrees=agrees)]
+    same = Rule(f"the class in ngspice, {peer}", None, lambda ours, _: ours == peer)
+    same = same.unless(one.solver.outcome is NeuronClass.FAILED, "a run that failed has none")
+    rows = [Statement(f"{name}_class", None, one.solver.outcome.value, same)]
     if one.apart is not None:
-        rule = f"worse edge within {1e6 * EDGE:g} us of ngspice, which is converged to {1e6 * RESOLUTION:g}"
-        agrees = one.converged and one.apart <= EDGE
-        rows.append(Row(f"{name}_edge_s", None, one.apart, rule, EDGE, fitted=False, agrees=agrees))
+        known = f"of ngspice, which is converged to {1e6 * RESOLUTION:g}"
+        near = within(EDGE, f"worse edge within {{micro:g}} us {known}", of=0.0)
+        near = near.unless(not one.converged, "it is not converged")
+        rows.append(Statement(f"{name}_edge_s", None, one.apart, near))
     return rows
 
 
-def _summary(found: Sequence[Beside]) -> list[Row]:
+def _summary(found: Sequence[Beside]) -> list[Statement]:
     """How many dies have one class, and the worst edge of all."""
     same = sum(one.same_class for one in found)
     worst = max((one.apart for one in found if one.apart is not None), default=None)
     return [
-        Row("dies_of_the_same_class", None, float(same), f"all {len(found)}", 0.0, fitted=False,
-            agrees=same == len(found)),
-        Row("worst_edge_s", None, worst, f"within {1e6 * EDGE:g} us", EDGE, fitted=False,
-            agrees=worst is not None and worst <= EDGE),
-    ]  # fmt: skip
+        Statement("dies_of_the_same_class", None, float(same), all_of(len(found), "all {limit:g}")),
+        Statement("worst_edge_s", None, worst, within(EDGE, "within {micro:g} us", of=0.0)),
+    ]
 
 
 def _note(found: Sequence[Beside]) -> str:

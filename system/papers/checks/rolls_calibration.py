@@ -24,8 +24,10 @@ from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
+from system.rule import at_least, unjudged
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES, DRIFTING = 1000, 50, 10
@@ -93,25 +95,19 @@ def summed(dies: Sequence[Calibrated]) -> Found:
     return Found(np.array([each.errors for each in dies]), drift, sum(each.dropped for each in dies))
 
 
-def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
     """Share of populations within 10 %, and how rates move with temperature."""
     made = []
     for kind, f in found.items():
         share = float(np.mean(np.abs(f.errors) <= WITHIN))
         name = f"{kind}: share of population-die pairs within 10 %"
-        made.append(_row(name, SHARE, share, "at least 0.95", tolerance=WITHIN, agrees=share >= SHARE))
+        made.append(Statement(name, SHARE, share, at_least(SHARE)))
         for k, t in enumerate(TEMPERATURES):
             if t != 27.0 and f.drift.size:
                 ratio = float(np.mean(1.0 + f.drift[:, k]))
                 name = f"{kind}: mean rate at {t:g} degC over its target"
-                made.append(_row(name, None, ratio, "reported", tolerance=None, agrees=True))
+                made.append(Statement(name, None, ratio, unjudged("reported")))
     return tuple(made)
-
-
-def _row(
-    name: str, wanted: float | None, ours: float, rule: str, *, tolerance: float | None, agrees: bool
-) -> Row:
-    return Row(name, wanted, ours, rule, tolerance, fitted=False, agrees=agrees)
 
 
 def _notes(found: Mapping[str, Found]) -> tuple[str, ...]:

@@ -46,8 +46,11 @@ from chips.rolls.depression.trains import (
     response,
     train,
 )
-from system.experiment import Experiment, Progress, Report, Row
+from circuits.arrays import F64
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
+from system.rule import Measured, at_least, at_most, unjudged, within, within_share
+from system.statement import Statement
 
 FIRST_DIE = 1000
 DIES, POPULATION_DIES, ROWS = 3, 5, 2
@@ -93,22 +96,21 @@ def run_on(progress: Progress, dies: int, population_dies: int, rows: int) -> Re
     return Report(rows_found, lambda figure: _draw(found, figure), _notes(found))
 
 
-def _charges(found: Found) -> tuple[Row, ...]:
+def _charges(found: Found) -> tuple[Statement, ...]:
     worst = max(t.settled_error() for t in found.trains)
     stepping = max(t.error() for t in found.steps)
     off = max(abs(t.resource / t.closed - 1.0) for t in found.trains)
-    at_most = "at most {:g}".format
+    charge = at_most(CHARGE_ALLOWED)
     return (
-        _row("settled charge over the first one, largest difference", worst, at_most(CHARGE_ALLOWED),
-             CHARGE_ALLOWED, worst <= CHARGE_ALLOWED),
-        _row("the same of all pulses around a rate step", stepping, at_most(CHARGE_ALLOWED), CHARGE_ALLOWED,
-             stepping <= CHARGE_ALLOWED),
-        _row("R of the circuit off its closed form, largest share", off, at_most(RESOURCE_ALLOWED),
-             RESOURCE_ALLOWED, off <= RESOURCE_ALLOWED),
-    )  # fmt: skip
+        Statement("settled charge over the first one, largest difference", None, worst, charge),
+        Statement("the same of all pulses around a rate step", None, stepping, charge),
+        Statement(
+            "R of the circuit off its closed form, largest share", None, off, at_most(RESOURCE_ALLOWED)
+        ),
+    )
 
 
-def _slopes(trains: Sequence[Train]) -> tuple[Row, ...]:
+def _slopes(trains: Sequence[Train]) -> tuple[Statement, ...]:
     """Slopes between the two highest rates of every die and temperature."""
     low, high = ([t for t in trains if t.rate == rate] for rate in RATES[-2:])
     octaves = np.log(RATES[-1] / RATES[-2])
@@ -116,29 +118,42 @@ def _slopes(trains: Sequence[Train]) -> tuple[Row, ...]:
     charge = np.array([np.log(b.circuit[1][-1] / a.circuit[1][-1]) for a, b in zip(low, high, strict=True)])
     charge /= octaves
     kappa = trains[0].kappa
-    shape = bool((np.abs(resource + 1.0) <= SLOPE_ALLOWED).all())
-    power = bool((np.abs(charge / (kappa * resource) - 1.0) <= KAPPA_ALLOWED).all())
     return (
-        Row("slope of R over the rate, logarithms, 500 to 1000 Hz", -1.0, float(resource.mean()),
-            "within 0.1, every die", SLOPE_ALLOWED, fitted=False, agrees=shape),
-        Row("the same of the charge of level 1", kappa * float(resource.mean()), float(charge.mean()),
-            "within 10 % of kappa times it, every die", KAPPA_ALLOWED, fitted=False, agrees=power),
-    )  # fmt: skip
+        Statement(
+            "slope of R over the rate, logarithms, 500 to 1000 Hz",
+            -1.0,
+            Measured(_farthest(resource, -1.0), float(resource.mean())),
+            within(SLOPE_ALLOWED, "within {limit:g}, every die"),
+        ),
+        Statement(
+            "the same of the charge of level 1",
+            kappa * float(resource.mean()),
+            Measured(_farthest(charge / (kappa * resource), 1.0), float(charge.mean())),
+            within(KAPPA_ALLOWED, "within {percent:g} % of kappa times it, every die", of=1.0),
+        ),
+    )
 
 
-def _spikes(responses: Sequence[Response]) -> tuple[Row, ...]:
+def _farthest(values: F64, true: float) -> float:
+    """The value that is farthest from the true one; not a number where one of them is none."""
+    return float(values[np.argmax(np.abs(values - true))])
+
+
+def _spikes(responses: Sequence[Response]) -> tuple[Statement, ...]:
     ours = sum(s.size for r in responses for s in r.chip)
     theirs = sum(s.size for r in responses for s in r.circuit)
     falls = min(_fall(r.depressed) for r in responses)
     stays = max(_fall(r.plain) for r in responses)
-    alike = abs(ours - theirs) <= SPIKES_ALLOWED * theirs
     return (
-        Row("spikes of rows around a rate step, circuit beside chip", float(theirs), float(ours),
-            "within 5 %", SPIKES_ALLOWED, fitted=False, agrees=alike),
-        _row("highest over last rate of the population, least", falls, f"at least {FALLS:g}", FALLS,
-             falls >= FALLS),
-        _row("the same without depression, largest", stays, f"at most {STAYS:g}", STAYS, stays <= STAYS),
-    )  # fmt: skip
+        Statement(
+            "spikes of rows around a rate step, circuit beside chip",
+            float(theirs),
+            float(ours),
+            within_share(SPIKES_ALLOWED),
+        ),
+        Statement("highest over last rate of the population, least", None, falls, at_least(FALLS)),
+        Statement("the same without depression, largest", None, stays, at_most(STAYS)),
+    )
 
 
 def _fall(rates: np.ndarray) -> float:
@@ -146,7 +161,7 @@ def _fall(rates: np.ndarray) -> float:
     return float(rates.max() / rates[-5:].mean())
 
 
-def _beside(found: Found) -> tuple[Row, ...]:
+def _beside(found: Found) -> tuple[Statement, ...]:
     rows = [_open("deviation of R over synapses of a die, share", found.responses[0].spread)]
     held = [t for t in found.trains if t.die == FIRST_DIE and t.rate == FIXED_RATE]
     for name, each in (
@@ -160,12 +175,8 @@ def _beside(found: Found) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _row(name: str, ours: float, rule: str, tolerance: float, agrees: bool) -> Row:  # noqa: FBT001 - a row's own
-    return Row(name, None, ours, rule, tolerance, fitted=False, agrees=agrees)
-
-
-def _open(name: str, ours: float) -> Row:
-    return Row(name, None, float(ours), "no rule", None, fitted=False, agrees=True)
+def _open(name: str, ours: float) -> Statement:
+    return Statement(name, None, float(ours), unjudged())
 
 
 def _notes(found: Found) -> tuple[str, ...]:

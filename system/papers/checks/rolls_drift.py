@@ -37,8 +37,10 @@ from circuits.event import WIDTH, falling_crossing
 from circuits.silicon.process import ROLLS_180, kelvin, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
+from system.rule import Rule, between, within, within_share
+from system.statement import Statement
 
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")
 BELOW, ABOVE, REFERENCE = 22.0, 32.0, 27.0  # degC
@@ -155,23 +157,25 @@ def run(progress: Progress) -> Report:
         rows.append(_row(quantity, kind, float(np.log(high / low)) / (ABOVE - BELOW)))
         curves[quantity.name, kind] = np.array([measured(quantity, kind, t) for t in CURVE])
         progress((k + 1) / total)
-    leak = rows[0].ours
-    inside = isinstance(leak, float) and BAND[0] <= leak <= BAND[1]
-    rule = f"derived band of a fixed gate, {BAND[0]:g} to {BAND[1]:g} 1/K"
-    rows.append(Row("fixed_gate_drift_per_K", None, leak, rule, None, fitted=False, agrees=inside))
+    band = between(*BAND, "derived band of a fixed gate, {low:g} to {high:g} 1/K")
+    rows.append(Statement("fixed_gate_drift_per_K", None, rows[0].ours, band))
     notes = ("The column `paper` has slopes derived from the transistor law; no paper gives any.",)
     return Report(tuple(rows), lambda figure: _draw(curves, figure), notes)
 
 
-def _row(quantity: Quantity, kind: BiasKind, ours: float) -> Row:
-    expected = derived_slope(quantity, kind)
-    share = CURRENTS_ALLOWED if quantity.law == "current" else TIMES_ALLOWED
-    allowed, rule = share * abs(expected), f"within {100 * share:g} % of derived"
-    if kind == "generator" and quantity.law != "current":
-        allowed = TAU_ALLOWED if quantity.law == "tau" else PERIOD_ALLOWED
-        rule = f"within {100 * allowed:g} %/K of derived"
-    name = f"{quantity.name}_{kind}_per_K"
-    return Row(name, expected, ours, rule, allowed, fitted=False, agrees=abs(ours - expected) <= allowed)
+def _row(quantity: Quantity, kind: BiasKind, ours: float) -> Statement:
+    return Statement(
+        f"{quantity.name}_{kind}_per_K", derived_slope(quantity, kind), ours, _rule(quantity.law, kind)
+    )
+
+
+def _rule(law: str, kind: BiasKind) -> Rule:
+    """A share of the derived slope, or an absolute slope where the derived one is near 0."""
+    if kind == "generator" and law != "current":
+        return within(TAU_ALLOWED if law == "tau" else PERIOD_ALLOWED, "within {percent:g} %/K of derived")
+    return within_share(
+        CURRENTS_ALLOWED if law == "current" else TIMES_ALLOWED, "within {percent:g} % of derived"
+    )
 
 
 def _draw(curves: dict[tuple[str, BiasKind], F64], figure: Figure) -> None:

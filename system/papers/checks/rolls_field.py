@@ -22,8 +22,10 @@ from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
+from system.rule import at_least
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES = 1000, 20
@@ -46,13 +48,13 @@ def decide(key: Numbered) -> Bump:
     return field_bump(calibrate(field_task(), silicon, kind), silicon, kind, die % 2, die)
 
 
-def rows(found: Mapping[str, Sequence[Bump]]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Sequence[Bump]]) -> tuple[Statement, ...]:
     """Share of dies with one bump at the stronger input."""
     made = []
     for kind, bumps in found.items():
         share = sum(b.right for b in bumps) / len(bumps)
         name = f"{kind}: share of dies with one bump, at the stronger input"
-        made.append(Row(name, SHARE, share, "at least 19 of 20", SHARE, fitted=False, agrees=share >= SHARE))
+        made.append(Statement(name, SHARE, share, at_least(SHARE, "at least {limit:g}, 19 of 20")))
     return tuple(made)
 
 

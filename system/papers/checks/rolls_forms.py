@@ -36,8 +36,10 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
+from system.rule import Measured, below, unjudged, within
+from system.statement import Statement
 
 LEVELS = (1, 2, 4)
 TRAINS = ((10.0, 3), (100.0, 10), (1000.0, 60))  # Hz, events; ours
@@ -169,25 +171,25 @@ def _reset(result: Result) -> float:
     return float(result.time[after][first + int((~held[first:]).argmax())] - spike)
 
 
-def _ahp_rows() -> list[Row]:
+def _ahp_rows() -> list[Statement]:
     """Rates with I_ahp drawn from the membrane: circuit, form that counts it once, and twice."""
     ours = _rate(_neuron(AHP_AT, AHP))
     form = replace(_neuron_form(), refractory=_reset(_neuron(AHP_AT, 0.0)))
     feedback = forms.feedback_linear(form)
     once = forms.rate_of(form, forms.neuron_pair(form, feedback, AHP_AT, AHP))
     twice = forms.rate_of(form, forms.neuron_pair(form, feedback, AHP_AT - AHP, AHP))
-    nearer = abs(once - ours) < abs(twice - ours)
-    rule = f"{_off(once, ours)}; nearer than the form that counts it twice"
+    rule = below(abs(twice - ours), "nearer than the form that counts it twice").beside(_off(once, ours))
     return [
-        Row("neuron_rate_ahp_once_Hz", once, ours, rule, None, fitted=False, agrees=nearer),
+        Statement("neuron_rate_ahp_once_Hz", once, Measured(abs(once - ours), ours), rule),
         _beside("neuron_rate_ahp_twice_Hz", twice, ours),
     ]
 
 
-def _beside(name: str, form: float, circuit: float) -> Row:
+def _beside(name: str, form: float, circuit: float) -> Statement:
     """A form's value beside the circuit's; nothing is judged."""
-    rule = f"{_off(form, circuit)}; no rule"
-    return Row(name.replace(" ", "_"), float(form), circuit, rule, None, fitted=False, agrees=True)
+    return Statement(
+        name.replace(" ", "_"), float(form), circuit, unjudged(f"{_off(form, circuit)}; no rule")
+    )
 
 
 def _off(form: float, circuit: float) -> str:
@@ -196,22 +198,19 @@ def _off(form: float, circuit: float) -> str:
     return f"off by {100.0 * (form / circuit - 1.0):+.3g} %"
 
 
-def _rate_row(name: str, current: float, circuit: float, form: float) -> Row:
+def _rate_row(name: str, current: float, circuit: float, form: float) -> Statement:
     label = f"neuron_rate_{name}_{1e9 * current:.3g}nA_Hz"
     if name != OURS or not JUDGED[0] <= circuit <= JUDGED[1]:
         return _beside(label, form, circuit)
-    agrees = abs(form / circuit - 1.0) <= NEURON_ALLOWED
-    rule = f"{_off(form, circuit)}; within {100 * NEURON_ALLOWED:g} %"
-    return Row(label.replace(" ", "_"), form, circuit, rule, NEURON_ALLOWED, fitted=False, agrees=agrees)
+    rule = within(NEURON_ALLOWED, f"{_off(form, circuit)}; within {{percent:g}} %", of=1.0)
+    return Statement(label.replace(" ", "_"), form, Measured(form / circuit, circuit), rule)
 
 
-def _nearest(means: F64, trains: Mapping[str, F64]) -> Row:
+def _nearest(means: F64, trains: Mapping[str, F64]) -> Statement:
     error = {name: float(np.sqrt(np.mean(np.log(x / means) ** 2))) for name, x in trains.items()}
     best = min(v for name, v in error.items() if name != OURS)
-    rule = f"rms of ln over the box, below the best published form's {best:.3g}"
-    return Row(
-        "synapse_rms_of_both_kappas", None, error[OURS], rule, best, fitted=False, agrees=error[OURS] < best
-    )
+    rule = below(best, "rms of ln over the box, below the best published form's {limit:.3g}")
+    return Statement("synapse_rms_of_both_kappas", None, error[OURS], rule)
 
 
 def _draw(

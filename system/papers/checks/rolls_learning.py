@@ -33,8 +33,10 @@ from chips.rolls.setups.learning_groups import GROUPS, of_group
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
+from system.rule import all_of, at_least, unjudged
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES = 1000, 20
@@ -158,30 +160,30 @@ def agreement(die: int, temperature_c: float) -> Agreement:
     return Agreement(alike, len(s.events), float(np.sqrt(np.mean(off**2))), float(np.abs(off).max()))
 
 
-def _told(lessons: Sequence[Lesson], task: Task) -> tuple[Row, ...]:
+def _told(lessons: Sequence[Lesson], task: Task) -> tuple[Statement, ...]:
     after = float(np.mean([x.after.right(task) for x in lessons]))
     return (
-        _row("share of held-out presentations told right", after, "at least 0.9", RIGHT, after >= RIGHT),
+        Statement("share of held-out presentations told right", None, after, at_least(RIGHT)),
         _open("the same before the teaching", float(np.mean([x.before.right(task) for x in lessons]))),
         _open("the worst die", float(min(x.after.right(task).mean() for x in lessons))),
     )
 
 
-def _weights(lessons: Sequence[Lesson]) -> tuple[Row, ...]:
+def _weights(lessons: Sequence[Lesson]) -> tuple[Statement, ...]:
     volts = np.concatenate([x.weights.ravel() for x in lessons])
     near = float(np.mean((volts < NEAR) | (volts > LIMIT - NEAR)))
     kept = float(np.mean([np.mean(x.bits == x.later) for x in lessons]))
     moved = float(np.mean([np.mean(x.bits != x.start) for x in lessons]))
     return (
-        _row("share of weights within 50 mV of a rail", near, "at least 0.99", AT_RAILS, near >= AT_RAILS),
-        _row("share of weights unchanged after 100 s of silence", kept, "all", 1.0, kept == 1.0),
+        Statement("share of weights within 50 mV of a rail", None, near, at_least(AT_RAILS)),
+        Statement("share of weights unchanged after 100 s of silence", None, kept, all_of(1.0)),
         _open("share of weights that the teaching changed", moved),
     )
 
 
 def _beside(
     lessons: Sequence[Lesson], fixed: Sequence[Lesson], shares: Mapping[str, Sequence[float]], task: Task
-) -> tuple[Row, ...]:
+) -> tuple[Statement, ...]:
     rows = []
     going_on = [x.learning.right(task) for x in lessons if x.learning is not None]
     if going_on:
@@ -195,14 +197,12 @@ def _beside(
     return tuple(rows)
 
 
-def _alike(agreed: Sequence[Agreement]) -> tuple[Row, ...]:
+def _alike(agreed: Sequence[Agreement]) -> tuple[Statement, ...]:
     if not agreed:
         return ()
     share = sum(a.alike for a in agreed) / sum(a.events for a in agreed)
     return (
-        _row(
-            "events that move a weight as the transistors do", share, "at least 0.95", ALIKE, share >= ALIKE
-        ),
+        Statement("events that move a weight as the transistors do", None, share, at_least(ALIKE)),
         _open(
             "error of a weight's voltage_V, median rms of the dies",
             float(np.median([a.error for a in agreed])),
@@ -214,12 +214,8 @@ def _pairs(lessons: Sequence[Lesson], task: Task) -> list[float]:
     return [x.after.pairs_right(task) for x in lessons]
 
 
-def _row(name: str, ours: float, rule: str, tolerance: float, agrees: bool) -> Row:  # noqa: FBT001 - a row's own
-    return Row(name, None, ours, rule, tolerance, fitted=False, agrees=agrees)
-
-
-def _open(name: str, ours: float) -> Row:
-    return Row(name, None, ours, "no rule", None, fitted=False, agrees=True)
+def _open(name: str, ours: float) -> Statement:
+    return Statement(name, None, ours, unjudged())
 
 
 def _notes(lessons: Sequence[Lesson], task: Task) -> tuple[str, ...]:

@@ -25,8 +25,10 @@ from circuits.arrays import F64
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK, PALE
+from system.rule import unjudged, within, within_share
+from system.statement import Statement
 
 PUBLISHED = 0.094  # open-neuromorphic.org, attributed to Qiao et al. 2015
 DIES = (1000, 1001, 1002, 1003)
@@ -72,33 +74,29 @@ def run_on(progress: Progress, dies: tuple[int, ...]) -> Report:
     return Report(tuple(rows), lambda figure: _draw(found, figure), _notes(found))
 
 
-def _row(f: Found) -> Row:
-    agrees = abs(f.spread.cv / f.cv - 1.0) <= TOLERANCE
-    rule = f"{f.cv:.4g} on the dies, within {100 * TOLERANCE:g} %"
-    name = f"{f.spread.name.replace(' ', '_')}_cv"
-    return Row(name, None, f.spread.cv, rule, TOLERANCE, fitted=False, agrees=agrees)
+def _row(f: Found) -> Statement:
+    rule = within_share(TOLERANCE, "{of:.4g} on the dies, within {percent:g} %", of=f.cv)
+    return Statement(f"{f.spread.name.replace(' ', '_')}_cv", None, f.spread.cv, rule)
 
 
-def _correlations(found: list[Found]) -> list[Row]:
+def _correlations(found: list[Found]) -> list[Statement]:
     rows = []
     by_name = {f.spread.name: f for f in found}
     pairs = [(f"{sign} time constant", f"{sign} gain") for sign in ("excitatory", "inhibitory")]
     for first, second in [("membrane time constant", "threshold current"), *pairs]:
         a, b = by_name[first], by_name[second]
-        ours = correlation(a.spread, b.spread)
         measured = float(np.corrcoef(a.logs, b.logs)[0, 1])
-        rule = f"{measured:.3g} on the dies, within {CORRELATION_TOLERANCE:g}"
+        rule = within(CORRELATION_TOLERANCE, "{of:.3g} on the dies, within {limit:g}", of=measured)
         name = f"correlation_{first}_and_{second}".replace(" ", "_")
-        agrees = abs(ours - measured) <= CORRELATION_TOLERANCE
-        rows.append(Row(name, None, ours, rule, CORRELATION_TOLERANCE, fitted=False, agrees=agrees))
+        rows.append(Statement(name, None, correlation(a.spread, b.spread), rule))
     return rows
 
 
-def _beside(found: list[Found]) -> Row:
+def _beside(found: list[Found]) -> Statement:
     """The published figure beside the mean CV of the rates; nothing is judged."""
     mean = float(np.mean([f.spread.cv for f in found if f.spread.name.startswith("rate")]))
-    rule = f"beside a secondary source; mean over {RATES[0]:g} to {RATES[-1]:g} Hz, no rule"
-    return Row("neuron_mismatch", PUBLISHED, mean, rule, None, fitted=False, agrees=True)
+    text = f"beside a secondary source; mean over {RATES[0]:g} to {RATES[-1]:g} Hz, no rule"
+    return Statement("neuron_mismatch", PUBLISHED, mean, unjudged(text))
 
 
 def _notes(found: list[Found]) -> tuple[str, ...]:

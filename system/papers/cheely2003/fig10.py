@@ -22,8 +22,10 @@ from circuits.blocks.sonar import centroid_board, vocalization_controller
 from circuits.errors import SolverError
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK, PALE
+from system.rule import above, at_most, below
+from system.statement import Statement
 
 POINTS = 15
 RTOL = 1e-5
@@ -74,7 +76,7 @@ def _measure(proximity: float) -> tuple[float, float]:
     return rate, amplitude
 
 
-def _rows(laws: Laws) -> tuple[Row, ...]:
+def _rows(laws: Laws) -> tuple[Statement, ...]:
     rise, fall = float(np.diff(laws.rate).min()), float(np.diff(laws.amplitude).max())
     interval = 1.0 / laws.rate
     shortest, margin = float(interval.min()), float((interval - laws.delay).min())
@@ -82,49 +84,28 @@ def _rows(laws: Laws) -> tuple[Row, ...]:
     return (
         _linear_row("rate_departure_from_line", laws.proximity, laws.rate),
         _linear_row("amplitude_departure_from_line", laws.proximity, laws.amplitude),
-        Row(
-            "smallest_step_of_rate_Hz",
-            "rises",
-            rise,
-            "above 0 at every step",
-            0.0,
-            fitted=False,
-            agrees=rise > 0.0,
-        ),
-        Row(
-            "largest_step_of_amplitude_V",
-            "falls",
-            fall,
-            "below 0 at every step",
-            0.0,
-            fitted=False,
-            agrees=fall < 0.0,
-        ),
-        Row(
+        Statement("smallest_step_of_rate_Hz", "rises", rise, above(0.0, "above {limit:g} at every step")),
+        Statement("largest_step_of_amplitude_V", "falls", fall, below(0.0, "below {limit:g} at every step")),
+        Statement(
             "smallest_interval_less_echo_delay_s",
             "above 0",
             margin,
-            "above 0 at every proximity voltage",
-            0.0,
+            above(0.0, "above {limit:g} at every proximity voltage"),
             fitted=True,
-            agrees=margin > 0.0,
         ),
-        Row(
+        Statement(
             "shortest_interval_s",
             longest,
             shortest,
-            "longer than the longest best delay",
-            None,
+            above(text="longer than the longest best delay"),
             fitted=True,
-            agrees=shortest > longest,
         ),
     )
 
 
-def _linear_row(name: str, x: F64, y: F64) -> Row:
+def _linear_row(name: str, x: F64, y: F64) -> Statement:
     departure = float(np.abs(y - np.polyval(np.polyfit(x, y, 1), x)).max() / np.ptp(y))
-    rule = f"at most {100 * LINEAR:g} % of full scale"
-    return Row(name, 0.0, departure, rule, LINEAR, fitted=False, agrees=departure <= LINEAR)
+    return Statement(name, 0.0, departure, at_most(LINEAR, "at most {percent:g} % of full scale"))
 
 
 def _draw(laws: Laws, figure: Figure) -> None:

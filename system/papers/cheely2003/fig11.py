@@ -10,51 +10,43 @@ from matplotlib.figure import Figure
 
 from system.approach.run import run
 from system.approach.trace import Scenario, Trace, draw, summarise
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
+from system.rule import Measured, Rule, above, at_least, below
+from system.statement import Statement
 
 DURATION = 4.0  # s
 HELD = 0.9  # share of the time nearer to the target than to the clutter; ours
 LOST = 0.5
 
 
-def rows(isolated: Trace, mixed: Trace) -> tuple[Row, ...]:
+def rows(isolated: Trace, mixed: Trace) -> tuple[Statement, ...]:
     """Statements about a run with isolation and one without."""
     with_isolation, without = summarise(isolated), summarise(mixed)
     interval, longest = with_isolation["shortest_interval_s"], with_isolation["longest_best_delay_s"]
     return (
-        _compare("call_rate_Hz", "rises", with_isolation, "call_rate"),
-        _compare("call_amplitude_V", "falls", with_isolation, "call_amplitude"),
-        Row(
-            name="shortest_interval_s",
-            paper=longest,
-            ours=interval,
-            rule="longer than the longest best delay",
-            tolerance=None,
-            fitted=False,
-            agrees=interval is not None and longest is not None and interval > longest,
+        _change("call_rate_Hz", "rises", with_isolation, above(0.0, "last rises from first")),
+        _change("call_amplitude_V", "falls", with_isolation, below(0.0, "last falls from first")),
+        Statement("shortest_interval_s", longest, interval, above(text="longer than the longest best delay")),
+        Statement(
+            "held_fraction_with_isolation",
+            "first target only",
+            with_isolation["held_fraction"],
+            at_least(HELD),
         ),
-        _share("held_fraction_with_isolation", with_isolation, HELD, above=True),
-        _share("held_fraction_without_isolation", without, LOST, above=False),
+        Statement(
+            "held_fraction_without_isolation", "all targets mixed", without["held_fraction"], below(LOST)
+        ),
     )
 
 
-def _compare(name: str, way: str, summary: dict[str, float | None], stem: str) -> Row:
-    unit = name.rsplit("_", maxsplit=1)[1]
+def _change(name: str, way: str, summary: dict[str, float | None], rule: Rule) -> Statement:
+    """A statement about the last of a quantity less its first."""
+    stem, unit = name.rsplit("_", maxsplit=1)
     first, last = summary[f"{stem}_first_{unit}"], summary[f"{stem}_last_{unit}"]
-    known = first is not None and last is not None
-    change = last - first if first is not None and last is not None else None
-    agrees = change is not None and (change > 0.0 if way == "rises" else change < 0.0)
-    ours = f"{first:.3g} to {last:.3g}" if known else None
-    paper, rule = f"{way} during the approach", f"last {way} from first"
-    return Row(name, paper, ours, rule, None, fitted=False, agrees=agrees)
-
-
-def _share(name: str, summary: dict[str, float | None], bound: float, *, above: bool) -> Row:
-    value = summary["held_fraction"]
-    agrees = value is not None and (value >= bound if above else value < bound)
-    rule = f"{'at least' if above else 'below'} {bound:g}"
-    paper = "first target only" if above else "all targets mixed"
-    return Row(name, paper, value, rule, bound, fitted=False, agrees=agrees)
+    ours = None
+    if first is not None and last is not None:
+        ours = Measured(last - first, f"{first:.3g} to {last:.3g}")
+    return Statement(name, f"{way} during the approach", ours, rule)
 
 
 def reproduce(progress: Progress, duration: float = DURATION) -> Report:

@@ -21,8 +21,10 @@ from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK, PALE
+from system.rule import above, as_many, below
+from system.statement import Statement
 
 RTOL = 1e-6
 DURATION = 17e-3  # s
@@ -77,44 +79,25 @@ def _simulate(case: Case) -> Result:
     return simulate(rebound_neuron.testbench(circuit, stimuli, Silicon().process.v_dd), rtol=RTOL)
 
 
-def _spike_row(case: Case, result: Result) -> Row:
+def _spike_row(case: Case, result: Result) -> Statement:
     count = int(result.spikes["spike"].size)
-    return Row(
-        f"spikes_{case.name}",
-        case.spikes,
-        count,
-        "as many",
-        0.0,
-        fitted=case.fitted,
-        agrees=count == case.spikes,
-    )
+    return Statement(f"spikes_{case.name}", case.spikes, count, as_many(), case.fitted)
 
 
-def _membrane_rows(results: dict[str, Result]) -> tuple[Row, ...]:
+def _membrane_rows(results: dict[str, Result]) -> tuple[Statement, ...]:
     held = max(_held(results[case.name]) for case in SHOWN)
     moved = _moved(results[SHORTER.name], results[CALL_ALONE.name])
     rest = float(results[CALL_ALONE.name].operating_point["v_rest"])
     peak = rebound_neuron.measures(results[CALL_ALONE.name])["v_mem_peak_V"] or 0.0
     return (
-        Row(
-            "v_mem_during_inhibition_V",
-            0.0,
-            held,
-            f"below {GROUNDED:g} V",
-            GROUNDED,
-            fitted=False,
-            agrees=held < GROUNDED,
-        ),
-        Row(
+        Statement("v_mem_during_inhibition_V", 0.0, held, below(GROUNDED, "below {limit:g} V")),
+        Statement(
             "v_mem_moved_by_echo_at_3_ms_V",
             None,
             moved,
-            f"less than {MOVED:g} V before the release",
-            MOVED,
-            fitted=False,
-            agrees=moved < MOVED,
+            below(MOVED, "less than {limit:g} V before the release"),
         ),
-        Row("v_mem_peak_after_release_V", rest, peak, "above V_rest", None, fitted=True, agrees=peak > rest),
+        Statement("v_mem_peak_after_release_V", rest, peak, above(text="above V_rest"), fitted=True),
     )
 
 

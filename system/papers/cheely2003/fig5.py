@@ -37,8 +37,10 @@ from circuits.errors import TopologyError
 from circuits.silicon.process import at_temperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
+from system.rule import at_least, within_factor, within_share
+from system.statement import Statement
 
 RTOL = 1e-7  # displacement currents are differences of recorded voltages
 ECHO_TIME = rebound_neuron.CALL_TIME  # s; the paper's transients are at 1 ms, too
@@ -189,44 +191,30 @@ def _at(current: Current, time: float) -> float:
     return float(np.interp(time, current.time, current.channel))
 
 
-def _decay_rows(current: Current, decay: Decay, drawn: float, loaded: float) -> tuple[Row, ...]:
+def _decay_rows(current: Current, decay: Decay, drawn: float, loaded: float) -> tuple[Statement, ...]:
     return (
         _within("i_max_A", DESIGN_CURRENT, _largest(current), 0.05, fitted=True),
         _within("decay_rate_weak_decade_per_s", loaded, decay.weak_rate, 0.01, fitted=True),
         _within("decay_rate_first_decade_per_s", loaded, decay.first_rate, 0.1),
         _within("decay_rate_weak_decade_drawn_capacitance_per_s", drawn, decay.weak_rate, 0.1),
-        Row(
+        Statement(
             "exponential_decades",
             None,
             decay.decades,
-            f"at least 1 within {100 * STRAIGHT:g} % of a line in ln I",
-            1.0,
-            fitted=False,
-            agrees=decay.decades >= 1.0,
+            at_least(1.0, f"at least {{limit:g}} within {100 * STRAIGHT:g} % of a line in ln I"),
         ),
     )
 
 
-def _within(name: str, paper: float, ours: float, share: float, *, fitted: bool = False) -> Row:
-    agrees = abs(ours - paper) <= share * paper
-    return Row(name, paper, ours, f"within {100 * share:g} %", share, fitted=fitted, agrees=agrees)
+def _within(name: str, paper: float, ours: float, share: float, *, fitted: bool = False) -> Statement:
+    return Statement(name, paper, ours, within_share(share), fitted)
 
 
-def _transient_rows(current: Current) -> tuple[Row, ...]:
+def _transient_rows(current: Current) -> tuple[Statement, ...]:
     low, high = current.extremes
     pairs = (("transient_low_A", PAPER_LOW, low), ("transient_extent_A", PAPER_HIGH - PAPER_LOW, high - low))
-    return tuple(
-        Row(
-            name,
-            paper,
-            ours,
-            f"same sign, within a factor of {FACTOR:g}",
-            FACTOR,
-            fitted=False,
-            agrees=1.0 / FACTOR <= ours / paper <= FACTOR,
-        )
-        for name, paper, ours in pairs
-    )
+    rule = within_factor(FACTOR, "same sign, within a factor of {limit:g}")
+    return tuple(Statement(name, paper, ours, rule) for name, paper, ours in pairs)
 
 
 def _draw(current: Current, decay: Decay, loaded: float, figure: Figure) -> None:

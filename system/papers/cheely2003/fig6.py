@@ -36,8 +36,10 @@ from circuits.lowering.kernel import Machine
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
+from system.rule import above, all_of, none, within, within_share
+from system.statement import Statement
 
 PAIRS = 100
 STEP, LONGEST = 0.25e-3, 30e-3  # s
@@ -160,7 +162,7 @@ def _fires(machine: Machine, tuning: Tuning, delays: F64) -> Bools:
     return np.array(found, dtype=np.bool_)
 
 
-def _rows(curves: dict[str, Curves]) -> tuple[Row, ...]:
+def _rows(curves: dict[str, Curves]) -> tuple[Statement, ...]:
     linear, reciprocal = curves["linear"], curves["reciprocal"]
     best = reciprocal.best_delay
     bunched = int((linear.best_delay < 0.25 * LONGEST).sum())
@@ -168,67 +170,51 @@ def _rows(curves: dict[str, Curves]) -> tuple[Row, ...]:
         *(row for name, found in curves.items() for row in _shape_rows(name, found)),
         _aim("reciprocal_first_best_delay_s", float(best[0]), FIRST),
         _aim("reciprocal_last_best_delay_s", float(best[-1]), LAST),
-        Row(
+        Statement(
             "reciprocal_largest_distance_from_line",
             None,
             reciprocal.off_line,
-            f"best delays within {100 * LINE:g} % of their span of a line in the index",
-            LINE,
+            within(LINE, "best delays within {percent:g} % of their span of a line in the index", of=0.0),
             fitted=True,
-            agrees=reciprocal.off_line <= LINE,
         ),
-        Row(
+        Statement(
             "linear_best_delays_in_first_quarter",
             None,
             float(bunched),
-            "more than half of the neurons: delays bunch where currents are linear",
-            0.5 * ranging_chip.NEURONS,
-            fitted=False,
-            agrees=bunched > 0.5 * ranging_chip.NEURONS,
+            above(
+                0.5 * ranging_chip.NEURONS,
+                "more than half of the neurons: delays bunch where currents are linear",
+            ),
         ),
     )
 
 
-def _shape_rows(name: str, found: Curves) -> tuple[Row, ...]:
+def _shape_rows(name: str, found: Curves) -> tuple[Statement, ...]:
     """What the paper says of the curves, and the check of the method."""
     peak = float(found.share.max(axis=1).min())
     ratio = float(found.width[-1] / found.width[0])
     order = float(spearmanr(found.best_delay, found.width).statistic)
     return (
-        Row(f"{name}_lowest_peak", 1.0, peak, "every peak 100 %", 0.0, fitted=False, agrees=peak == 1.0),
-        Row(
-            f"{name}_width_last_over_first",
-            "long-delay neurons wider",
-            ratio,
-            "above 1",
-            1.0,
-            fitted=False,
-            agrees=ratio > 1.0,
-        ),
-        Row(
+        Statement(f"{name}_lowest_peak", 1.0, peak, all_of(1.0, "every peak {percent:g} %")),
+        Statement(f"{name}_width_last_over_first", "long-delay neurons wider", ratio, above(1.0)),
+        Statement(
             f"{name}_width_rank_correlation",
             "long-delay neurons wider",
             order,
-            "of width with best delay, above 0.9",
-            0.9,
-            fitted=False,
-            agrees=order > 0.9,
+            above(0.9, "of width with best delay, above {limit:g}"),
         ),
-        Row(
+        Statement(
             f"{name}_direct_runs_that_differ",
             None,
             float(found.wrong),
-            f"none of {found.checked}, pairs within {1e6 * RESOLUTION:g} us of an edge apart",
-            0.0,
-            fitted=False,
-            agrees=found.wrong == 0,
+            none(f"none of {found.checked}, pairs within {1e6 * RESOLUTION:g} us of an edge apart"),
         ),
     )
 
 
-def _aim(name: str, ours: float, aim: float) -> Row:
-    agrees = abs(ours / aim - 1.0) <= 0.1
-    return Row(name, None, ours, f"within 10 % of {1e3 * aim:g} ms (ours)", 0.1, fitted=True, agrees=agrees)
+def _aim(name: str, ours: float, aim: float) -> Statement:
+    rule = within_share(0.1, "within {percent:g} % of {of_milli:g} ms (ours)", of=aim)
+    return Statement(name, None, ours, rule, fitted=True)
 
 
 def _notes(curves: dict[str, Curves]) -> tuple[str, ...]:

@@ -41,8 +41,10 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 from system.approach.run import ENVELOPE_TOLERANCE
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
+from system.rule import as_many, below, within
+from system.statement import Statement
 from system.worlds.sound import microphone as mic
 from system.worlds.sound.acoustics import Call, speed_of_sound, two_way_delay
 from system.worlds.sound.ear import CALL_DURATION, SAMPLE_RATE
@@ -129,7 +131,7 @@ def _spikes(result: Result, path: mic.SoundPath) -> F64:
     return times[(times >= path.onset) & (times < path.offset + CALL_DURATION)]
 
 
-def _count_rows(recording: Recording) -> tuple[Row, ...]:
+def _count_rows(recording: Recording) -> tuple[Statement, ...]:
     rows = []
     for path in recording.paths:
         direct = path.source == mic.DIRECT
@@ -153,11 +155,11 @@ def _count_rows(recording: Recording) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _count_row(name: str, wanted: int, count: int, *, fitted: bool) -> Row:
-    return Row(name, wanted, count, "as many", 0.0, fitted=fitted, agrees=count == wanted)
+def _count_row(name: str, wanted: int, count: int, *, fitted: bool) -> Statement:
+    return Statement(name, wanted, count, as_many(), fitted)
 
 
-def _latency_rows(recording: Recording) -> tuple[Row, ...]:
+def _latency_rows(recording: Recording) -> tuple[Statement, ...]:
     rows = [_latency_row("onset", recording.onset, path, SOON) for path in recording.paths]
     return (
         *rows,
@@ -165,23 +167,20 @@ def _latency_rows(recording: Recording) -> tuple[Row, ...]:
     )
 
 
-def _latency_row(name: str, result: Result, path: mic.SoundPath, limit: float) -> Row:
+def _latency_row(name: str, result: Result, path: mic.SoundPath, limit: float) -> Statement:
     latency = _first(_spikes(result, path), path.onset)
-    agrees = latency is not None and latency < limit
-    rule = f"below {1e3 * limit:g} ms"
-    return Row(f"{name}_latency_{path.source}_s", None, latency, rule, limit, fitted=False, agrees=agrees)
+    return Statement(f"{name}_latency_{path.source}_s", None, latency, below(limit, "below {milli:g} ms"))
 
 
-def _delay_rows(recording: Recording) -> tuple[Row, ...]:
+def _delay_rows(recording: Recording) -> tuple[Statement, ...]:
     direct = recording.paths[0]
     call = _first(_spikes(recording.high_threshold, direct), 0.0)
     rows = []
     for path in recording.paths[1:]:
         true = path.onset - direct.onset
         seen = None if call is None else _first(_spikes(recording.onset, path), call)
-        agrees = seen is not None and abs(seen - true) < DELAY_ERROR
-        rule = f"within {1e3 * DELAY_ERROR:g} ms of the sounds' delay"
-        rows.append(Row(f"delay_{path.source}_s", true, seen, rule, DELAY_ERROR, fitted=False, agrees=agrees))
+        rule = within(DELAY_ERROR, "within {milli:g} ms of the sounds' delay")
+        rows.append(Statement(f"delay_{path.source}_s", true, seen, rule))
     return tuple(rows)
 
 

@@ -44,8 +44,10 @@ from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK, PALE
+from system.rule import above, below, within
+from system.statement import Statement
 from system.worlds.sound.acoustics import speed_of_sound
 
 Spikes = tuple[tuple[float, int], ...]  # (s after the call, neuron)
@@ -214,50 +216,40 @@ def _ratio(curve: Curve, measure: str) -> float:
     return far / near
 
 
-def _rows(linear: Curve, reciprocal: Curve) -> tuple[Row, ...]:
+def _rows(linear: Curve, reciprocal: Curve) -> tuple[Statement, ...]:
     ratio = {measure: _ratio(linear, measure) for measure in MEASURES}
     beside = _halves(linear, "near_line")[1] / _halves(reciprocal, "near_line")[1]
     step = -float(np.diff(centroid_board.linear_lookup()).mean())
     answered = float(_errors(reciprocal, "end_line")[~reciprocal.silent].max())
-    more = f"more than with reciprocal currents ({int(reciprocal.silent.sum())})"
-    silent = int(linear.silent.sum())
     return (
         _above_one("linear_near_line_far_over_near", LESS_FAR, ratio["near_line"]),
         _above_one("linear_near_line_answered_far_over_near", LESS_FAR, ratio["near_line_answered"]),
         _above_one("linear_ambiguity_far_over_near", LESS_FAR, ratio["ambiguity"]),
-        Row(
+        Statement(
             "linear_end_line_far_over_near",
             None,
             ratio["end_line"],
-            "below 1: it fails nearby, where delays bunch",
-            1.0,
-            fitted=False,
-            agrees=ratio["end_line"] < 1.0,
+            below(1.0, "below {limit:g}: it fails nearby, where delays bunch"),
         ),
         _above_one("far_near_line_linear_over_reciprocal", None, beside),
-        Row(
+        Statement(
             "reciprocal_end_line_largest_V",
             None,
             answered,
-            f"within a look-up step, {step:.3g} V, where a neuron fires",
-            step,
+            within(step, "within a look-up step, {limit:.3g} V, where a neuron fires", of=0.0),
             fitted=True,
-            agrees=answered <= step,
         ),
-        Row(
+        Statement(
             "linear_silent_delays",
             None,
-            silent,
-            more,
-            None,
-            fitted=False,
-            agrees=silent > int(reciprocal.silent.sum()),
+            int(linear.silent.sum()),
+            above(int(reciprocal.silent.sum()), "more than with reciprocal currents ({limit:g})"),
         ),
     )
 
 
-def _above_one(name: str, paper: str | None, ours: float) -> Row:
-    return Row(name, paper, ours, "above 1", 1.0, fitted=False, agrees=ours > 1.0)
+def _above_one(name: str, paper: str | None, ours: float) -> Statement:
+    return Statement(name, paper, ours, above(1.0))
 
 
 def _notes(curves: dict[str, Curve]) -> tuple[str, ...]:

@@ -27,11 +27,13 @@ from matplotlib.ticker import NullFormatter
 from chips.lso.model import LEAST_AREA
 from circuits.arrays import F64
 from circuits.silicon.die import Die
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.head.loop import LOST
 from system.head.picture import draw_angles
 from system.head.run import SUMMARY, SYSTEM, Trace
 from system.plot import COLOURS, INK
+from system.rule import Measured, above, at_least, at_most
+from system.statement import Statement
 from system.study.statistics.interval import mean_interval
 
 Found = Mapping[str, F64]
@@ -80,30 +82,30 @@ def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
     return Report(rows, lambda figure: _draw(found, shown, figure), tuple(notes(found)))
 
 
-def nominal_rows(nominal: Mapping[str, Trace]) -> tuple[Row, ...]:
+def nominal_rows(nominal: Mapping[str, Trace]) -> tuple[Statement, ...]:
     """Errors on the nominal die."""
     sine = float(SYSTEM.summarise(nominal["sine"])["error_rms_deg"] or 0.0)
     step = float(SYSTEM.summarise(nominal["step"])["settled_rms_deg"] or 0.0)
     return (
-        _row("nominal_sine_error_deg", sine, "at most", MOST_SINE, fitted=True),
-        _row("nominal_step_settled_deg", step, "at most", MOST_STEP, fitted=True),
+        _most("nominal_sine_error_deg", sine, MOST_SINE, fitted=True),
+        _most("nominal_step_settled_deg", step, MOST_STEP, fitted=True),
     )
 
 
-def die_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+def die_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
     """Errors on the dies, and pings without an answer."""
     sine, step = found["sine"]["error_rms_deg"], found["step"]["settled_rms_deg"]
     lost = sum(float(found[m]["lost"].sum()) for m in ("sine", "step"))
     pings = sum(float(found[m]["pings"].sum()) for m in ("sine", "step"))
     return (
-        _row("dies_sine_error_deg", float(sine.mean()), "at most", MOST_SINE),
-        _row("dies_sine_worst_deg", float(sine.max()), "at most", MOST_WORST),
-        _row("dies_step_settled_deg", float(step.mean()), "at most", MOST_STEP),
-        _row("dies_lost_share", lost / pings, "at most", MOST_LOST),
+        _most("dies_sine_error_deg", float(sine.mean()), MOST_SINE),
+        _most("dies_sine_worst_deg", float(sine.max()), MOST_WORST),
+        _most("dies_step_settled_deg", float(step.mean()), MOST_STEP),
+        _most("dies_lost_share", lost / pings, MOST_LOST),
     )
 
 
-def wiring_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+def wiring_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
     """What subtracting the far ear is good for."""
     sine, excited = found["sine"], found["excitation"]
     moved = abs(float(sine["error_rms_deg"].mean() - found["one range"]["error_rms_deg"].mean()))
@@ -111,29 +113,29 @@ def wiring_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
     ratio = float(excited["spikes_a_ping"].sum() / sine["spikes_a_ping"].sum())
     worst = float(excited["error_rms_deg"].max() / sine["error_rms_deg"].max())
     return (
-        _row("changing_range_adds_deg", moved, "at most", MOST_MOVED),
-        _row("one_ear_error_ratio", float(one.mean() / sine["error_rms_deg"].mean()), "at least", 2.0),
-        _row("one_ear_error_by_range_ratio", float(one.mean() / still.mean()), "at least", 2.0),
-        _row("excitation_spikes_ratio", ratio, "at least", LEAST_RATIO),
-        _row("excitation_worst_die_ratio", worst, "at least", LEAST_WORSE),
+        _most("changing_range_adds_deg", moved, MOST_MOVED),
+        _least("one_ear_error_ratio", float(one.mean() / sine["error_rms_deg"].mean()), 2.0),
+        _least("one_ear_error_by_range_ratio", float(one.mean() / still.mean()), 2.0),
+        _least("excitation_spikes_ratio", ratio, LEAST_RATIO),
+        _least("excitation_worst_die_ratio", worst, LEAST_WORSE),
     )
 
 
-def silicon_rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+def silicon_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
     """Dependence on temperature, by kind of bias, and on the devices' area."""
     rows = []
     for kind in KINDS:
         means = [float(found[f"{kind} {t:g}"]["error_rms_deg"].mean()) for t in TEMPERATURES]
         moved = max(abs(m - means[1]) for m in means)
-        rows.append(_row(f"{kind}_temperature_moves_deg", moved, "at most", MOST_MOVED))
+        rows.append(_most(f"{kind}_temperature_moves_deg", moved, MOST_MOVED))
     error = {a: _of_area(found, a)["error_rms_deg"] for a in AREAS}
     small = mean_interval(error[AREAS[0]] - error[1.0], np.random.default_rng(0))
     rows += [
-        Row(
-            "area_1/16_adds_deg", None, float((error[AREAS[0]] - error[1.0]).mean()),
-            "interval of the mean over dies above 0", 0.0, fitted=False, agrees=small.low > 0.0,
+        Statement(
+            "area_1/16_adds_deg", None, Measured(small.low, float((error[AREAS[0]] - error[1.0]).mean())),
+            above(0.0, "interval of the mean over dies above {limit:g}"),
         ),
-        _row("area_4_saves_deg", float((error[1.0] - error[4.0]).mean()), "at most", MOST_MOVED),
+        _most("area_4_saves_deg", float((error[1.0] - error[4.0]).mean()), MOST_MOVED),
     ]  # fmt: skip
     return tuple(rows)
 
@@ -165,9 +167,12 @@ def _of_area(found: Mapping[str, Found], area: float) -> Found:
     return found["sine"] if area == 1.0 else found[f"area {area:g}"]
 
 
-def _row(name: str, ours: float, rule: str, limit: float, *, fitted: bool = False) -> Row:
-    agrees = ours <= limit if rule == "at most" else ours >= limit
-    return Row(name, None, ours, f"{rule} {limit:g} (ours)", limit, fitted=fitted, agrees=agrees)
+def _most(name: str, ours: float, limit: float, *, fitted: bool = False) -> Statement:
+    return Statement(name, None, ours, at_most(limit, "at most {limit:g} (ours)"), fitted)
+
+
+def _least(name: str, ours: float, limit: float) -> Statement:
+    return Statement(name, None, ours, at_least(limit, "at least {limit:g} (ours)"))
 
 
 def _draw(found: Mapping[str, Found], shown: list[Trace], figure: Figure) -> None:

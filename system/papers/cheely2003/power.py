@@ -37,9 +37,11 @@ from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.power import delivered_energy
 from circuits.solver.transient import Result, Runner, Steps
 from circuits.testbench import Testbench
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.papers.cheely2003.fig6 import neurons
 from system.plot import COLOURS, INK
+from system.rule import Rule, between, within_share
+from system.statement import Statement
 
 QUIESCENT, AT_50_HZ = 33e-6, 550e-6  # W; the paper's
 TOLERANCE = 0.1
@@ -148,39 +150,36 @@ def _lines(machine: Machine, case: Case) -> dict[str, Polyline]:
     return {name: polyline(name, pulse(times, v_dd)) for name, times in (("call", calls), ("echo", echoes))}
 
 
-def _rows(found: dict[str, Power]) -> tuple[Row, ...]:
+def _rows(found: dict[str, Power]) -> tuple[Statement, ...]:
     rest, one = found[REST_CASE.label].total, found[ONE_CASE.label].total
     rows = [_fitted("quiescent_power_W", QUIESCENT, rest), _fitted("power_50_Hz_one_echo_W", AT_50_HZ, one)]
     for case in CASES[2:]:
         if case.label not in found:
             continue
         ours = found[case.label].total
-        rule, agrees = _prediction(case, ours, rest, one)
         name = f"power_{case.label.replace(', ', '_').replace(' ', '_')}_W"
-        rows.append(Row(name, None, ours, rule, None, fitted=False, agrees=agrees))
+        rows.append(Statement(name, None, ours, _prediction(case, rest, one)))
     return tuple(rows)
 
 
-def _fitted(name: str, paper: float, ours: float) -> Row:
-    agrees = abs(ours / paper - 1.0) <= TOLERANCE
-    return Row(name, paper, ours, f"within {100 * TOLERANCE:g} %", TOLERANCE, fitted=True, agrees=agrees)
+def _fitted(name: str, paper: float, ours: float) -> Statement:
+    return Statement(name, paper, ours, within_share(TOLERANCE), fitted=True)
 
 
-def _prediction(case: Case, ours: float, rest: float, one: float) -> tuple[str, bool]:
-    """Rule of a predicted case, and whether it holds."""
+def _prediction(case: Case, rest: float, one: float) -> Rule:
+    """Rule of a predicted case."""
     line = rest + (one - rest) * case.rate / ONE_CASE.rate
     if case.rate < ONE_CASE.rate:
-        return f"from the line through rest and 50 Hz, {1e6 * line:.1f} uW, to 50 Hz", line <= ours <= one
+        return between(line, one, "from the line through rest and 50 Hz, {low_micro:.1f} uW, to 50 Hz")
     if case.rate > ONE_CASE.rate:
-        return f"from 50 Hz to the line through rest and 50 Hz, {1e6 * line:.0f} uW", one <= ours <= line
-    return f"within {100 * ECHO_TOLERANCE:g} % of one echo", abs(ours / one - 1.0) <= ECHO_TOLERANCE
+        return between(one, line, "from 50 Hz to the line through rest and 50 Hz, {high_micro:.0f} uW")
+    return within_share(ECHO_TOLERANCE, "within {percent:g} % of one echo", of=one)
 
 
-def _separate_row(apart: Power, coupled: Power) -> Row:
-    ratio = apart.total / coupled.total
-    rule = f"separately stepped neurons and chain within {100 * APART:g} % of the coupled chip"
-    return Row(
-        "separate_over_coupled", None, ratio, rule, APART, fitted=False, agrees=abs(ratio - 1.0) <= APART
+def _separate_row(apart: Power, coupled: Power) -> Statement:
+    text = "separately stepped neurons and chain within {percent:g} % of the coupled chip"
+    return Statement(
+        "separate_over_coupled", None, apart.total / coupled.total, within_share(APART, text, of=1.0)
     )
 
 

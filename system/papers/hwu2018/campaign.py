@@ -26,10 +26,12 @@ from chips.wavefront.axon_graph import grid_graph
 from circuits.arrays import I64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
 from system.rover.campaign import Case, Outcome, first_failure, regrets, run_case
 from system.rover.cost_map import MAX_CODE, CostMap, load_map, random_pairs
+from system.rule import Measured, apart_below, below, exactly
+from system.statement import Statement
 
 DIES, FIRST_DIE, ROUTES, SEED = 200, 1000, 20, 1000
 PARK, ANY = "map1-road-obstacles", "random-1-to-31"
@@ -89,26 +91,24 @@ def _exact(cost_map: CostMap, routes: I64) -> I64:
     return regrets(cost_map, graph, cost_map.costs.ravel()[None].astype(np.float64), routes)
 
 
-def rows(found: Found, exact: Sequence[int]) -> tuple[Row, ...]:
+def rows(found: Found, exact: Sequence[int]) -> tuple[Statement, ...]:
     """Statements about exact delays, the design point and area."""
     design = next(o for o in found[PARK, "gate", "unit"] if o.case == Case())
     total = float(sum(exact))
     return (
-        Row("exact_delays_regret", "none", total, "0 on both maps", 0.0, fitted=False, agrees=total == 0.0),
-        Row(
-            f"{PARK}_design_point_regret", None, design.regret.value, f"below {100 * MOST:g} %", MOST,
-            fitted=False, agrees=design.regret.value < MOST,
+        Statement("exact_delays_regret", "none", total, exactly(0.0, "{limit:g} on both maps")),
+        Statement(
+            f"{PARK}_design_point_regret", None, design.regret.value, below(MOST, "below {percent:g} %")
         ),
         *(_area_row(name, kind, found[name, kind, "area"]) for name in (PARK, ANY) for kind in KINDS),
-    )  # fmt: skip
+    )
 
 
-def _area_row(name: str, kind: str, outcomes: Sequence[Outcome]) -> Row:
+def _area_row(name: str, kind: str, outcomes: Sequence[Outcome]) -> Statement:
     small, large = outcomes[0].regret, outcomes[-1].regret
-    rule = f"regret at area x16 below that at x0.25, {small.value:.3g}, intervals apart"
-    agrees = large.interval.high < small.interval.low
-    label = f"{name}_{kind}_area_16_regret"
-    return Row(label, None, large.value, rule, small.value, fitted=False, agrees=agrees)
+    rule = apart_below(small, "regret at area x16 below that at x0.25, {limit:.3g}, intervals apart")
+    ours = Measured(large.value, large.value, large.interval)
+    return Statement(f"{name}_{kind}_area_16_regret", None, ours, rule)
 
 
 def _notes(found: Found) -> tuple[str, ...]:

@@ -22,11 +22,13 @@ from matplotlib.figure import Figure
 
 from chips.wavefront.paper_walk import TwoPasses, plan_in_two_passes
 from circuits.arrays import Bools
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.rover.cost_map import CostMap, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
 from system.rover.planner import path_cost, plan_path, planner_named
+from system.rule import above, at_least, below, exactly
+from system.statement import Statement
 
 START, GOAL = (2, 10), (19, 10)
 STEPS = (3, 18)  # the paper's
@@ -76,37 +78,34 @@ def reproduce(progress: Progress) -> Report:
     return Report(rows(plain, road), lambda figure: _draw(waves, figure), _notes(plain, road))
 
 
-def rows(plain: Wave, road: Wave) -> tuple[Row, ...]:
+def rows(plain: Wave, road: Wave) -> tuple[Statement, ...]:
     """Statements about the wave without and with the road."""
     direct = plan_path(plain.cost_map, START, GOAL, planner_named("wave")).length
     length, longer = len(plain.passes.second_path), len(road.passes.second_path)
     return (
         *(_faster(step, int(plain.fired(step).sum()), int(road.fired(step).sum())) for step in STEPS),
-        Row(
-            "goal_fires_at_step_with_road", "earlier", float(road.arrival),
-            f"below {plain.arrival} without", float(plain.arrival), fitted=False,
-            agrees=road.arrival < plain.arrival,
+        Statement(
+            "goal_fires_at_step_with_road",
+            "earlier",
+            float(road.arrival),
+            below(float(plain.arrival), "below {limit:g} without"),
         ),
-        Row(
-            "path_length_without_road", "most direct", float(length), f"the fewest cells, {direct}",
-            float(direct), fitted=False, agrees=length == direct,
+        Statement(
+            "path_length_without_road",
+            "most direct",
+            float(length),
+            exactly(float(direct), "the fewest cells, {limit:g}"),
         ),
-        Row(
-            "path_length_with_road", "longer", float(longer), f"above {length} without", float(length),
-            fitted=False, agrees=longer > length,
+        Statement(
+            "path_length_with_road", "longer", float(longer), above(float(length), "above {limit:g} without")
         ),
-        Row(
-            "path_share_on_road", "along a smooth road", road.on_road, f"at least {ON_ROAD:g}", ON_ROAD,
-            fitted=False, agrees=road.on_road >= ON_ROAD,
-        ),
-    )  # fmt: skip
+        Statement("path_share_on_road", "along a smooth road", road.on_road, at_least(ON_ROAD)),
+    )
 
 
-def _faster(step: int, plain: int, road: int) -> Row:
-    return Row(
-        f"neurons_fired_by_step_{step}_with_road", "more", float(road), f"above {plain} without",
-        float(plain), fitted=False, agrees=road > plain,
-    )  # fmt: skip
+def _faster(step: int, plain: int, road: int) -> Statement:
+    name = f"neurons_fired_by_step_{step}_with_road"
+    return Statement(name, "more", float(road), above(float(plain), "above {limit:g} without"))
 
 
 def _notes(plain: Wave, road: Wave) -> tuple[str, ...]:

@@ -22,13 +22,15 @@ from matplotlib.figure import Figure
 
 from chips.wavefront.paper_walk import plan_in_two_passes
 from circuits.arrays import I64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.papers.hwu2018.table1 import PAIRS, SEED
 from system.rover import dijkstra
 from system.rover.cost_map import MAPS, Cell, CostMap, load_map, random_pairs
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
 from system.rover.planner import path_cost
+from system.rule import at_least, none
+from system.statement import Statement
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,24 +75,23 @@ def _instance(cost_map: CostMap, start: Cell, goal: Cell) -> Instance:
     return Instance(cost_map, passes.first_path, passes.second_path, int(lowest))
 
 
-def rows(found: list[Instance]) -> tuple[Row, ...]:
+def rows(found: list[Instance]) -> tuple[Statement, ...]:
     """Statements about all instances."""
     collided = sum(each.saved > 0 for each in found)
     longer = sum(each.saved < 0 for each in found)
     left = sum(not each.stays for each in found)
     most = max(each.saved for each in found)
     return (
-        Row(
-            "inefficient_first_paths", "some instances", float(collided), f"at least 1 of {len(found)}", 1.0,
-            fitted=False, agrees=collided >= 1,
+        Statement(
+            "inefficient_first_paths",
+            "some instances",
+            float(collided),
+            at_least(1.0, f"at least {{limit:g}} of {len(found)}"),
         ),
-        Row(
-            "cells_saved_in_the_drawn_one", "remedied", float(most), "at least 1", 1.0, fitted=False,
-            agrees=most >= 1,
-        ),
-        Row("second_paths_longer", None, float(longer), "none", 0.0, fitted=False, agrees=longer == 0),
-        Row("second_paths_off_the_first", None, float(left), "none", 0.0, fitted=False, agrees=left == 0),
-    )  # fmt: skip
+        Statement("cells_saved_in_the_drawn_one", "remedied", float(most), at_least(1.0)),
+        Statement("second_paths_longer", None, float(longer), none()),
+        Statement("second_paths_off_the_first", None, float(left), none()),
+    )
 
 
 def _notes(found: list[Instance]) -> tuple[str, ...]:

@@ -24,10 +24,12 @@ from matplotlib.figure import Figure
 from scipy import stats
 
 from circuits.arrays import I64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.rover.cost_map import MAPS, CostMap, load_map, random_pairs
 from system.rover.planner import plan_path, planner_named
+from system.rule import at_most, below, none, within_factor
+from system.statement import Statement
 
 PAIRS = 100
 SEED = 1000
@@ -88,7 +90,7 @@ def rank_sum(first: I64, second: I64) -> float:
     return float(stats.ranksums(first, second).pvalue)
 
 
-def rows(found: Mapping[str, Paths]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Paths]) -> tuple[Statement, ...]:
     """Tests, optimality, lengths, and the paper's medians."""
     return (
         *(_test_row(name, found[name]) for name in WITH_ROAD),
@@ -101,39 +103,32 @@ def rows(found: Mapping[str, Paths]) -> tuple[Row, ...]:
 _EXACT = ("wave", "admissible-a-star")
 
 
-def _test_row(name: str, paths: Paths) -> Row:
+def _test_row(name: str, paths: Paths) -> Statement:
     p = signed_rank(paths.cost["wave"], paths.cost["a-star"])
-    rule = f"paired signed rank, cost of wave below A*, p < {SIGNIFICANT:g}"
-    return Row(
-        f"{name}_signed_rank_p", "p < 0.001 (rank sum)", p, rule, SIGNIFICANT, fitted=False,
-        agrees=p < SIGNIFICANT,
-    )  # fmt: skip
+    rule = below(SIGNIFICANT, "paired signed rank, cost of wave below A*, p < {limit:g}")
+    return Statement(f"{name}_signed_rank_p", "p < 0.001 (rank sum)", p, rule)
 
 
-def _optimal_row(name: str, paths: Paths, planner: str) -> Row:
+def _optimal_row(name: str, paths: Paths, planner: str) -> Statement:
     worse = int((paths.cost[planner] != paths.cost["dijkstra"]).sum())
-    rule = "no path dearer than Dijkstra's"
-    return Row(
-        f"{name}_{planner}_not_optimal", None, float(worse), rule, 0.0, fitted=False, agrees=worse == 0
-    )
+    rule = none("no path dearer than Dijkstra's")
+    return Statement(f"{name}_{planner}_not_optimal", None, float(worse), rule)
 
 
-def _length_row(name: str, paths: Paths) -> Row:
+def _length_row(name: str, paths: Paths) -> Statement:
     ours = abs(float(np.median(paths.length["wave"]) - np.median(paths.length["a-star"])))
     paper = abs(PAPER[name]["length"][0] - PAPER[name]["length"][1])
-    rule = f"medians of wave and A* at most {NEARLY:g} cells apart"
-    return Row(f"{name}_length_difference", paper, ours, rule, NEARLY, fitted=False, agrees=ours <= NEARLY)
+    rule = at_most(NEARLY, "medians of wave and A* at most {limit:g} cells apart")
+    return Statement(f"{name}_length_difference", paper, ours, rule)
 
 
-def _median_rows(name: str, paths: Paths) -> list[Row]:
+def _median_rows(name: str, paths: Paths) -> list[Statement]:
     made = []
+    rule = within_factor(ROUGHLY, "within a factor of {limit:g}: the maps are ours")
     for quantity, values in (("length", paths.length), ("cost", paths.cost)):
         for planner, paper in zip(("paper", "a-star"), PAPER[name][quantity], strict=True):
             ours = float(np.median(values[planner]))
-            agrees = paper / ROUGHLY <= ours <= paper * ROUGHLY
-            label = f"{name}_{planner}_median_{quantity}"
-            rule = f"within a factor of {ROUGHLY:g}: the maps are ours"
-            made.append(Row(label, paper, ours, rule, ROUGHLY, fitted=False, agrees=agrees))
+            made.append(Statement(f"{name}_{planner}_median_{quantity}", paper, ours, rule))
     return made
 
 

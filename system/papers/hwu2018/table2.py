@@ -18,11 +18,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.rover.cost_map import MAPS, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
 from system.rover.run import Scenario, Trace, run, summarise
+from system.rule import above, all_of, between
+from system.statement import Statement
 
 ROUTES = (
     ((2, 10), (19, 10)), ((10, 10), (5, 3)), ((16, 3), (10, 10)),
@@ -78,28 +80,27 @@ def drive_map(name: str) -> Trials:
     )
 
 
-def rows(found: dict[str, Trials]) -> tuple[Row, ...]:
+def rows(found: dict[str, Trials]) -> tuple[Statement, ...]:
     """Mean distance of each map; interventions; arrivals."""
     open_area = np.mean([found[name].interventions.mean() for name in MAPS if name != "map2"])
     cluttered = float(found["map2"].interventions.mean())
     arrived = float(np.mean([t.arrived.mean() for t in found.values()]))
     return (
         *(_mean_row(name, trials) for name, trials in found.items()),
-        Row(
-            "interventions_a_trial_map2", "more frequent than in map 1", cluttered,
-            f"above map 1's {open_area:.3g}", float(open_area), fitted=False, agrees=cluttered > open_area,
+        Statement(
+            "interventions_a_trial_map2",
+            "more frequent than in map 1",
+            cluttered,
+            above(float(open_area), "above map 1's {limit:.3g}"),
         ),
-        Row("arrived_share", 1.0, arrived, "all", 0.0, fitted=False, agrees=arrived == 1.0),
-    )  # fmt: skip
-
-
-def _mean_row(name: str, trials: Trials) -> Row:
-    ours = float(trials.frechet.mean())
-    rule = f"mean of all drives within {LOWEST:g} to {HIGHEST:g} m"
-    agrees = LOWEST <= ours <= HIGHEST
-    return Row(
-        f"{name}_frechet_m", float(np.mean(PAPER[name])), ours, rule, None, fitted=False, agrees=agrees
+        Statement("arrived_share", 1.0, arrived, all_of(1.0)),
     )
+
+
+def _mean_row(name: str, trials: Trials) -> Statement:
+    ours = float(trials.frechet.mean())
+    rule = between(LOWEST, HIGHEST, "mean of all drives within {low:g} to {high:g} m")
+    return Statement(f"{name}_frechet_m", float(np.mean(PAPER[name])), ours, rule)
 
 
 def _notes(found: dict[str, Trials]) -> tuple[str, ...]:

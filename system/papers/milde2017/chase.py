@@ -14,11 +14,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, mean_sd, summaries_of, trials
 from system.pushbot.loop import all_spikes
 from system.pushbot.run import Scenario, Trace
 from system.pushbot.run_picture import draw_run
+from system.rule import at_least
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.worlds.arena.geometry import outline_at
 
@@ -85,13 +87,10 @@ def led_columns(trace: Trace) -> F64:
     return np.array(found)
 
 
-def rows(found: Sequence[Summary]) -> tuple[Row, ...]:
+def rows(found: Sequence[Summary]) -> tuple[Statement, ...]:
     """Time on target."""
-    mean, _, count = mean_sd(found, "on_target")
-    return (
-        Row("on_target", "most of the time", mean, f"at least {ON_TARGET:g}", ON_TARGET, fitted=False,
-            agrees=count > 0 and mean >= ON_TARGET),
-    )  # fmt: skip
+    mean, _, _ = mean_sd(found, "on_target")
+    return (Statement("on_target", "most of the time", mean, at_least(ON_TARGET)),)
 
 
 def notes(found: Sequence[Summary]) -> tuple[str, ...]:

@@ -26,11 +26,13 @@ from matplotlib.figure import Figure
 from scipy.stats import CensoredData, binomtest, ecdf
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, share_of, summaries_of, trials
 from system.pushbot.run import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, stood, summarise
+from system.rule import Measured, at_least, significant
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
 
@@ -97,7 +99,7 @@ def squares(path: F64) -> float:
     return float(len(np.unique(path[:, 1:3] // SQUARE, axis=0)))
 
 
-def rows(found: Found) -> tuple[Row, ...]:
+def rows(found: Found) -> tuple[Statement, ...]:
     """The modified against the plain network at the higher speed: by scene, and by metre."""
     others = [name for name in NETWORKS if name != "modified"]
     compared = [
@@ -108,28 +110,24 @@ def rows(found: Found) -> tuple[Row, ...]:
     return (*compared, *(_moves(network, speed, runs) for (network, speed), runs in found.items()))
 
 
-def _paired(name: str, plain: Sequence[Summary], modified: Sequence[Summary], kind: str) -> Row:
+def _paired(name: str, plain: Sequence[Summary], modified: Sequence[Summary], kind: str) -> Statement:
     """Whether the modified network has fewer collisions of a kind, scene by scene."""
     pairs = [(bool(a[kind]), bool(b[kind])) for a, b in zip(plain, modified, strict=True)]
     better, worse = pairs.count((True, False)), pairs.count((False, True))
     p = binomtest(better, better + worse).pvalue if better + worse else 1.0
-    return Row(
-        name, "no collisions", f"{better} scenes better, {worse} worse, p {p:.2g}", f"better, p < {P:g}", P,
-        fitted=False, agrees=better > worse and p < P,
-    )  # fmt: skip
+    ours = Measured(better - worse, f"{better} scenes better, {worse} worse, p {p:.2g}", p=p)
+    return Statement(name, "no collisions", ours, significant(1, P, "better"))
 
 
-def _a_metre(name: str, plain: Sequence[Summary], modified: Sequence[Summary], kind: str) -> Row:
+def _a_metre(name: str, plain: Sequence[Summary], modified: Sequence[Summary], kind: str) -> Statement:
     """Whether the modified network has fewer collisions of a kind a metre."""
     ways = [total(runs, "path_m") for runs in (plain, modified)]
     hits = [share_of(runs, kind).passed for runs in (plain, modified)]
     p = binomtest(hits[1], sum(hits), ways[1] / sum(ways)).pvalue if sum(hits) else 1.0
     shown = [f"{hit} in {way:.0f} m" for hit, way in zip(hits, ways, strict=True)]
-    fewer = hits[1] * ways[0] < hits[0] * ways[1]
-    return Row(
-        name, None, f"modified {shown[1]}, plain {shown[0]}, p {p:.2g}", f"fewer, p < {P:g}", P, fitted=False,
-        agrees=fewer and p < P,
-    )  # fmt: skip
+    apart = hits[1] * ways[0] - hits[0] * ways[1]
+    ours = Measured(apart, f"modified {shown[1]}, plain {shown[0]}, p {p:.2g}", p=p)
+    return Statement(name, None, ours, significant(-1, P, "fewer"))
 
 
 # how the modified network is compared, in which words, and by which number of a run
@@ -141,12 +139,10 @@ RULES = (
 )
 
 
-def _moves(network: str, speed: float, runs: Sequence[Summary]) -> Row:
+def _moves(network: str, speed: float, runs: Sequence[Summary]) -> Statement:
     mean = total(runs, "path_m") / total(runs, "time_s")
-    return Row(
-        f"{network}_moves_at_{speed:g}_m_per_s", speed, f"{mean:.3f} m/s", f"at least {MOVES * speed:g}",
-        MOVES * speed, fitted=False, agrees=mean >= MOVES * speed,
-    )  # fmt: skip
+    name, ours = f"{network}_moves_at_{speed:g}_m_per_s", Measured(mean, f"{mean:.3f} m/s")
+    return Statement(name, speed, ours, at_least(MOVES * speed))
 
 
 def total(runs: Sequence[Summary], name: str) -> float:

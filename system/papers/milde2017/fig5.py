@@ -12,9 +12,11 @@ from matplotlib.figure import Figure
 from chips.rolls.program.connectivity_picture import draw_connectivity
 from chips.rolls.program.network import Network
 from chips.rolls.program.program import level_current
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.pushbot.network.biases import LEVELS, pushbot_biases
 from system.pushbot.network.plain import pushbot_network
+from system.rule import all_of, as_many
+from system.statement import Statement
 
 ARROWS = {  # sign of each connection of section 2.4
     ("OR", "DL"): 1, ("OL", "DR"): 1, ("DL", "DR"): -1, ("DR", "DL"): -1, ("DL", "OL"): -1, ("DL", "OR"): -1,
@@ -32,7 +34,7 @@ def reproduce(progress: Progress) -> Report:
     return Report(rows(network), lambda figure: _draw(network, figure), notes())
 
 
-def rows(network: Network) -> tuple[Row, ...]:
+def rows(network: Network) -> tuple[Statement, ...]:
     """Signs, sizes, and the field's centre."""
     levels = network.levels()
     right = sum(_sign(network, *arrow) == {sign} for arrow, sign in ARROWS.items())
@@ -41,13 +43,10 @@ def rows(network: Network) -> tuple[Row, ...]:
     drives = [*network["DL"].neurons, *network["DR"].neurons]
     idle = int((levels[np.ix_(drives, target)] == 0).all(axis=0).sum())
     return (
-        Row("connections_of_the_right_sign", float(len(ARROWS)), float(right), "all", 0.0, fitted=False,
-            agrees=right == len(ARROWS)),
-        Row("neurons_of_obstacle_avoidance", float(AVOIDANCE), float(small), "the same", 0.0, fitted=False,
-            agrees=small == AVOIDANCE),
-        Row("field_neurons_that_drive_nothing", float(CENTRE), float(idle), "the same", 0.0, fitted=False,
-            agrees=idle == CENTRE),
-    )  # fmt: skip
+        Statement("connections_of_the_right_sign", float(len(ARROWS)), float(right), all_of(len(ARROWS))),
+        Statement("neurons_of_obstacle_avoidance", float(AVOIDANCE), float(small), as_many("the same")),
+        Statement("field_neurons_that_drive_nothing", float(CENTRE), float(idle), as_many("the same")),
+    )
 
 
 def _sign(network: Network, source: str, target: str) -> set[int]:

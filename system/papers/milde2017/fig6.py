@@ -11,11 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.pushbot.campaign import FIRST
 from system.pushbot.loop import rates
 from system.pushbot.run import Scenario, Trace, run, summarise
 from system.pushbot.run_picture import draw_run
+from system.rule import at_least, at_most, equal, none
+from system.statement import Statement
 
 WINS = 5.0  # times the other drive's spikes; ours
 SLOW = 0.5  # of the fastest command; ours
@@ -31,7 +33,7 @@ def reproduce(progress: Progress) -> Report:
     )
 
 
-def rows(trace: Trace) -> tuple[Row, ...]:
+def rows(trace: Trace) -> tuple[Statement, ...]:
     """What the figure shows."""
     time = float(trace.drive.path[-1][0])
     _, found = rates(trace.brain.network, trace.record, time)
@@ -43,18 +45,20 @@ def rows(trace: Trace) -> tuple[Row, ...]:
     turned = sum(w for _, _, w in trace.record.commands)
     collided = summarise(trace)["collided"]
     behind = "OL" if ahead == "OR" else "OR"
+    stronger = ahead if total[ahead] > total[behind] else behind
+    slowest = float(forward[len(forward) // 4 :].min() / forward.max())
     return (
-        Row("collided", 0.0, collided, "none", 0.0, fitted=False, agrees=collided == 0.0),
-        Row("winning_drive_over_other", "only one", ratio, f"at least {WINS:g}", WINS, fitted=False,
-            agrees=ratio >= WINS),
-        Row("stronger_obstacle_drives_it", ahead, max((ahead, behind), key=lambda n: total[n]),
-            "the other side's", None, fitted=False, agrees=total[ahead] > total[behind]),
-        Row("slowest_over_fastest_command", "slows down", float(forward.min() / forward.max()),
-            f"at most {SLOW:g}", SLOW, fitted=False,
-            agrees=bool(forward[len(forward) // 4 :].min() <= SLOW * forward.max())),
-        Row("turns_to", "left" if winner == "DL" else "right", "left" if turned > 0.0 else "right",
-            "the winner's side", None, fitted=False, agrees=(turned > 0.0) == (winner == "DL")),
-    )  # fmt: skip
+        Statement("collided", 0.0, collided, none()),
+        Statement("winning_drive_over_other", "only one", ratio, at_least(WINS)),
+        Statement("stronger_obstacle_drives_it", ahead, stronger, equal("the other side's")),
+        Statement("slowest_over_fastest_command", "slows down", slowest, at_most(SLOW)),
+        Statement(
+            "turns_to",
+            "left" if winner == "DL" else "right",
+            "left" if turned > 0.0 else "right",
+            equal("the winner's side"),
+        ),
+    )
 
 
 def _draw(trace: Trace, figure: Figure) -> None:

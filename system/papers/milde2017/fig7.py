@@ -12,10 +12,12 @@ from collections.abc import Mapping, Sequence
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS as INKS
 from system.pushbot.campaign import Drive, drive_cells, summaries_of, trials
 from system.pushbot.run import Scenario
+from system.rule import Measured, at_least, at_most
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
@@ -49,22 +51,19 @@ def reproduce(
     return Report(rows(free), lambda figure: _draw(free, figure), notes)
 
 
-def rows(free: Free) -> tuple[Row, ...]:
+def rows(free: Free) -> tuple[Statement, ...]:
     """Colours in normal light, then what the dark does."""
     blue, yellow = free["normal", "blue"], free["normal", "yellow"]
-    seen = Row("normal_blue_avoided", "yes", str(blue), f"at least {SEEN:g}", SEEN, fitted=False,
-               agrees=blue.value >= SEEN)  # fmt: skip
-    unseen = Row("normal_yellow_avoided", "no", str(yellow), f"at most {UNSEEN:g}", UNSEEN, fitted=True,
-                 agrees=yellow.value <= UNSEEN)  # fmt: skip
-    dark = [
-        Row(
-            f"{colour}_avoided_in_the_dark", "fewer or as many", str(free["very-dark", colour]),
-            f"at most {free['normal', colour].passed} as in normal light", None, fitted=False,
-            agrees=free["very-dark", colour].passed <= free["normal", colour].passed,
-        )
-        for _, colour in list(free)[: len(free) // len({light for light, _ in free})]
-    ]  # fmt: skip
-    return (seen, unseen, *dark)
+    seen = Statement("normal_blue_avoided", "yes", blue.measured(), at_least(SEEN))
+    unseen = Statement("normal_yellow_avoided", "no", yellow.measured(), at_most(UNSEEN), fitted=True)
+    colours = [colour for _, colour in list(free)[: len(free) // len({light for light, _ in free})]]
+    return (seen, unseen, *(_dark(c, free["very-dark", c], free["normal", c]) for c in colours))
+
+
+def _dark(colour: str, dark: Share, normal: Share) -> Statement:
+    rule = at_most(normal.passed, "at most {limit:g} as in normal light")
+    ours = Measured(dark.passed, str(dark))
+    return Statement(f"{colour}_avoided_in_the_dark", "fewer or as many", ours, rule)
 
 
 def _draw(free: Free, figure: Figure) -> None:

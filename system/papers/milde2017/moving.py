@@ -19,12 +19,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, Summary, World, drive_cells, share_of, summaries_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario, scene_of
+from system.rule import Measured, at_most
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import Body, Motion, Scene
@@ -91,17 +93,15 @@ def _still(body: Body) -> Body:
     return body if body.motion is None else replace(body, at=body.motion.path[-1], motion=None)
 
 
-def rows(found: Found) -> tuple[Row, ...]:
+def rows(found: Found) -> tuple[Statement, ...]:
     """What moving costs at each factor."""
     return tuple(_row(name, *both) for name, both in found.items())
 
 
-def _row(name: str, moving: Sequence[Summary], static: Sequence[Summary]) -> Row:
+def _row(name: str, moving: Sequence[Summary], static: Sequence[Summary]) -> Statement:
     first, second = share_of(moving, "collided"), share_of(static, "collided")
-    return Row(
-        f"collided_moving_less_static_at_{name}", "fewer", f"{first} less {second}",
-        f"at most {POINTS:g}", POINTS, fitted=False, agrees=first.value - second.value <= POINTS,
-    )  # fmt: skip
+    ours = Measured(first.value - second.value, f"{first} less {second}")
+    return Statement(f"collided_moving_less_static_at_{name}", "fewer", ours, at_most(POINTS))
 
 
 def notes(found: Found) -> tuple[str, ...]:

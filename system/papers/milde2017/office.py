@@ -20,10 +20,12 @@ from matplotlib.figure import Figure
 from scipy.stats import chi2
 
 from circuits.errors import ParameterError
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, summaries_of, trials
 from system.pushbot.run import Scenario, Trace, scene_of, stood, summarise
 from system.pushbot.run_picture import draw_run
+from system.rule import Measured, at_most
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.interval import LEVEL, Interval
 from system.worlds.arena.geometry import Obstacles, collision, obstacles_of, outline_at
@@ -104,18 +106,14 @@ def poisson(count: int, minutes: float) -> Interval:
     return Interval(low / minutes, float(chi2.ppf(1.0 - tail, 2 * (count + 1))) / 2.0 / minutes)
 
 
-def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:
     """Crashes a minute in the first light."""
     theirs = poisson(PAPER_CRASHES, PAPER_MINUTES)
     crashes, minutes = crashes_in(next(iter(found.values())))
     ours = poisson(crashes, minutes)
     shown = f"{crashes / minutes:.2f} ({ours.low:.2f} to {ours.high:.2f})"
-    return (
-        Row(
-            "crashes_a_minute", PAPER_CRASHES / PAPER_MINUTES, shown, f"lower end at most {theirs.high:.2f}",
-            theirs.high, fitted=False, agrees=ours.low <= theirs.high,
-        ),
-    )  # fmt: skip
+    rule = at_most(theirs.high, "lower end at most {limit:.2f}")
+    return (Statement("crashes_a_minute", PAPER_CRASHES / PAPER_MINUTES, Measured(ours.low, shown), rule),)
 
 
 def crashes_in(found: Sequence[Summary]) -> tuple[int, float]:

@@ -16,11 +16,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_cells, share_of, summaries_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario
+from system.rule import at_least, at_most
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
 from system.worlds.arena.file import load_scene
@@ -51,28 +53,22 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
 
 
-def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:
     """Collisions of each scene, and whether pairs and triples are passed around."""
     free = [_free(name, summaries) for name, summaries in found.items()]
     return (*free, *(_around(name, found[name]) for name in AROUND if name in found))
 
 
-def _around(name: str, found: Sequence[Summary]) -> Row:
-    past = [s for s in found if s["crossed"] and not s["collided"]]
-    between = share_of(past, "between")
-    return Row(
-        f"{name}_passed_between", "around" if name == "pair" else None, str(between),
-        f"at most {BETWEEN:g}", BETWEEN, fitted=False, agrees=bool(past) and between.value <= BETWEEN,
-    )  # fmt: skip
+def _around(name: str, found: Sequence[Summary]) -> Statement:
+    between = share_of([s for s in found if s["crossed"] and not s["collided"]], "between")
+    paper = "around" if name == "pair" else None
+    return Statement(f"{name}_passed_between", paper, between.measured(), at_most(BETWEEN))
 
 
-def _free(name: str, found: Sequence[Summary]) -> Row:
+def _free(name: str, found: Sequence[Summary]) -> Statement:
     collided = share_of(found, "collided")
     free = Share(collided.of - collided.passed, collided.of)
-    return Row(
-        f"{name}_without_collision", "20 of 20", str(free), f"at least {ENOUGH:g}", ENOUGH, fitted=False,
-        agrees=free.value >= ENOUGH,
-    )  # fmt: skip
+    return Statement(f"{name}_without_collision", "20 of 20", free.measured(), at_least(ENOUGH))
 
 
 def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import hypot, inf, isfinite
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS as INKS
 from system.plot import INK
 from system.pushbot.campaign import (
@@ -28,6 +28,8 @@ from system.pushbot.campaign import (
     trials,
 )
 from system.pushbot.run import Scenario
+from system.rule import Measured, above, at_least, at_most, within
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
 
@@ -39,6 +41,7 @@ PAPER: Mapping[str, tuple[float, ...]] = {  # cm, means of three trials; 0 where
     "yellow": (0.0, 0.0, 0.0, 7.0, 0.0, 0.0, 0.0),
 }
 FEW, MOST = 0.1, 0.5  # share of collisions that counts as avoided, and from which on as colliding; ours
+ERRORS = 2.0  # standard errors of a difference from which on it counts; ours
 CLOSE = 5.0  # cm, or half of the paper's distance, within which a cell is told to agree; ours
 
 
@@ -91,21 +94,15 @@ def _cell(colour: str, factors: tuple[float, float], found: Sequence[Summary]) -
 Cells = Mapping[tuple[str, tuple[float, float]], Cell]
 
 
-def rows(cells: Cells) -> tuple[Row, ...]:
+def rows(cells: Cells) -> tuple[Statement, ...]:
     """The paper's statements, then its distances."""
     blue = [cells["blue", f] for f in CELLS]
     found = [
-        Row(
-            f"{c.label}_collided", "none", str(c.collided), f"at most {FEW:g}", FEW, fitted=True,
-            agrees=c.collided.value <= FEW,
-        )
+        Statement(f"{c.label}_collided", "none", c.collided.measured(), at_most(FEW), fitted=True)
         for c in blue[:-1]
-    ]  # fmt: skip
-    last = blue[-1].collided
-    found.append(
-        Row("blue_3/1_collided", "all", str(last), f"at least {MOST:g}", MOST, fitted=True,
-            agrees=last.value >= MOST)
-    )  # fmt: skip
+    ]
+    last = blue[-1].collided.measured()
+    found.append(Statement("blue_3/1_collided", "all", last, at_least(MOST), fitted=True))
     for colour in ("blue", "red"):
         if (colour, CELLS[0]) in cells:
             of = {f: cells[colour, f] for f in CELLS}
@@ -116,51 +113,47 @@ def rows(cells: Cells) -> tuple[Row, ...]:
             found.append(_further(f"{colour}_0.1_drops", of[0.5, 0.5], of[0.1, 0.5]))
     if ("red", CELLS[0]) in cells:
         nearer = sum(cells["red", f].distance < cells["blue", f].distance for f in CELLS[:-1])
-        found.append(
-            Row("cells_with_red_nearer_than_blue", 6.0, float(nearer), "at least 5 of 6", 5.0, fitted=True,
-                agrees=nearer >= 5)
-        )  # fmt: skip
+        rule = at_least(5.0, f"at least {{limit:g}} of {len(CELLS) - 1}")
+        found.append(Statement("cells_with_red_nearer_than_blue", 6.0, float(nearer), rule, fitted=True))
     if ("yellow", CELLS[0]) in cells:
         of_yellow = [cells["yellow", f].collided for f in CELLS]
         share = Share(sum(s.passed for s in of_yellow), sum(s.of for s in of_yellow))
-        found.append(
-            Row("yellow_collided", "mostly", str(share), f"above {MOST:g}", MOST, fitted=True,
-                agrees=share.value > MOST)
-        )  # fmt: skip
+        found.append(Statement("yellow_collided", "mostly", share.measured(), above(MOST), fitted=True))
     return (*found, *(_distance(cell) for cell in cells.values()))
 
 
-def _further(name: str, more: Cell, less: Cell) -> Row:
+def _further(name: str, more: Cell, less: Cell) -> Statement:
     """A distance that is larger than another by twice the standard error of their difference."""
     apart = more.distance - less.distance
     error = hypot(more.error, less.error)
-    return Row(
-        f"{name}_cm", "larger", f"{apart:+.1f} +- {error:.1f}", "above 0 by two standard errors", 2.0,
-        fitted=True, agrees=bool(apart > 2.0 * error),
-    )  # fmt: skip
+    ours = Measured(_in_errors(apart, error), f"{apart:+.1f} +- {error:.1f}")
+    rule = above(ERRORS, "above 0 by {limit:g} standard errors")
+    return Statement(f"{name}_cm", "larger", ours, rule, fitted=True)
 
 
 def _best(
     name: str, among: Sequence[tuple[float, float]], of: Mapping[tuple[float, float], Cell],
     best: tuple[float, float],
-) -> Row:  # fmt: skip
+) -> Statement:  # fmt: skip
     """Which cell has the largest distance; as good as it is one within two standard errors."""
     top = max(among, key=lambda f: of[f].distance if isfinite(of[f].distance) else -1.0)
     behind = of[top].distance - of[best].distance
-    return Row(
-        name, f"{best[0]:g}/{best[1]:g}", f"{top[0]:g}/{top[1]:g}", "the paper's within two standard errors",
-        2.0, fitted=True, agrees=bool(behind <= 2.0 * hypot(of[top].error, of[best].error)),
-    )  # fmt: skip
+    ours = Measured(_in_errors(behind, hypot(of[top].error, of[best].error)), f"{top[0]:g}/{top[1]:g}")
+    rule = within(ERRORS, "the paper's within {limit:g} standard errors", of=0.0)
+    return Statement(name, f"{best[0]:g}/{best[1]:g}", ours, rule, fitted=True)
 
 
-def _distance(cell: Cell) -> Row:
+def _in_errors(apart: float, error: float) -> float:
+    """A difference in standard errors, infinite where the error is none."""
+    return apart / error if error else inf * apart if apart else 0.0
+
+
+def _distance(cell: Cell) -> Statement:
     """A cell beside the paper's."""
     paper = PAPER[cell.colour][CELLS.index(cell.factors)]
     near = max(CLOSE, 0.5 * paper)
-    return Row(
-        f"{cell.label}_cm", paper, cell.distance, f"within {near:g} cm", near, fitted=True,
-        agrees=bool(abs(cell.distance - paper) <= near),
-    )  # fmt: skip
+    rule = within(near, "within {limit:g} cm")
+    return Statement(f"{cell.label}_cm", paper, cell.distance, rule, fitted=True)
 
 
 def notes(cells: Cells) -> tuple[str, ...]:

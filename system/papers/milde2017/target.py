@@ -14,11 +14,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_cells, summaries_of, trials
 from system.pushbot.picture import draw_scene
 from system.pushbot.run import Scenario, Trace
+from system.rule import at_least
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import share_where
 from system.worlds.arena.file import load_scene
@@ -67,20 +69,17 @@ def outcome(trace: Trace) -> Summary:
     }
 
 
-def rows(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[Row, ...]:
+def rows(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[Statement, ...]:
     """Reached, avoided, and the block."""
     there = [s for s in reached if s["reached"]]
     arrived = share_where(bool(s["reached"]) for s in reached)
     avoided = share_where(not s["touched_robot"] for s in there)
     won = share_where(not s["touched_block"] for s in block)
     return (
-        Row("reached", "10 of 10", str(arrived), f"at least {REACHED:g}", REACHED, fitted=False,
-            agrees=arrived.value >= REACHED),
-        Row("then_avoided", "8 of 10", str(avoided), f"at least {AVOIDED:g}", AVOIDED, fitted=False,
-            agrees=avoided.of > 0 and avoided.value >= AVOIDED),
-        Row("obstacle_against_target_won", "obstacle", str(won), f"at least {WON:g}", WON, fitted=False,
-            agrees=won.value >= WON),
-    )  # fmt: skip
+        Statement("reached", "10 of 10", arrived.measured(), at_least(REACHED)),
+        Statement("then_avoided", "8 of 10", avoided.measured(), at_least(AVOIDED)),
+        Statement("obstacle_against_target_won", "obstacle", won.measured(), at_least(WON)),
+    )
 
 
 def notes(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[str, ...]:

@@ -14,10 +14,12 @@ from dataclasses import replace
 from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_cells, summaries_of, trials
 from system.pushbot.run import Scenario
+from system.rule import Measured, at_least, below
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
@@ -56,18 +58,21 @@ def avoided(found: Sequence[Summary]) -> Share:
     return share_where(bool(s["crossed"]) and not s["collided"] for s in found)
 
 
-def rows(found: Found) -> tuple[Row, ...]:
+def rows(found: Found) -> tuple[Statement, ...]:
     """Both kinds at the ends."""
     generator = [found["generator", t] for t in ENDS]
     gate = [found["gate", t] for t in ENDS]
     worst = min(generator, key=lambda s: s.value)
     lost = min(gate, key=lambda s: s.value)
     return (
-        Row("generator_avoided_17_and_37_degC", None, str(worst), f"at least {ENOUGH:g}", ENOUGH,
-            fitted=False, agrees=worst.value >= ENOUGH),
-        Row("gate_avoided_17_or_37_degC", None, str(lost), f"fewer than {worst.passed}", None, fitted=False,
-            agrees=lost.value < worst.value),
-    )  # fmt: skip
+        Statement("generator_avoided_17_and_37_degC", None, worst.measured(), at_least(ENOUGH)),
+        Statement(
+            "gate_avoided_17_or_37_degC",
+            None,
+            Measured(lost.passed, str(lost)),
+            below(worst.passed, "fewer than {limit:g}"),
+        ),
+    )
 
 
 def _draw(found: Found, figure: Figure) -> None:

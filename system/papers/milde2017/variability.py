@@ -16,10 +16,12 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, PALE
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, summaries_of
 from system.pushbot.run import Scenario
+from system.rule import at_least, between
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
@@ -67,21 +69,15 @@ def left_of(found: Sequence[Summary]) -> Share:
     return share_where(s["passed"] == 1.0 for s in past)
 
 
-def rows(groups: Groups) -> tuple[Row, ...]:
+def rows(groups: Groups) -> tuple[Statement, ...]:
     """Both sides over dies, and on a die."""
     others = left_of(groups["other dies"])
     apart = [name for name, found in groups.items() if name != "other dies" and _both(left_of(found))]
     mixed = {name.partition(",")[0] for name in apart}
     return (
-        Row(
-            "other_dies_passed_left", "left or right", str(others), f"{LEAST:g} to {1.0 - LEAST:g}", LEAST,
-            fitted=False, agrees=others.of > 0 and LEAST <= others.value <= 1.0 - LEAST,
-        ),
-        Row(
-            "dies_that_take_both_sides", "its die does", float(len(mixed)), "at least 1", 1.0, fitted=False,
-            agrees=bool(mixed),
-        ),
-    )  # fmt: skip
+        Statement("other_dies_passed_left", "left or right", others.measured(), between(LEAST, 1.0 - LEAST)),
+        Statement("dies_that_take_both_sides", "its die does", float(len(mixed)), at_least(1.0)),
+    )
 
 
 def _both(share: Share) -> bool:

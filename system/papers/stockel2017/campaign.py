@@ -30,8 +30,10 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.bug.run import Scenario, run, summarise
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
+from system.rule import apart_below, at_least
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share
 
@@ -165,7 +167,7 @@ def described(c: Condition) -> str:
     return f"{c.agent}, {size}, {c.kind}, {c.use} at {c.temperature_c:g} degC"
 
 
-def rows(found: Found) -> tuple[Row, ...]:
+def rows(found: Found) -> tuple[Statement, ...]:
     """Statements."""
     size, few = DESIGN["bug0"], NEURONS["bug2"][0]
     base = Condition("bug0", size)
@@ -193,17 +195,15 @@ def rows(found: Found) -> tuple[Row, ...]:
     )  # fmt: skip
 
 
-def _enough(name: str, held: Sequence[Outcome]) -> Row:
+def _enough(name: str, held: Sequence[Outcome]) -> Statement:
     worst = min(held, key=lambda o: o.share.value)
-    rule, value = f"at least {ENOUGH:g}; {worst}", worst.share.value
-    return Row(name, None, value, rule, ENOUGH, fitted=False, agrees=value >= ENOUGH)
+    return Statement(name, None, worst.share.value, at_least(ENOUGH).beside(worst))
 
 
-def _fewer(name: str, less: Outcome, more: Outcome) -> Row:
+def _fewer(name: str, less: Outcome, more: Outcome) -> Statement:
     """Intervals must be apart."""
-    rule = f"below {more.share.value:g}, 95 % intervals apart; {less}"
-    apart = less.share.interval.high < more.share.interval.low
-    return Row(name, None, less.share.value, rule, None, fitted=False, agrees=apart)
+    rule = apart_below(more.share, "below {limit:g}, 95 % intervals apart").beside(less)
+    return Statement(name, None, less.share.measured(less.share.value), rule)
 
 
 def _draw(found: Found, figure: Figure) -> None:

@@ -17,13 +17,15 @@ from matplotlib.figure import Figure
 
 from system.bug.body import RADIUS
 from system.bug.run import Scenario
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
 from system.papers.stockel2017.fig6 import MAP as SPIRAL
 from system.papers.stockel2017.fig8 import MAP as FIELD
-from system.papers.stockel2017.fig8 import PAPER
+from system.papers.stockel2017.fig8 import published_share
+from system.rule import at_least, below, unjudged
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
-from system.study.statistics.share import Share, share_where
+from system.study.statistics.share import share_where
 
 FIRST, DIES, DURATION = 4000, 100, 150.0  # first die, how many, s
 AGENTS = (
@@ -40,11 +42,10 @@ SHOWN = 7  # as many as there are colours
 Found = Mapping[tuple[str, str, str], Sequence[Drive]]
 
 
-def rows(found: Found) -> tuple[Row, ...]:
+def rows(found: Found) -> tuple[Statement, ...]:
     """Statements."""
     again = [bool(t.repeats) for t in found[SPIRAL, "bug0", "published"]]
     published = share_where(t.reached for t in found[FIELD, "bug2", "published"])
-    ours, theirs = published.interval, Share(*PAPER).interval
     apart = max(
         t.apart for world in (SPIRAL, FIELD) for t in found[world, "bug0", "published"] if t.apart is not None
     )
@@ -53,17 +54,15 @@ def rows(found: Found) -> tuple[Row, ...]:
         _reaches("fig6_bug2_published_reaches_share", found[SPIRAL, "bug2", "published"], None),
         _reaches("fig6_bug2_improved_reaches_share", found[SPIRAL, "bug2", "improved"], LEAST["bug2"]),
         _reaches("fig8_bug0_reaches_share", found[FIELD, "bug0", "published"], LEAST["bug0"]),
-        Row(
-            "fig8_bug2_published_reaches_share", PAPER[0] / PAPER[1], published.value,
-            f"95 % intervals overlap: {theirs.low:.2f}-{theirs.high:.2f}, {ours.low:.2f}-{ours.high:.2f}",
-            None, fitted=False, agrees=ours.low <= theirs.high and theirs.low <= ours.high,
-        ),
+        published_share("fig8_bug2_published_reaches_share", published),
         _reaches("fig8_bug2_improved_reaches_share", found[FIELD, "bug2", "improved"], LEAST["bug2"]),
-        Row(
-            "bug0_median_distance_of_paths", "highly similar", apart, f"below {2 * RADIUS:g} map units",
-            2.0 * RADIUS, fitted=False, agrees=apart < 2.0 * RADIUS,
+        Statement(
+            "bug0_median_distance_of_paths",
+            "highly similar",
+            apart,
+            below(2.0 * RADIUS, "below {limit:g} map units"),
         ),
-    )  # fmt: skip
+    )
 
 
 def reproduce(
@@ -90,14 +89,13 @@ def _named(world: str, agent: str, design: str) -> str:
     return f"{world}, {agent} {design}"
 
 
-def _reaches(name: str, runs: Sequence[Drive], least: float | None) -> Row:
+def _reaches(name: str, runs: Sequence[Drive], least: float | None) -> Statement:
     return _share(name, [t.reached for t in runs], least)
 
 
-def _share(name: str, said: list[bool], least: float | None) -> Row:
+def _share(name: str, said: list[bool], least: float | None) -> Statement:
     share = share_where(said).value
-    rule = "given, no rule" if least is None else f"at least {least:g}"
-    return Row(name, None, share, rule, least, fitted=False, agrees=least is None or share >= least)
+    return Statement(name, None, share, unjudged("given, no rule") if least is None else at_least(least))
 
 
 def _draw(found: Found, duration: float, figure: Figure) -> None:

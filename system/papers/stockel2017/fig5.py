@@ -21,8 +21,10 @@ from chips.nef.simulation import Simulation
 from circuits.arrays import F64
 from system.bug.brain import STATES
 from system.bug.neural2 import AFTER, PUBLISHED
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK, PALE
+from system.rule import above, below, equal
+from system.statement import Statement
 
 SEED, PULSES, PERIOD, HIGH = 1000, 6, 1.0, 0.5  # s
 SAMPLE = 0.01  # s
@@ -71,25 +73,19 @@ def visited(found: Course) -> list[str]:
     return [STATES[int(most[k])] for k in begins]
 
 
-def rows(found: Course) -> tuple[Row, ...]:
+def rows(found: Course) -> tuple[Statement, ...]:
     """Statements of the figure."""
     order = visited(found)
     edges = int((np.diff(found.trigger) > 0.0).sum())
     kept = _kept(found)
     delay = _delay(found)
 
-    def row(name: str, paper: float | str, ours: float | str, rule: str, *, agrees: bool) -> Row:
-        return Row(name, paper, ours, rule, None, fitted=False, agrees=agrees)
-
     return (
-        row("order_of_states", " ".join(FOLLOWS[: edges + 1]), " ".join(order), "the same",
-            agrees=order == FOLLOWS[: edges + 1]),
-        row("transitions_a_rising_edge", 1.0, (len(order) - 1) / edges, "the same",
-            agrees=len(order) - 1 == edges),
-        row("old_state_while_input_is_high", "kept", kept, "the same", agrees=kept == "kept"),
-        row("delay_of_output_s", "delayed", delay, "above 0, below half a pulse",
-            agrees=0.0 < delay < HIGH / 2),
-    )  # fmt: skip
+        Statement("order_of_states", " ".join(FOLLOWS[: edges + 1]), " ".join(order), equal()),
+        Statement("transitions_a_rising_edge", 1.0, (len(order) - 1) / edges, equal()),
+        Statement("old_state_while_input_is_high", "kept", kept, equal()),
+        Statement("delay_of_output_s", "delayed", delay, above(0.0) & below(HIGH / 2, "below half a pulse")),
+    )
 
 
 def reproduce(progress: Progress) -> Report:

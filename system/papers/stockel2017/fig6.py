@@ -14,7 +14,9 @@ from system.bug.body import RADIUS
 from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
 from system.bug.run import Scenario, Trace, run
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
+from system.rule import below, equal
+from system.statement import Statement
 
 MAP = "bug-spiral"
 SEEDS = (1000, 1001, 1002, 1003, 1004)
@@ -44,7 +46,7 @@ def repeats(trace: Trace) -> bool:
     return not trace.reached and median_distance(late, early) < NEAR
 
 
-def rows(found: dict[str, list[Trace]]) -> tuple[Row, ...]:
+def rows(found: dict[str, list[Trace]]) -> tuple[Statement, ...]:
     """Statements of the figure."""
     made = []
     for brain in ("reference", "ideal"):
@@ -58,11 +60,13 @@ def rows(found: dict[str, list[Trace]]) -> tuple[Row, ...]:
         program = found[f"{agent} reference"][0].path
         apart = max(median_distance(t.path, program) for t in found[f"{agent} ideal"])
         made.append(
-            Row(
-                f"{agent}_median_distance_of_paths", "highly similar", apart, f"below {NEAR:g} map units",
-                NEAR, fitted=False, agrees=apart < NEAR,
+            Statement(
+                f"{agent}_median_distance_of_paths",
+                "highly similar",
+                apart,
+                below(NEAR, "below {limit:g} map units"),
             )
-        )  # fmt: skip
+        )
     return tuple(made)
 
 
@@ -72,8 +76,8 @@ def reproduce(progress: Progress) -> Report:
     return Report(rows(found), lambda figure: _draw(found, figure))
 
 
-def _share(name: str, said: list[bool]) -> Row:
-    return Row(name, 1.0, sum(said) / len(said), "the same", None, fitted=False, agrees=all(said))
+def _share(name: str, said: list[bool]) -> Statement:
+    return Statement(name, 1.0, sum(said) / len(said), equal())
 
 
 def _draw(found: dict[str, list[Trace]], figure: Figure) -> None:

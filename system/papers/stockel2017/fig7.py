@@ -15,9 +15,11 @@ from system.bug.body import STEP
 from system.bug.brain import FOLLOW, GO, MEMORISE, STATES, STORE
 from system.bug.neural2 import AFTER
 from system.bug.run import Scenario, Trace, run
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.papers.stockel2017.fig6 import DURATION, MAP
 from system.plot import COLOURS
+from system.rule import Judged, Rule, Value, above, equal, shown_of
+from system.statement import Statement
 
 SEED = 1000
 
@@ -45,28 +47,31 @@ def in_order(states: list[str]) -> bool:
     return states[:1] == [MEMORISE] and all(AFTER[a] == b for a, b in pairwise(states))
 
 
-def rows(program: Trace, neurons: Trace) -> tuple[Row, ...]:
+def _each_follows(ours: Judged, paper: Value) -> bool:
+    """Whether states in words are in order, and at least as many as the paper's."""
+    found, cycle = (str(shown_of(x)).split() for x in (ours, paper))
+    return in_order(found) and len(found) >= len(cycle)
+
+
+FOLLOWING = Rule("each after the one before it", None, _each_follows)
+
+
+def rows(program: Trace, neurons: Trace) -> tuple[Statement, ...]:
     """Statements of the figure."""
     found, cycle = order(neurons), [MEMORISE, GO, STORE, FOLLOW, GO]
+    later = above(0.0).unless(not (neurons.reached and program.reached), "one of them does not arrive")
     learning = [spent(t, MEMORISE, STORE) for t in (program, neurons)]
     return (
-        Row(
-            "states_of_neurons", " ".join(cycle), " ".join(found), "each after the one before it", None,
-            fitted=False, agrees=in_order(found) and len(found) >= len(cycle),
+        Statement("states_of_neurons", " ".join(cycle), " ".join(found), FOLLOWING),
+        Statement("states_of_program", f"{GO} {FOLLOW} {GO}", " ".join(order(program)), equal()),
+        Statement(
+            "neurons_memorise_s",
+            "longer than the program",
+            learning[1],
+            above(learning[0], "above {limit:g} s"),
         ),
-        Row(
-            "states_of_program", f"{GO} {FOLLOW} {GO}", " ".join(order(program)), "the same", None,
-            fitted=False, agrees=order(program) == [GO, FOLLOW, GO],
-        ),
-        Row(
-            "neurons_memorise_s", "longer than the program", learning[1], f"above {learning[0]:g} s",
-            learning[0], fitted=False, agrees=learning[1] > learning[0],
-        ),
-        Row(
-            "neurons_arrive_later_s", "later", neurons.time - program.time, "above 0", 0.0,
-            fitted=False, agrees=neurons.reached and program.reached and neurons.time > program.time,
-        ),
-    )  # fmt: skip
+        Statement("neurons_arrive_later_s", "later", neurons.time - program.time, later),
+    )
 
 
 def _draw(program: Trace, neurons: Trace, figure: Figure) -> None:

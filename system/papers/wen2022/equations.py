@@ -17,11 +17,13 @@ from matplotlib.figure import Figure
 from chips.latency.chip import LatencyChip
 from chips.latency.errors import cell_latencies, input_latencies
 from chips.latency.law import evaluation_latency, race_latency
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.law import ARCS, Bat, arcs_of
 from system.plot import COLOURS, INK
+from system.rule import at_most
 from system.spiking_bat.chip_brain import design_of
 from system.spiking_bat.numbers import Numbers
+from system.statement import Statement
 
 CASES = 24  # of each equation; ours
 TOLERANCE = 0.02
@@ -84,16 +86,14 @@ def race_case(chip: LatencyChip, random: np.random.Generator) -> Case:
     return Case(law, *cell_latencies(chip, p, goal, memories))
 
 
-def rows(found: dict[str, list[Case]]) -> tuple[Row, ...]:
+def rows(found: dict[str, list[Case]]) -> tuple[Statement, ...]:
     """Largest deviation from the closed form of model and transistors."""
     made = []
+    rule = at_most(TOLERANCE, "at most {percent:g} % of the closed form")
     for name, cases in found.items():
         for what in ("model", "circuit"):
             worst = max(abs(getattr(c, what) / c.law - 1.0) for c in cases)
-            made.append(
-                Row(f"equation_{name}_{what}_error", TOLERANCE, worst, "at most 2 % of the closed form",
-                    TOLERANCE, fitted=False, agrees=worst <= TOLERANCE)
-            )  # fmt: skip
+            made.append(Statement(f"equation_{name}_{what}_error", TOLERANCE, worst, rule))
     return tuple(made)
 
 

@@ -13,13 +13,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import FIRST_SEED
 from system.forest.coverage import Coverage, coverage, fine_path
 from system.openspace.flight import fly_sample
 from system.openspace.law import Bat, arcs_of
 from system.openspace.map import OBSTACLES, Forest, plant
 from system.openspace.picture import draw_forest, draw_path
+from system.rule import above, at_least
+from system.statement import Statement
 
 SEED, PINGS = FIRST_SEED, 20_000
 MOST, SPREAD = 0.5, 0.1
@@ -44,18 +46,12 @@ def reproduce(progress: Progress, pings: int = PINGS, obstacles: int = OBSTACLES
     return Report(rows(found), lambda figure: _draw(forest, bat.zone, paths, figure), notes)
 
 
-def rows(found: Coverage) -> tuple[Row, ...]:
+def rows(found: Coverage) -> tuple[Statement, ...]:
     """How many gaps were taken, and how evenly."""
     return (
-        Row(
-            "gaps_taken_share", "most", found.share, f"more than {MOST:g}", MOST,
-            fitted=False, agrees=found.share > MOST,
-        ),
-        Row(
-            "gaps_of_half_the_crossings_share", "not a few", found.busiest, f"at least {SPREAD:g}", SPREAD,
-            fitted=False, agrees=found.busiest >= SPREAD,
-        ),
-    )  # fmt: skip
+        Statement("gaps_taken_share", "most", found.share, above(MOST, "more than {limit:g}")),
+        Statement("gaps_of_half_the_crossings_share", "not a few", found.busiest, at_least(SPREAD)),
+    )
 
 
 def _draw(forest: Forest, zone: float, paths: list[F64], figure: Figure) -> None:

@@ -12,9 +12,11 @@ from itertools import pairwise
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, fly_all
 from system.forest.sweep import COUNTS, PINGS, differs_row, draw_means, line
+from system.rule import Measured, apart_above, at_least
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 
 NUMBERS = (500, 700, 900, 1100, 1300, 1500, 1700)
@@ -36,7 +38,7 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(found, figure), notes)
 
 
-def rows(found: Mapping[int, Tally]) -> tuple[Row, ...]:
+def rows(found: Mapping[int, Tally]) -> tuple[Statement, ...]:
     """Neighbouring densities, and both ends."""
     numbers = list(found)
     falling = [
@@ -46,13 +48,12 @@ def rows(found: Mapping[int, Tally]) -> tuple[Row, ...]:
     return (*falling, _steep(found[numbers[0]], found[numbers[-1]]))
 
 
-def _steep(few: Tally, many: Tally) -> Row:
-    least, most = few.mean.interval.low, many.mean.interval.high
+def _steep(few: Tally, many: Tally) -> Statement:
     # where no collision was met among few obstacles, the lower end of what they avoid has to do
-    ratio = (few.mean.value if few.collisions else least) / many.mean.value
-    agrees = ratio >= STEEP and least > most
-    rule = f"at least {STEEP:g} times, intervals apart"
-    return Row("fewest_over_most_obstacles", None, ratio, rule, STEEP, fitted=False, agrees=agrees)
+    ratio = (few.mean.value if few.collisions else few.mean.interval.low) / many.mean.value
+    rule = at_least(STEEP, "at least {limit:g} times") & apart_above(many.mean, "intervals apart")
+    ours = Measured(ratio, ratio, few.mean.interval)
+    return Statement("fewest_over_most_obstacles", None, ours, rule)
 
 
 def _draw(found: Mapping[int, Tally], figure: Figure) -> None:

@@ -17,10 +17,11 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Limits
 from system.forest.sweep import COUNTS, PINGS, Sweep, at_speeds, differs_row, draw_sweep, fly_sweep, lines
 from system.openspace.law import Bat
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)  # m/s; ours
@@ -46,7 +47,7 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(found, figure), (*lines(found), _trapped(found)))
 
 
-def rows(found: Sweep) -> tuple[Row, ...]:
+def rows(found: Sweep) -> tuple[Statement, ...]:
     """Both against the control, a row a speed."""
     speeds = list(dict.fromkeys(speed for _, speed in found))
     return tuple(

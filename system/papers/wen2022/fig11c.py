@@ -9,6 +9,7 @@ all distances of the figure, and these words.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -16,10 +17,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.law import ARCS, MIDDLE, Bat, arcs_of
 from system.openspace.view import add_immediacies
 from system.plot import COLOURS
+from system.rule import Measured, above, at_most, exactly
+from system.statement import Statement
 
 CONTROL, STEEP, FLAT, SQUARED = "control", "Steep", "Flat", "Squared"
 TOLERANCE = 1e-9
@@ -58,7 +61,7 @@ def immediacy(bat: Bat, way: F64) -> F64:
     return values
 
 
-def rows(way: F64, found: Mapping[str, F64]) -> tuple[Row, ...]:
+def rows(way: F64, found: Mapping[str, F64]) -> tuple[Statement, ...]:
     """Equation (11), and the paper's words."""
     seen = way <= Bat().max_range - Bat().zone
     laws = {
@@ -79,20 +82,19 @@ def rows(way: F64, found: Mapping[str, F64]) -> tuple[Row, ...]:
     shown = f"{close:.3g} of the control at 0.5 m, {distant:.3g} at 4 m"
     return (
         *by_law,
-        Row("steep_beyond_3_m", 0.0, ignored, "0", 0.0, fitted=False, agrees=ignored == 0.0),
-        Row(
-            "flat_and_squared_at_the_end", "above 0", counted, "above 0", None, fitted=False,
-            agrees=counted > 0.0,
+        Statement("steep_beyond_3_m", 0.0, ignored, exactly(0.0, "{limit:g}")),
+        Statement("flat_and_squared_at_the_end", "above 0", counted, above(0.0)),
+        Statement(
+            "squared_emphasises_close",
+            "close",
+            Measured(close if distant > 0.0 else math.nan, shown),
+            above(distant, "a larger part of the control when close"),
         ),
-        Row(
-            "squared_emphasises_close", "close", shown, "a larger part of the control when close", None,
-            fitted=False, agrees=0.0 < distant < close,
-        ),
-    )  # fmt: skip
+    )
 
 
-def _row(name: str, value: float, most: float) -> Row:
-    return Row(name, 0.0, value, f"at most {most:g}", most, fitted=False, agrees=value <= most)
+def _row(name: str, value: float, most: float) -> Statement:
+    return Statement(name, 0.0, value, at_most(most))
 
 
 def _ratio(found: Mapping[str, F64], way: F64, at: float) -> float:

@@ -13,11 +13,13 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Limits
 from system.forest.sweep import COUNTS, PINGS, Sweep, at_speeds, differs_row, draw_sweep, fly_sweep, lines
 from system.openspace.law import Bat
 from system.papers.wen2022.fig11c import CONTROL, FLAT, SQUARED, STEEP, groups
+from system.rule import Measured, below
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.0, 1.5, 1.75, 2.0, 2.5, 3.0)  # m/s; ours
@@ -38,7 +40,7 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
-def rows(found: Sweep) -> tuple[Row, ...]:
+def rows(found: Sweep) -> tuple[Statement, ...]:
     """Steep against all, Squared among the others, Flat against the control."""
     speeds = list(dict.fromkeys(speed for _, speed in found))
     steep = [
@@ -59,14 +61,12 @@ def rows(found: Sweep) -> tuple[Row, ...]:
     return (*steep, *(_second_worst(found, v) for v in speeds), *flat)
 
 
-def _second_worst(found: Sweep, speed: float) -> Row:
+def _second_worst(found: Sweep, speed: float) -> Statement:
     means = {name: found[name, speed].mean.value for name in (CONTROL, FLAT, SQUARED)}
     lowest = min(means, key=lambda name: means[name])
-    shown = f"{lowest}, {means[lowest]:.4g}"
-    rule = "lowest mean of Squared, Flat and control"
-    return Row(
-        f"second_worst_at_{speed:g}", SQUARED, shown, rule, None, fitted=False, agrees=lowest == SQUARED
-    )
+    ours = Measured(means[SQUARED], f"{lowest}, {means[lowest]:.4g}")
+    rule = below(min(means[CONTROL], means[FLAT]), "lowest mean of Squared, Flat and control")
+    return Statement(f"second_worst_at_{speed:g}", SQUARED, ours, rule)
 
 
 def _draw(found: Sweep, figure: Figure) -> None:

@@ -9,15 +9,18 @@ chosen with all rates at 1.5, 3 and 6 m/s in view, on other seeds: those rows ar
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
 from matplotlib.figure import Figure
 
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Limits, Tally
 from system.forest.sweep import COUNTS, PINGS, Sweep, at_speeds, differs_row, draw_sweep, fly_sweep, lines
 from system.openspace.law import Bat
+from system.rule import Measured, below
+from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 
 SPEEDS = (1.5, 2.0, 3.0, 4.0, 6.0)  # m/s; ours
@@ -39,7 +42,7 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
-def rows(found: Sweep) -> tuple[Row, ...]:
+def rows(found: Sweep) -> tuple[Statement, ...]:
     """Each rate against the next lower one."""
     names = list(dict.fromkeys(name for name, _ in found))
     speeds = list(dict.fromkeys(speed for _, speed in found))
@@ -53,13 +56,16 @@ def rows(found: Sweep) -> tuple[Row, ...]:
     return (*higher, *slower)
 
 
-def _decline_row(found: Sweep, lower: str, higher: str, slow: float, fast: float) -> Row:
+def _decline_row(found: Sweep, lower: str, higher: str, slow: float, fast: float) -> Statement:
     ratios = [_decline(found[name, slow], found[name, fast]) for name in (lower, higher)]
     unsure = "; at least, without collisions" if not found[higher, slow].collisions else ""
-    shown = f"{ratios[1]:.4g} times against {ratios[0]:.4g}{unsure}"
-    rule = f"mean at {slow:g} m/s over that at {fast:g} m/s below that of {lower}"
-    agrees = not unsure and ratios[1] < ratios[0]
-    return Row(f"decline_{higher.replace(' ', '_')}", "slower", shown, rule, None, fitted=True, agrees=agrees)
+    ours = Measured(
+        math.nan if unsure else ratios[1], f"{ratios[1]:.4g} times against {ratios[0]:.4g}{unsure}"
+    )
+    text = f"mean at {slow:g} m/s over that at {fast:g} m/s below that of {lower}, {{limit:.4g}}"
+    return Statement(
+        f"decline_{higher.replace(' ', '_')}", "slower", ours, below(ratios[0], text), fitted=True
+    )
 
 
 def _decline(slow: Tally, fast: Tally) -> float:

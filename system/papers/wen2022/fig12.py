@@ -12,21 +12,30 @@ are ours, near those of our Figure 5, for whose rows they do as well. They and t
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from chips.latency.law import evaluation_latency, race_latency
 from circuits.arrays import F64, I64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.law import ARCS, DIRECTIONS, Bat
 from system.papers.wen2022.fig5 import NAMES
+from system.rule import Measured, all_of, at_least, at_most, equal, within, within_share
 from system.spiking_bat.bat import Answer, goal_neuron
 from system.spiking_bat.maps import blocking, places
 from system.spiking_bat.picture import draw_figure_12
 from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE, Story, tell
 from system.spiking_bat.topology import goal_charge, passive_current, suppression
+from system.statement import Statement
 
 WINDOW = 3e-3  # s, of a coincidence; the paper's
 SILENCE, SILENCE_RANGE = 0.15, 0.2  # s, of INH after a spike of CD: "about 150 ms"; share, ours
+CLOSE = 0.02  # share by which a latency may be off its closed form; ours
+
+SEVERAL = at_least(2.0, "of two groups or more")
+IN_WINDOW = at_most(WINDOW, "at most the window")
+NEAR_LAW = within(CLOSE, "within {percent:g} % of the closed form", of=0.0)
 
 
 def reproduce(progress: Progress) -> Report:
@@ -50,12 +59,12 @@ def groups(latencies: F64) -> list[list[int]]:
     return found
 
 
-def rows(story: Story) -> tuple[Row, ...]:
+def rows(story: Story) -> tuple[Statement, ...]:
     """What the paper says of the figure, and closed forms."""
     return (*_size_rows(story), *_ping_rows(story), *_memory_rows(story))
 
 
-def _size_rows(story: Story) -> tuple[Row, ...]:
+def _size_rows(story: Story) -> tuple[Statement, ...]:
     w = story.network.wiring
     return (
         _same("integrate_and_fire_neurons", 2931, w.decay.size),
@@ -64,7 +73,7 @@ def _size_rows(story: Story) -> tuple[Row, ...]:
     )
 
 
-def _ping_rows(story: Story) -> tuple[Row, ...]:
+def _ping_rows(story: Story) -> tuple[Statement, ...]:
     one, two, _ = story.answers
     group = story.arcs.group
     first = np.unique(group[one.spikes.of("wta1")[1]])
@@ -73,31 +82,29 @@ def _ping_rows(story: Story) -> tuple[Row, ...]:
     return (
         _same("ping_1_detected", 3, story.detected[0]),
         _same("ping_1_groups_of_memory_spikes", 3, len(groups(story.memory[0])), fitted=True),
-        Row("ping_1_first_layer", "several", _named(first), "of two groups or more", 2.0, fitted=True,
-            agrees=first.size > 1),
+        Statement("ping_1_first_layer", "several", Measured(first.size, _named(first)), SEVERAL, fitted=True),
         _same("ping_1_second_layer", "middle left", second[0], fitted=True),
         _same("ping_1_head_turns_to", "middle left", _named(one.head), fitted=True),
         _same("ping_1_body_motor_spikes", 0, int(one.arcs.size)),
         _same("ping_2_second_layer", "middle left", second[1], fitted=True),
         _same("ping_2_body_turns", "to the left", "to the left" if left else "not", fitted=True),
-    )  # fmt: skip
+    )
 
 
-def _memory_rows(story: Story) -> tuple[Row, ...]:
+def _memory_rows(story: Story) -> tuple[Statement, ...]:
     unseen = unseen_arcs(story)
     change = np.abs(story.memory[1] - story.memory[0])[unseen]
-    all_of_them = unseen.size > 0 and bool(np.isfinite(change).all())
+    finite = int(np.isfinite(change).sum())
     same = np.array_equal(story.recalled[1:], story.recalled[:-1], equal_nan=True)
-    silent = abs(story.silence / SILENCE - 1.0) <= SILENCE_RANGE
-    known = f"{int(np.isfinite(change).sum())} of {unseen.size}"
+    known = Measured(finite if unseen.size else math.nan, f"{finite} of {unseen.size}")
     return (
-        Row("unseen_recalled", "all", known, "all, at least one", None, fitted=False, agrees=all_of_them),
-        _most("recall_change_s", WINDOW, float(np.nanmax(change, initial=0.0)), "at most the window"),
+        Statement("unseen_recalled", "all", known, all_of(unseen.size, "all, at least one")),
+        Statement("recall_change_s", WINDOW, float(np.nanmax(change, initial=0.0)), IN_WINDOW),
         _same("recalls_differ", "no", "no" if same else "yes"),
         _same("memory_spikes_after_reset", 0, int(np.isfinite(story.memory[2]).sum())),
-        Row("inh_silent_s", SILENCE, story.silence, "within 20 %", SILENCE_RANGE, fitted=True, agrees=silent),
-        _most("equation_9_error", 0.02, evaluation_error(story), "within 2 % of the closed form"),
-        _most("equation_10_error", 0.02, race_error(story), "within 2 % of the closed form"),
+        Statement("inh_silent_s", SILENCE, story.silence, within_share(SILENCE_RANGE), fitted=True),
+        Statement("equation_9_error", CLOSE, evaluation_error(story), NEAR_LAW),
+        Statement("equation_10_error", CLOSE, race_error(story), NEAR_LAW),
     )
 
 
@@ -179,12 +186,8 @@ def _named(found: I64 | int | None) -> str:
     return ", ".join(NAMES[int(g)] for g in np.atleast_1d(found))
 
 
-def _same(name: str, paper: float | str, ours: float | str, *, fitted: bool = False) -> Row:
-    return Row(name, paper, ours, "the same", None, fitted=fitted, agrees=paper == ours)
-
-
-def _most(name: str, allowed: float, ours: float, rule: str) -> Row:
-    return Row(name, allowed, ours, rule, allowed, fitted=False, agrees=ours <= allowed)
+def _same(name: str, paper: float | str, ours: float | str, *, fitted: bool = False) -> Statement:
+    return Statement(name, paper, ours, equal(), fitted)
 
 
 EXPERIMENT = Experiment("wen2022-fig12", "the spike-latency network between two pings", reproduce)

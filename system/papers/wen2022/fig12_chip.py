@@ -20,15 +20,17 @@ from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64, I64
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
 from system.papers.wen2022.fig5 import NAMES
-from system.papers.wen2022.fig12 import WINDOW, groups
+from system.papers.wen2022.fig12 import IN_WINDOW, SEVERAL, WINDOW, groups
 from system.plot import COLOURS, INK, PALE
+from system.rule import Measured, equal, within
 from system.spiking_bat.bat import goal_neuron, seen_from
 from system.spiking_bat.chip_brain import ChipBrain, ChipReply, brain_with, design_of
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE
+from system.statement import Statement
 
 NODES = ("seen[0]", "seen[1]", "cd.sum", "spike", "inh.cell.v_mem", "inh.hold.timer")
 LABELS = ("A", "B", "sum of CD", "CD", "INH", "hold of INH")
@@ -76,7 +78,7 @@ def tell() -> ChipStory:
     return ChipStory(arcs, again, (recalled[0], recalled[1]), modelled, (memory, number), unit)
 
 
-def rows(story: ChipStory) -> tuple[Row, ...]:
+def rows(story: ChipStory) -> tuple[Statement, ...]:
     """The statements of the figure that a chip can make."""
     one, two, three = story.replies
     group = story.arcs.group
@@ -93,18 +95,22 @@ def rows(story: ChipStory) -> tuple[Row, ...]:
     ]
     return (
         _same("ping_1_groups_of_memory_spikes", 3, len(groups(kept))),
-        Row("ping_1_first_layer", "several", _named(first), "of two groups or more", 2.0, fitted=False,
-            agrees=first.size > 1),
+        Statement("ping_1_first_layer", "several", Measured(first.size, _named(first)), SEVERAL),
         _same("ping_1_second_layer", "middle left", _named(np.unique(group[one.said.paths]))),
         _same("ping_1_head_turns_to", "middle left", NAMES[one.head] if one.head is not None else "none"),
         _same("ping_1_body_motor_spikes", 0, int(one.arcs.size)),
         _same("ping_2_second_layer", "middle left", _named(np.unique(group[two.said.paths]))),
         _same("ping_2_body_turns", "to the left", "to the left" if left else "not"),
-        _most("recall_change_s", WINDOW, float(change.max(initial=0.0)), "at most the window"),
+        Statement("recall_change_s", WINDOW, float(change.max(initial=0.0)), IN_WINDOW),
         _same("recalls_differ", "no", "no" if np.array_equal(*story.recalled) else "yes"),
         _same("memory_spikes_after_reset", 0, int(np.isfinite(three.said.memory).sum())),
-        _most("unit_of_transistors_off_s", NEAR, max(off), "within 20 us of the model's spikes"),
-    )  # fmt: skip
+        Statement(
+            "unit_of_transistors_off_s",
+            NEAR,
+            max(off),
+            within(NEAR, "within {micro:g} us of the model's spikes", of=0.0),
+        ),
+    )
 
 
 def notes(story: ChipStory) -> tuple[str, ...]:
@@ -137,12 +143,8 @@ def _named(found: Sequence[int] | I64) -> str:
     return ", ".join(NAMES[int(g)] for g in found) if len(found) else "none"
 
 
-def _same(name: str, paper: float | str, ours: float | str) -> Row:
-    return Row(name, paper, ours, "the same", None, fitted=False, agrees=paper == ours)
-
-
-def _most(name: str, allowed: float, ours: float, rule: str) -> Row:
-    return Row(name, allowed, ours, rule, allowed, fitted=False, agrees=ours <= allowed)
+def _same(name: str, paper: float | str, ours: float | str) -> Statement:
+    return Statement(name, paper, ours, equal())
 
 
 def _draw(story: ChipStory, figure: Figure) -> None:

@@ -26,7 +26,9 @@ from circuits.arrays import F64
 from system.car.picture import draw_robot
 from system.car.run import ENDS, Scenario, account, run, side_share
 from system.car.world import FORESTS
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
+from system.rule import Measured, apart_above, at_least, below
+from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.interval import Estimate, mean_interval
 from system.study.statistics.share import Share
@@ -117,28 +119,27 @@ def summed(drives: Sequence[Drive]) -> Found:
     return Found(ends, np.array([d.side for d in drives]))
 
 
-def rows(found: Mapping[str, Found]) -> tuple[Row, ...]:
+def rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
     """Collision-free shares, and where it pings to the side."""
     free = [
-        Row(
-            f"{forest}_collision_free", None, each.free.value, f"at least {100.0 * LEAST:g} %", LEAST,
-            fitted=True, agrees=each.free.value >= LEAST,
+        Statement(
+            f"{forest}_collision_free",
+            None,
+            each.free.value,
+            at_least(LEAST, "at least {percent:g} %"),
+            fitted=True,
         )
         for forest, each in found.items()
-    ]  # fmt: skip
+    ]
     corridor = found["corridor"].side_share
-    mostly = Row(
-        "corridor_side_pings", "few", corridor.value, f"below {MOSTLY:g}", MOSTLY, fitted=True,
-        agrees=corridor.value < MOSTLY,
-    )  # fmt: skip
-    more = [
-        Row(
-            f"{forest}_side_pings", "more", found[forest].side_share.value,
-            "above the corridor's, intervals apart", None, fitted=False,
-            agrees=found[forest].side_share.interval.low > corridor.interval.high,
+    mostly = Statement("corridor_side_pings", "few", corridor.value, below(MOSTLY), fitted=True)
+    apart = apart_above(corridor, "above the corridor's, intervals apart")
+    more = []
+    for forest in FORESTS[1:]:
+        side = found[forest].side_share
+        more.append(
+            Statement(f"{forest}_side_pings", "more", Measured(side.value, side.value, side.interval), apart)
         )
-        for forest in FORESTS[1:]
-    ]  # fmt: skip
     return (*free, mostly, *more)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
 from system.openspace.flight import margin_of
 from system.openspace.kernel import advance, choose, ping
 from system.openspace.law import DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
@@ -25,6 +25,8 @@ from system.openspace.map import Forest, cells_of
 from system.openspace.picture import draw_bars, draw_forest, draw_sight
 from system.openspace.senses import EXACT
 from system.openspace.state import ARC, HEAD, SCANNING, SEEN, WINNER, Flight, X, Y, new_flight
+from system.rule import equal
+from system.statement import Statement
 
 AT = (25.0, 25.0)  # m; the bat flies left, towards the goal
 # m ahead of the bat and to its left; ours
@@ -68,11 +70,11 @@ def reproduce(progress: Progress, obstacles: Sequence[tuple[float, float]] = OBS
     return Report(rows(first, second, arcs), lambda figure: _draw(bat, arcs, place, moments, figure))
 
 
-def rows(first: Moment, second: Moment, arcs: Arcs) -> tuple[Row, ...]:
+def rows(first: Moment, second: Moment, arcs: Arcs) -> tuple[Statement, ...]:
     """What happens at each ping."""
 
-    def row(name: str, paper: str, ours: str) -> Row:
-        return Row(name, paper, ours, "the same", None, fitted=False, agrees=paper == ours)
+    def row(name: str, paper: str, ours: str) -> Statement:
+        return Statement(name, paper, ours, equal())
 
     left = "to the left" if arcs.curvature[second.arc] > 0.0 else "not to the left"
     return (

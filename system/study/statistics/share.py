@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from system.rule import Measured, Value
 from system.study.statistics.interval import Interval, clopper_pearson
 
 _DIGITS = 6  # after the point, at most
@@ -26,6 +28,11 @@ class Share:
     def interval(self) -> Interval:
         """Clopper and Pearson's."""
         return clopper_pearson(self.passed, self.of)
+
+    def measured(self, shown: Value = None) -> Measured:
+        """The share as a value to judge, shown in words unless given otherwise; that of none is no number."""
+        value = self.value if self.of else math.nan
+        return Measured(value, str(self) if shown is None else shown, self.interval)
 
     def __str__(self) -> str:
         """As `19 of 20 (75 to 100 %)`."""

@@ -20,7 +20,9 @@ from system import registry
 from system.cli import doctor, listing, reproduce
 from system.cli.command_line import main
 from system.cli.output import plain
-from system.experiment import Experiment, Progress, Report, Row
+from system.experiment import Experiment, Progress, Report
+from system.rule import equal, unjudged, within_share
+from system.statement import Statement
 
 ROOT = Path(__file__).resolve().parents[3]
 HEAVY = ("numpy", "numba", "scipy", "matplotlib", "PySpice", "networkx", "rich")
@@ -293,7 +295,7 @@ def test_an_export_that_cannot_be_written(place: str, words: str, run: Run) -> N
     assert err.count("\n") == 1
 
 
-def experiment(*rows: Row) -> Experiment:
+def experiment(*rows: Statement) -> Experiment:
     def draw(figure: Figure) -> None:
         figure.subplots().plot([0.0, 1.0])
 
@@ -304,21 +306,22 @@ def experiment(*rows: Row) -> Experiment:
     return Experiment("mine", "an experiment of ours", carry_out)
 
 
-AGREES = Row("delay_s", 6.3e-3, 6.4e-3, "within 5 %", 0.05, fitted=False, agrees=True)
-FITTED = Row("gain", 2.0, float("nan"), "within 5 %", 0.05, fitted=True, agrees=False)
-DISAGREES = Row("word", "one", "two", "equal", None, fitted=False, agrees=False)
+AGREES = Statement("delay_s", 6.3e-3, 6.4e-3, within_share(0.05))
+FITTED = Statement("gain", 2.0, float("nan"), within_share(0.05), fitted=True)
+DISAGREES = Statement("word", "one", "two", equal())
+BESIDE = Statement("charge_C", None, 1e-12, unjudged())
 
 
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ((AGREES, replace(FITTED, agrees=True)), ""),
-        ((AGREES, FITTED), "noctule: mine: 1 of 2 rows disagree: gain\n"),
+        ((AGREES, replace(FITTED, ours=2.05), BESIDE), ""),
+        ((AGREES, FITTED, BESIDE), "noctule: mine: 1 of 3 rows disagree: gain\n"),
         ((AGREES, FITTED, DISAGREES), "noctule: mine: 2 of 3 rows disagree: gain, word\n"),
     ],
 )
 def test_reproduce(
-    rows: tuple[Row, ...], told: str, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    rows: tuple[Statement, ...], told: str, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(reproduce, "load_experiment", lambda _: experiment(*rows))
     plot = tmp_path / "mine.pdf"
@@ -329,6 +332,9 @@ def test_reproduce(
     assert document["experiment"] == "mine"
     assert document["notes"] == ["a note"]
     assert list(document["rows"][0]) == ["name", "paper", "ours", "rule", "tolerance", "fitted", "agrees"]
+    assert document["rows"][0]["rule"] == "within 5 %"
+    assert document["rows"][0]["tolerance"] == 0.05
+    assert [row["agrees"] for row in document["rows"]] == [row.agrees for row in rows]
     assert plot.read_bytes().startswith(b"%PDF")
     table = run("reproduce", "mine")
     assert table[0] == status

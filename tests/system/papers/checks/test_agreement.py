@@ -33,13 +33,13 @@ def test_rows_state_what_agrees(found: Agreement) -> None:
         f"{begin}_spike_time_s", f"{begin}_node_rms_V", f"{begin}_operating_point_V",
     ]  # fmt: skip
     assert all(row.agrees and not row.fitted and row.paper is None for row in rows)
-    assert rows[0].ours == found.difference.spike_time
+    assert rows[0].shown == found.difference.spike_time
 
 
 def test_nothing_agrees_with_an_unconverged_peer_and_a_missing_spike_is_no_number(found: Agreement) -> None:
     far = replace(found.difference, same_count=False)
     lost = agreement._rows("x", replace(found, difference=far))
-    assert lost[0].ours is None
+    assert lost[0].shown is None
     assert not lost[0].agrees
     assert lost[1].agrees
     assert not any(row.agrees for row in agreement._rows("x", replace(found, convergence=far)))

@@ -29,7 +29,7 @@ def test_the_recorded_figures_agree() -> None:
         "coupling_t_inh_share", "coupling_t_inh_s", "coupling_spike_s", "coupling_fires_in_one_only",
     ]  # fmt: skip
     assert all(row.agrees and not row.fitted for row in rows)
-    assert rows[1].ours == pytest.approx(chip_coupling.INHIBITION)
+    assert rows[1].shown == pytest.approx(chip_coupling.INHIBITION)
 
 
 def test_other_figures_do_not() -> None:
@@ -41,7 +41,7 @@ def test_a_neuron_that_fires_in_one_only_disagrees() -> None:
     found = coupling()
     found.spike_coupled[0] = np.nan
     row = coupling_rows(found)[-1]
-    assert (row.ours, row.agrees) == (1.0, False)
+    assert (row.shown, row.agrees) == (1.0, False)
 
 
 def test_the_note_names_the_worst_neuron() -> None:

@@ -29,8 +29,8 @@ def test_it_is_listed() -> None:
 def test_a_row_holds_the_model_to_the_transistors() -> None:
     near, far = (Beside(n, 20e-3, 50e-6, 800, 50e-6 * by) for n, by in (("near", 0.95), ("far", 1.2)))
     made = rows([near, far], far)
-    assert [row.agrees for row in made] == [True, False, True]
-    assert made[0].ours == pytest.approx(0.95)
+    assert [row.agrees for row in made] == [True, False, None]
+    assert made[0].shown == pytest.approx(0.95)
     assert "near 50 us of 20 ms (+- 2.5 %), model 47.5 us" in note([near, far])
     figure = Figure()
     draw([near, far], figure)

@@ -17,7 +17,7 @@ def test_a_selection_beside_its_transistors() -> None:
 def test_the_isolations_noise_is_far_below_its_models_error() -> None:
     made = isolation_rows()
     assert [row.agrees for row in made] == [True] * 3
-    assert all(0.0 < row.ours < 0.01 for row in made)
+    assert all(0.0 < row.shown < 0.01 for row in made)
 
 
 def test_the_mean_of_a_level_is_white_noise_over_twice_the_time() -> None:

@@ -46,8 +46,8 @@ def test_rows_of_the_robots(tmp_path: Path) -> None:
         made[stockel2017_chip.FIELD, "bug2", "published"] = [there] * 8 + [stuck] * 12
         return made
 
-    assert [r.name for r in stockel2017_chip.rows(found(19)) if not r.agrees] == []
-    wrong = [r.name for r in stockel2017_chip.rows(found(17)) if not r.agrees]
+    assert [r.name for r in stockel2017_chip.rows(found(19)) if r.agrees is False] == []
+    wrong = [r.name for r in stockel2017_chip.rows(found(17)) if r.agrees is False]
     assert wrong == [
         "fig6_bug2_improved_reaches_share",
         "fig8_bug0_reaches_share",

@@ -60,7 +60,7 @@ def test_rows_of_a_die_that_works_in_both() -> None:
     rows = ngspice_dies._rows(one(WORKS, late))
     assert [row.name for row in rows] == ["die_1000_class", "die_1000_edge_s"]
     assert all(row.agrees for row in rows)
-    assert rows[1].ours == pytest.approx(15e-6)
+    assert rows[1].shown == pytest.approx(15e-6)
 
 
 def test_rows_that_disagree() -> None:
@@ -75,10 +75,10 @@ def test_rows_that_disagree() -> None:
 def test_the_summary_counts_classes_and_takes_the_worst_edge() -> None:
     late = replace(WORKS, last=WORKS.last + 15e-6)
     same, worst = ngspice_dies._summary([one(WORKS, late), one(WORKS, WORKS), one(SILENT, SILENT)])
-    assert (same.ours, same.agrees) == (3.0, True)
-    assert worst.ours == pytest.approx(15e-6)
+    assert (same.shown, same.agrees) == (3.0, True)
+    assert worst.shown == pytest.approx(15e-6)
     same, worst = ngspice_dies._summary([one(WORKS, SILENT)])
-    assert (same.agrees, worst.ours, worst.agrees) == (False, None, False)
+    assert (same.agrees, worst.shown, worst.agrees) == (False, None, False)
 
 
 def test_the_picture_shows_what_does_not_work_too(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from system.study.campaign import Numbered
 def test_calibration_of_one_die():
     report = rolls_calibration.reproduce(lambda _: None, dies=1, drifting=0)
     assert [row.name.split(":")[0] for row in report.rows] == ["generator", "gate"]
-    assert all(0.0 <= float(row.ours) <= 1.0 for row in report.rows)
+    assert all(0.0 <= float(row.shown) <= 1.0 for row in report.rows)
     report.draw(Figure())
 
 
@@ -18,7 +18,7 @@ def test_drift_is_reported_at_every_temperature():
     drift = np.zeros((3, len(rolls_calibration.TEMPERATURES), 8))
     drift[:, 0] = -0.5
     rows = rolls_calibration.rows({"gate": rolls_calibration.Found(np.zeros((3, 8)), drift, 5)})
-    named = {row.name: row.ours for row in rows}
+    named = {row.name: row.shown for row in rows}
     assert named["gate: mean rate at 17 degC over its target"] == 0.5
     assert len(named) == len(rolls_calibration.TEMPERATURES)
 
@@ -28,4 +28,4 @@ def test_a_field_decides():
     # die 8 is one of those on which the numbers were chosen
     assert bump.right
     report_rows = rolls_field.rows({"generator": [bump]})
-    assert report_rows[0].ours == 1.0
+    assert report_rows[0].shown == 1.0

@@ -28,7 +28,7 @@ def test_drift_of_currents_follows_the_law(monkeypatch: pytest.MonkeyPatch) -> N
     report = rolls_drift.run(done.append)
     assert report.agrees
     assert done[-1] == 1.0
-    slopes = {row.name: row.ours for row in report.rows}
+    slopes = {row.name: row.shown for row in report.rows}
     assert slopes["filter_current_generator_per_K"] == pytest.approx(1.0 / 300.15, rel=1e-3)
     assert isinstance(slopes["filter_current_gate_per_K"], float)
     assert 0.038 < slopes["filter_current_gate_per_K"] < 0.056
@@ -72,8 +72,8 @@ def test_mismatch_of_filters_agrees_and_the_published_figure_stands_beside(
     assert rows["correlation_excitatory_time_constant_and_excitatory_gain"].agrees
     beside = rows["neuron_mismatch"]
     assert beside.paper == 0.094
-    assert isinstance(beside.ours, float)
-    assert 0.01 < beside.ours < 0.5
+    assert isinstance(beside.shown, float)
+    assert 0.01 < beside.shown < 0.5
     assert any("leak.ml4 100 %" in note for note in report.notes)
     report.draw(Figure())
 
@@ -88,8 +88,8 @@ def test_forms_are_told_by_how_much_each_is_off(monkeypatch: pytest.MonkeyPatch)
     rows = {row.name: row for row in report.rows}
     jump = rows["synapse_mean_jump_level4_1000Hz_A"]
     assert isinstance(jump.paper, float)
-    assert isinstance(jump.ours, float)
-    assert abs(jump.paper / jump.ours - 1.0) > 0.5
+    assert isinstance(jump.shown, float)
+    assert abs(jump.paper / jump.shown - 1.0) > 0.5
     ours = rows["neuron_rate_both_kappas_1.22nA_Hz"]
     assert ours.tolerance == 0.1
     assert ours.agrees

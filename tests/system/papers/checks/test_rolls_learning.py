@@ -12,9 +12,9 @@ def test_one_short_lesson_is_reported_and_drawn(monkeypatch):
     task = Task(training=4, tests=2)
     report = rolls_learning.reproduce(lambda _: None, dies=1, gate_dies=0, pairs=1, task=task)
     named = {row.name: row for row in report.rows}
-    assert named["share of weights unchanged after 100 s of silence"].ours == 1.0
+    assert named["share of weights unchanged after 100 s of silence"].shown == 1.0
     assert len([name for name in named if name.startswith("the same, mismatch of")]) == 2
-    assert all(0.0 <= float(row.ours) <= 1.0 for row in report.rows)
+    assert all(0.0 <= float(row.shown) <= 1.0 for row in report.rows)
     report.draw(Figure())
 
 

@@ -64,7 +64,7 @@ def test_the_registry_knows_them() -> None:
 def test_silent_delays_of_the_linear_chip_are_counted_and_told() -> None:
     fractions: list[float] = []
     report = cheely2003_fig9.run_on_grid(fractions.append, 6.5e-3)
-    ours = {row.name: row.ours for row in report.rows}
+    ours = {row.name: row.shown for row in report.rows}
     # of 2, 8.5, 15, 21.5 and 28 ms those between neuron 11 (11 ms) and neuron 12 (26 ms) have no neuron
     assert ours["linear_silent_delays"] in (2, 3)
     assert any("no neuron fires" in note for note in report.notes)
