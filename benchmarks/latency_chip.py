@@ -20,7 +20,7 @@ from statistics import median
 import numpy as np
 
 from _report import Row, parser_of, report
-from chips.latency.chip import LatencyChip, Said
+from chips.latency.chip import LatencyChip, PingResponse
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.silicon.die import Die
@@ -88,17 +88,17 @@ def scene(arcs: Arcs) -> list[np.ndarray]:
     return [seen_from(arcs, place, HEADING, DIRECTIONS // 2 - k) for k in range(2)]
 
 
-def run(brain: ChipBrain, arcs: Arcs, pings: int) -> tuple[list[Said], float]:
+def run(brain: ChipBrain, arcs: Arcs, pings: int) -> tuple[list[PingResponse], float]:
     """What the chip said, and CPU time, s."""
     seen, said = scene(arcs), []
     start = time.thread_time()
     for k in range(pings):
-        said.append(brain.answer(DIRECTIONS // 2 - k % 2, MIDDLE, seen[k % 2]).said)
+        said.append(brain.answer(DIRECTIONS // 2 - k % 2, MIDDLE, seen[k % 2]).response)
         brain.end(spoken=bool(k % 2))
     return said, time.thread_time() - start
 
 
-def equal(a: Sequence[Said], b: Sequence[Said]) -> bool:
+def equal(a: Sequence[PingResponse], b: Sequence[PingResponse]) -> bool:
     """Whether two runs said the same to the bit."""
     return all(
         np.array_equal(getattr(x, name), getattr(y, name))

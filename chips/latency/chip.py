@@ -70,8 +70,8 @@ class Unit(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """What the chip said after a ping. Times in s after it, inf or empty where there was nothing.
+class PingResponse:
+    """Response of the chip to a ping. Times are in s after it, infinite or empty where there was nothing.
 
     times, paths: winners of the second layer as they left the bus; emergency: of its neuron; integrating,
     memory, first: float64[n], latencies of the integrating neurons, of the memories' outputs and of the first
@@ -174,7 +174,7 @@ class LatencyChip:
         for unit in self.units.values():
             unit.reset(at)
 
-    def ping(self, memory: Memory, start: float, times: F64, addresses: I64) -> Said:
+    def ping(self, memory: Memory, start: float, times: F64, addresses: I64) -> PingResponse:
         """Answer to the events that come after a ping at `start` (s), until the next one.
 
         times: float64[m], s after the ping, 0 for its onset; addresses: int64[m], as `addresses` says. Resets
@@ -205,7 +205,7 @@ class LatencyChip:
         times, paths = self._winners(layers.second, emergency)
         left = send(self.bus, times + late, paths)
         alarm = left.addresses == self.addresses.emergency
-        return Said(
+        return PingResponse(
             times=left.times[~alarm],
             paths=left.addresses[~alarm],
             emergency=float(left.times[alarm][0]) if alarm.any() else math.inf,

@@ -47,7 +47,7 @@ _INPUTS = ("call", "echo")
 ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
 
-Wander = tuple[F64, F64, I64]  # relaxations, time of the last call (s), calls
+NoiseState = tuple[F64, F64, I64]  # relaxations, time of the last call (s), calls
 
 
 class OutsideBox(UserWarning):
@@ -58,8 +58,8 @@ class OutsideBox(UserWarning):
 class ChipState:
     """neurons: float64[n, columns] of the kernel; pending: events to come; last: of each input, s.
 
-    lines: analog inputs in force; merged: events that fell into the pulse of the one before. wander: what the
-    noise of the silicon carries from call to call, None without noise.
+    lines: analog inputs in force; merged: events that fell into the pulse of the one before.
+    noise_state: what the noise of the silicon carries from call to call, None without noise.
     """
 
     time: float
@@ -69,7 +69,7 @@ class ChipState:
     last: tuple[float, float] = (-math.inf, -math.inf)
     lines: Mapping[str, Polyline] | None = None
     merged: int = 0
-    wander: Wander | None = None
+    noise_state: NoiseState | None = None
 
     @property
     def undecided(self) -> int:
@@ -117,7 +117,7 @@ class RangingChip:
         for k in range(len(self.spikes)):
             begin(neurons, k, states[k], time)
         jitter = self.jitter_at(self.silicon.temperature_c)
-        return ChipState(time, states, self.silicon.temperature_c, wander=_wander(jitter))
+        return ChipState(time, states, self.silicon.temperature_c, noise_state=_noise_state(jitter))
 
     def next_time(self, state: ChipState) -> float:
         """The next event to come that was handed in early, else inf: spikes are found by advancing."""
@@ -143,8 +143,8 @@ class RangingChip:
         saved, fired = np.empty_like(states), np.full(len(self.spikes), math.inf)
         last, merged = list(state.last), state.merged
         jitter = self.jitter_at(state.temperature_c)
-        if jitter is not None and state.wander is not None:
-            relaxation, called, calls = state.wander
+        if jitter is not None and state.noise_state is not None:
+            relaxation, called, calls = state.noise_state
             jitter = copied(jitter._replace(relaxation=relaxation, last=called, calls=calls))
         while True:
             while pending and pending[0][1] <= now:
@@ -162,7 +162,7 @@ class RangingChip:
                 break
         state = replace(
             state, time=now, neurons=states, pending=tuple(pending), last=(last[0], last[1]), merged=merged,
-            wander=_wander(jitter),
+            noise_state=_noise_state(jitter),
         )  # fmt: skip
         found = tuple((self.spikes[k], float(fired[k])) for k in np.flatnonzero(np.isfinite(fired)))
         return state, now, Output(found, np.array([state.time]), np.zeros((1, 0)))
@@ -238,6 +238,6 @@ class RangingChip:
         warnings.warn(text, OutsideBox, stacklevel=4)
 
 
-def _wander(jitter: Jitter | None) -> Wander | None:
+def _noise_state(jitter: Jitter | None) -> NoiseState | None:
     """The part of the jitter that is state."""
     return None if jitter is None else (jitter.relaxation, jitter.last, jitter.calls)

@@ -21,21 +21,21 @@ import numpy as np
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import (
     COLUMNS,
-    DOZE,
+    EARLY_STOP,
     ECHO_END,
     ECHO_START,
-    MAY_DOZE,
+    MAY_STOP,
     NEAR,
     NOW,
     RELEASE,
     RESET_END,
+    RUN_ON,
     SETTLED,
     TOLERANCE,
     UNDECIDED,
     V_EX,
     V_MEM,
     V_R,
-    WAKE,
     advance,
     begin,
     call,
@@ -83,7 +83,7 @@ class Chip(NamedTuple):
     base: F64  # float64[n, COLUMNS], after the last input or spike
     ahead: F64  # float64[n, COLUMNS], at the next spike, or where nothing more will come
     due: F64  # float64[n], s, of the next spike, or of the next look
-    mood: I64  # int64[n]: ASLEEP, QUIET, LOOKING or FIRING
+    phase: I64  # int64[n]: ASLEEP, QUIET, LOOKING or FIRING
     last: F64  # float64[2], s, of the last call and the last echo
     echoes: F64  # float64[ROOM, 2], time (s) and level (V) of the last echoes, round and round
     counts: I64  # int64[3]: echoes so far, merged inputs, spikes too near to call
@@ -209,7 +209,7 @@ def _silent_after(m: Neurons, k: int, p: Plan, s: F64, delay: float) -> bool:
         copy_state(p.rest[k], s)
         call(m, k, s)
         advance(m, k, s, delay)
-    s[DOZE] = MAY_DOZE
+    s[EARLY_STOP] = MAY_STOP
     echo(m, k, s, m.v_ex_max[k])
     return _silent(m, k, s, m.t_inh[k] + KEPT * SPACING)
 
@@ -219,7 +219,7 @@ def start(m: Neurons, p: Plan, c: Chip, time: float) -> None:
     """Put all neurons to rest at `time` s; those that may not sleep are watched."""
     for k in range(c.due.size):
         begin(m, k, c.base[k], time)
-        c.mood[k], c.due[k] = ASLEEP, np.inf
+        c.phase[k], c.due[k] = ASLEEP, np.inf
         if not p.certain[k]:
             _look(m, p, c, k)
 
@@ -229,17 +229,17 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
     """Integrate from `base` to the next spike, or until it is known that none comes."""
     s = c.ahead[k]
     copy_state(c.base[k], s)
-    s[DOZE] = MAY_DOZE if p.certain[k] else WAKE
+    s[EARLY_STOP] = MAY_STOP if p.certain[k] else RUN_ON
     until = max(s[NOW], s[RELEASE]) + LOOKED
     if not p.certain[k]:  # not beyond the release, before which an echo may come, nor far beyond it
         until = s[RELEASE] if s[NOW] < s[RELEASE] else s[NOW] + WATCHED
     spike = advance(m, k, s, until)
     if spike < np.inf:
-        c.mood[k], c.due[k] = FIRING, spike
+        c.phase[k], c.due[k] = FIRING, spike
     elif p.certain[k]:
-        c.mood[k], c.due[k] = QUIET, np.inf
+        c.phase[k], c.due[k] = QUIET, np.inf
     else:
-        c.mood[k], c.due[k] = LOOKING, until
+        c.phase[k], c.due[k] = LOOKING, until
 
 
 @_compiled
@@ -255,7 +255,7 @@ def next_due(c: Chip) -> tuple[float, int]:
 @_compiled
 def take(m: Neurons, p: Plan, c: Chip, k: int) -> bool:
     """Go on beyond the neuron's due time; whether that was a spike."""
-    fired = bool(c.mood[k] == FIRING)
+    fired = bool(c.phase[k] == FIRING)
     copy_state(c.ahead[k], c.base[k])
     _look(m, p, c, k)
     return fired
@@ -265,9 +265,9 @@ def take(m: Neurons, p: Plan, c: Chip, k: int) -> bool:
 def _roll(m: Neurons, c: Chip, k: int, time: float) -> None:
     """Bring `base` of a neuron that is awake to `time` s."""
     s = c.ahead[k]
-    if c.mood[k] != FIRING and s[NOW] <= time:
+    if c.phase[k] != FIRING and s[NOW] <= time:
         copy_state(s, c.base[k])
-    c.base[k, DOZE] = WAKE
+    c.base[k, EARLY_STOP] = RUN_ON
     advance(m, k, c.base[k], time)
 
 
@@ -300,12 +300,12 @@ def _wake(m: Neurons, p: Plan, c: Chip, k: int, time: float) -> None:
 @_compiled
 def _sleep(m: Neurons, c: Chip, k: int, time: float) -> None:
     """Put a neuron to sleep at `time` s, and count what was too near to call before."""
-    if c.mood[k] != ASLEEP:
+    if c.phase[k] != ASLEEP:
         if c.ahead[k, NOW] > time:
             _roll(m, c, k, time)
             copy_state(c.base[k], c.ahead[k])
         c.counts[DOUBTS] += int(c.ahead[k, UNDECIDED] + c.ahead[k, NEAR])
-    c.mood[k], c.due[k] = ASLEEP, np.inf
+    c.phase[k], c.due[k] = ASLEEP, np.inf
 
 
 @_compiled
@@ -354,7 +354,7 @@ def on_echo(m: Neurons, p: Plan, c: Chip, time: float, level: float) -> None:
     for k in range(c.due.size):
         if _does_not_matter(m, p, c, k, time, _own(m, k, level)):
             continue
-        if c.mood[k] != ASLEEP:
+        if c.phase[k] != ASLEEP:
             _roll(m, c, k, time)
         elif _still_excited(m, p, c, k, time):
             _replay(m, p, c, k, time)
@@ -385,11 +385,11 @@ def _own(m: Neurons, k: int, level: float) -> float:
 @_compiled
 def _does_not_matter(m: Neurons, p: Plan, c: Chip, k: int, time: float, level: float) -> bool:
     """Whether an echo cannot bring a neuron nearer to a spike, or take one from it."""
-    if c.mood[k] == LOOKING or c.mood[k] == FIRING:
+    if c.phase[k] == LOOKING or c.phase[k] == FIRING:
         return False
     if level >= p.rest[k, V_EX] - TOLERANCE and m.echo_step[k] >= -TOLERANCE:
         return True  # it excites less than nothing does
-    if c.mood[k] == QUIET or level < m.v_ex_max[k] - TOLERANCE:
+    if c.phase[k] == QUIET or level < m.v_ex_max[k] - TOLERANCE:
         return False  # awake, or more than what was tried
     since = time - c.last[0]
     if since < m.t_inh[k]:
@@ -399,5 +399,5 @@ def _does_not_matter(m: Neurons, p: Plan, c: Chip, k: int, time: float, level: f
 
 def doubts(chip: Chip) -> int:
     """Moments so far at which a spike was too near to call."""
-    awake = chip.mood != ASLEEP
+    awake = chip.phase != ASLEEP
     return int(chip.counts[DOUBTS] + chip.ahead[awake, UNDECIDED].sum() + chip.ahead[awake, NEAR].sum())

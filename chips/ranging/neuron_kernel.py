@@ -32,9 +32,9 @@ _RECOVERED = 20e-3  # V, of v_ex below the supply: less excitation than the coup
 
 # Columns of a state.
 V_MEM, V_R, V_EX, NOW, STEP, CHARGE, CHARGE_LOW, NEAR, RELEASE, RESET_END, ECHO_START, ECHO_END, ECHO_LEVEL, \
-    UNDECIDED, PEAK, DOZE = range(16)  # fmt: skip
+    UNDECIDED, PEAK, EARLY_STOP = range(16)  # fmt: skip
 COLUMNS = 16
-WAKE, MAY_DOZE, DOZING = 0.0, 1.0, 2.0  # a neuron that may doze stops where it only falls back to rest
+RUN_ON, MAY_STOP, STOPPED = 0.0, 1.0, 2.0  # one that may stop early does where it only falls back to rest
 
 _compiled = compiled(fastmath={"contract"})
 
@@ -120,7 +120,7 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
             s[RESET_END] = spike + m.pulse_width[k]
             s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _PULLED_STEP
             return spike
-        if s[DOZE] == DOZING:
+        if s[EARLY_STOP] == STOPPED:
             return np.inf
         s[NOW] = stop
         if stop == s[RELEASE] or stop == s[RESET_END]:
@@ -198,8 +198,8 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
                     near = 0.0
         t += step
         y, d = n, e
-        if s[DOZE] == MAY_DOZE and spike == np.inf and _falls_back(m, k, mode, s, t, y, e):
-            s[DOZE] = DOZING
+        if s[EARLY_STOP] == MAY_STOP and spike == np.inf and _falls_back(m, k, mode, s, t, y, e):
+            s[EARLY_STOP] = STOPPED
             end = t
         # an error that grows from step to step goes on growing (Gustafsson 1994)
         trend = (step / earlier_step) ** 3 * room / earlier_room

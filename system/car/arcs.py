@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64
-from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
+from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
 from system.openspace.choice import grouped, ping_directions, weights
 from system.openspace.law import Bat, arc_point, length_in_view
 
@@ -49,7 +49,7 @@ def steering_table(robot: Robot) -> F64:
     return np.asarray(robot.steering_step * np.rint(robot.most_steering * share / robot.steering_step))
 
 
-def arcs_of(robot: Robot, mind: Mind) -> Arcs:
+def arcs_of(robot: Robot, numbers: OpenspaceNumbers) -> Arcs:
     """Geometry and weights of a robot."""
     steering = steering_table(robot)
     rear = np.tan(steering) / robot.wheelbase
@@ -57,15 +57,15 @@ def arcs_of(robot: Robot, mind: Mind) -> Arcs:
     curvature = rear / np.sqrt(1.0 + (rear * lever) ** 2)
     slip = np.arctan(rear * lever)
     direction = ping_directions(robot.direction_step, DIRECTIONS)
-    length, group = _views(robot, mind, curvature, slip, direction)
-    spread, hold = weights(mind, ARCS)
+    length, group = _views(robot, numbers, curvature, slip, direction)
+    spread, hold = weights(numbers, ARCS)
     return Arcs(
         steering=steering,
         curvature=curvature,
         slip=slip,
         length=length,
-        speed=robot.max_speed * length / mind.view_range,
-        bias=mind.default - mind.sharp_turn_cost * (steering / robot.most_steering) ** 2,
+        speed=robot.max_speed * length / numbers.view_range,
+        bias=numbers.default - numbers.sharp_turn_cost * (steering / robot.most_steering) ** 2,
         group=group,
         direction=direction,
         spread=spread,
@@ -116,11 +116,13 @@ def immediacies(arcs: Arcs, place: F64, zone: float, max_risk: float) -> F64:
     return np.asarray(max_risk * np.nansum(np.maximum(share, 0.0), axis=1))
 
 
-def _views(robot: Robot, mind: Mind, curvature: F64, slip: F64, direction: F64) -> tuple[F64, I64]:
+def _views(
+    robot: Robot, numbers: OpenspaceNumbers, curvature: F64, slip: F64, direction: F64
+) -> tuple[F64, I64]:
     """R_p (m) and the ping direction of each arc: where it stays longest in view, else nearer the middle."""
     bat = Bat(
-        max_range=mind.view_range,
-        view_sigma=mind.view_sigma,
+        max_range=numbers.view_range,
+        view_sigma=numbers.view_sigma,
         zone=robot.zone,
         least_radius=1.0 / curvature[0],
     )

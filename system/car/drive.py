@@ -18,7 +18,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from system.car.arcs import Arcs, blocked, immediacies, moved
-from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
+from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
 from system.car.sonar import Sonar, ping
 from system.car.world import Pipes
 from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
@@ -60,7 +60,7 @@ COUNTS = ("pings", "soft_pings", "echoes", "near", "missed", "occluded", "clippe
 
 def drive(
     robot: Robot,
-    mind: Mind,
+    numbers: OpenspaceNumbers,
     arcs: Arcs,
     sonar: Sonar | None,
     forest: Pipes,
@@ -72,15 +72,17 @@ def drive(
     state, counts = _State(start), dict.fromkeys(COUNTS, 0)
     log, ended = [], "undecided"
     while counts["pings"] < pings and ended == "undecided":
-        place, soft = _sense(robot, mind, arcs, sonar, forest, state, counts)
-        _remember(mind, arcs, state, immediacies(arcs, place, robot.zone + mind.margin, mind.max_risk))
+        place, soft = _sense(robot, numbers, arcs, sonar, forest, state, counts)
+        _remember(
+            numbers, arcs, state, immediacies(arcs, place, robot.zone + numbers.margin, numbers.max_risk)
+        )
         log.append((state.time, *state.pose, state.head, state.arc, state.scanning, soft))
         pinged = state.head
-        retreat = _choose(mind, arcs, state, counts)
+        retreat = _choose(numbers, arcs, state, counts)
         turn = abs(arcs.direction[state.head] - arcs.direction[pinged])
         taken = 1.0 / robot.ping_rate + turn / robot.neck_speed + (robot.blanking + robot.call) * soft
         if retreat:
-            _back_up(robot, mind, arcs, state)
+            _back_up(robot, numbers, arcs, state)
             state.time += taken
         elif _roll(arcs, forest, robot.zone, state, taken):
             ended = "collided"
@@ -93,7 +95,7 @@ def drive(
 
 def _sense(
     robot: Robot,
-    mind: Mind,
+    numbers: OpenspaceNumbers,
     arcs: Arcs,
     sonar: Sonar | None,
     forest: Pipes,
@@ -112,7 +114,7 @@ def _sense(
     counts["pings"] += 1
     soft = False
     if sonar is None:
-        seen = np.hypot(*head.T) <= _reach(mind, np.arctan2(head[:, 1], head[:, 0]))
+        seen = np.hypot(*head.T) <= _reach(numbers, np.arctan2(head[:, 1], head[:, 0]))
         found = head[seen]
         counts["echoes"] += len(found)
     else:
@@ -132,31 +134,33 @@ def _sense(
     return _turned(found, turn) + np.array([robot.head_ahead, 0.0]), soft
 
 
-def _remember(mind: Mind, arcs: Arcs, state: _State, fresh: F64) -> None:
+def _remember(numbers: OpenspaceNumbers, arcs: Arcs, state: _State, fresh: F64) -> None:
     """Equation (4), with the decay of the time since the last ping."""
-    decay = 0.0 if state.scanning else mind.decay * (state.time - state.last)
-    remember(state.risk, fresh, arcs.group, state.head, decay, mind.inhibition, mind.max_risk)
+    decay = 0.0 if state.scanning else numbers.decay * (state.time - state.last)
+    remember(state.risk, fresh, arcs.group, state.head, decay, numbers.inhibition, numbers.max_risk)
     state.sensed[state.head], state.last = state.time, state.time
 
 
-def desirabilities(mind: Mind, arcs: Arcs, risk: F64, heading: float, head: int, arc: int) -> F64:
+def desirabilities(
+    numbers: OpenspaceNumbers, arcs: Arcs, risk: F64, heading: float, head: int, arc: int
+) -> F64:
     """Equation (6), float64[ARCS]; the goal lies in the direction 0."""
-    wish, aim = np.empty(ARCS), aimed_arc(-heading, MIDDLE / mind.goal_span, ARCS)
-    excite(wish, arcs.bias, arcs.hold[arc], arcs.group, head, mind.ping_bias)
-    add_goal(wish, aim, mind.goal_gain, mind.goal_sigma)
+    wish, aim = np.empty(ARCS), aimed_arc(-heading, MIDDLE / numbers.goal_span, ARCS)
+    excite(wish, arcs.bias, arcs.hold[arc], arcs.group, head, numbers.ping_bias)
+    add_goal(wish, aim, numbers.goal_gain, numbers.goal_sigma)
     inhibit(wish, risk, arcs.spread)
     return wish
 
 
-def _choose(mind: Mind, arcs: Arcs, state: _State, counts: dict[str, int]) -> bool:
+def _choose(numbers: OpenspaceNumbers, arcs: Arcs, state: _State, counts: dict[str, int]) -> bool:
     """Direct head and wheels; whether it is an emergency."""
-    wish = desirabilities(mind, arcs, state.risk, state.pose[2], state.head, state.arc)
+    wish = desirabilities(numbers, arcs, state.risk, state.pose[2], state.head, state.arc)
     winner = best(wish)
-    if wish[winner] < mind.emergency_below:
+    if wish[winner] < numbers.emergency_below:
         counts["retreats"] += 1
         return True
     group = int(arcs.group[winner])
-    if state.time - state.sensed[group] <= mind.recency:
+    if state.time - state.sensed[group] <= numbers.recency:
         state.arc, state.scanning = winner, False
     else:
         counts["scans"] += 1
@@ -192,9 +196,9 @@ def _touch(k: float, slip: float, way: float, place: F64, zone: float) -> float:
     return low
 
 
-def _back_up(robot: Robot, mind: Mind, arcs: Arcs, state: _State) -> None:
+def _back_up(robot: Robot, numbers: OpenspaceNumbers, arcs: Arcs, state: _State) -> None:
     """Back up the way that it came, at the straight arc's speed, and forget what was seen from there."""
-    left = mind.retreat
+    left = numbers.retreat
     while left > 0.0 and state.way:
         arc, way = state.way.pop()
         back = min(way, left)
@@ -202,7 +206,7 @@ def _back_up(robot: Robot, mind: Mind, arcs: Arcs, state: _State) -> None:
             state.way.append((arc, way - back))
         state.pose = moved_back(state.pose, float(arcs.curvature[arc]), float(arcs.slip[arc]), back)
         left -= back
-    done = mind.retreat - left
+    done = numbers.retreat - left
     state.distance += done
     state.time += done / robot.max_speed
     state.risk = np.zeros(ARCS)
@@ -224,8 +228,8 @@ def _where(forest: Pipes, pose: Pose) -> str:
     return "undecided"
 
 
-def _reach(mind: Mind, bearing: F64) -> F64:
-    return np.asarray(mind.view_range * np.exp(-(bearing**2) / (2.0 * mind.view_sigma**2)))
+def _reach(numbers: OpenspaceNumbers, bearing: F64) -> F64:
+    return np.asarray(numbers.view_range * np.exp(-(bearing**2) / (2.0 * numbers.view_sigma**2)))
 
 
 def _turned(place: F64, angle: float) -> F64:

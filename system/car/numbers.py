@@ -1,8 +1,8 @@
 """Every number of the wheeled sonar robot of Wen & Horiuchi 2022, "Robot Implementation", Figures 14 and 15.
 
-`Robot` is body, steering, sonar and neck; `Mind` what it chooses with. The tables say which of them the paper
-gives; the others are ours. Lengths in m, times in s, angles in rad, voltages in V; risks and desirabilities
-have no unit.
+`Robot` is body, steering, sonar and neck; `OpenspaceNumbers` what it chooses with. The tables say which of
+them the paper gives; the others are ours. Lengths in m, times in s, angles in rad, voltages in V; risks and
+desirabilities have no unit.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Robot:
 
 
 @dataclass(frozen=True, slots=True)
-class Mind:
+class OpenspaceNumbers:
     """Numbers of Curved Openspace on the robot, equations (1) to (6); its forms are the paper's.
 
     max_risk is the paper's; all others are ours, chosen on seeds below 1000 for few collisions in the two
@@ -147,4 +147,4 @@ class Mind:
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
         for each in fields(self):
-            check_number(f"robot_mind.{each.name}", getattr(self, each.name), signed=each.name in SIGNED)
+            check_number(f"robot_openspace.{each.name}", getattr(self, each.name), signed=each.name in SIGNED)

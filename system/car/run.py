@@ -25,7 +25,7 @@ from circuits.silicon.silicon import Silicon
 from system.car.arcs import Arcs, arcs_of
 from system.car.drive import COUNTS, Drive, drive
 from system.car.localiser import trained
-from system.car.numbers import DIRECTIONS, Mind, Robot
+from system.car.numbers import DIRECTIONS, OpenspaceNumbers, Robot
 from system.car.picture import draw_robot
 from system.car.sonar import SPEED, Sonar, noise_of
 from system.car.world import (
@@ -72,7 +72,7 @@ class Scenario:
     """
 
     robot: Robot = field(default_factory=Robot)
-    mind: Mind = field(default_factory=Mind)
+    mind: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
     forest: str = FORESTS[0]
     ranges: str = RANGES[0]
     occlusion: bool | None = None

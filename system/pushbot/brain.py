@@ -20,7 +20,7 @@ from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.pushbot.body import Pushbot
-from system.pushbot.drive import Glance
+from system.pushbot.drive import Readings
 from system.pushbot.frame import Frame, Relay, ring_chip
 from system.pushbot.loop import Brain
 from system.pushbot.network.biases import LEVELS, STEP, modified_biases, pushbot_biases
@@ -162,10 +162,10 @@ class GyroInputs:
     angle: float = 0.0
     rate: float = 0.0
 
-    def __call__(self, glance: Glance, begin: float, end: float) -> Inputs:
+    def __call__(self, readings: Readings, begin: float, end: float) -> Inputs:
         """Inputs from `begin` to `end` s; the rate is held between samples."""
-        times = [begin, *glance.gyro[:, 0].tolist(), end]
-        rates = [self.rate, *glance.gyro[:, 1].tolist()]
+        times = [begin, *readings.gyro[:, 0].tolist(), end]
+        rates = [self.rate, *readings.gyro[:, 1].tolist()]
         found: dict[str, list[float]] = {"GL": [], "GR": []}
         for start, stop, rate in zip(times[:-1], times[1:], rates, strict=True):
             self.rate = rate

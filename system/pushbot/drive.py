@@ -4,7 +4,7 @@ A controller closes the loop:
 
     run = begin_run(scene, seed=1000, die=Die(number=1000))
     while run.touched is None and run.time < 20.0:
-        glance = go_on(run, 0.05)                       events as they arrive, and the gyro
+        readings = go_on(run, 0.05)                       events as they arrive, and the gyro
         steer(run, forward, turn)                       what equations (1) and (2) make of the spikes
 """
 
@@ -46,8 +46,8 @@ class Order:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glance:
-    """What comes to the controller from one stretch: events, gyro (float64[samples, 2], s and rad/s)."""
+class Readings:
+    """What the sensors read in a stretch of time: events, and a gyro, float64[samples, 2] of s and rad/s."""
 
     events: Events
     gyro: F64
@@ -109,7 +109,7 @@ def pull(run: Run, forward: float, turn: float) -> None:
     run.tracks = replace(run.tracks, left_command=left, right_command=right)
 
 
-def go_on(run: Run, duration: float) -> Glance:
+def go_on(run: Run, duration: float) -> Readings:
     """Let the robot drive on for `duration` s, in whole sensor steps, or until it touches something.
 
     Raises
@@ -126,7 +126,9 @@ def go_on(run: Run, duration: float) -> Glance:
         rate = float(ways[max(len(ways) - 1 - before, 0), 1])
         turned.append((run.next_gyro, gyro(run.robot, rate, run.random)))
         run.next_gyro += run.robot.gyro_period
-    return Glance(carry(run.robot, run.link, events, run.time), np.array(turned, dtype=float).reshape(-1, 2))
+    return Readings(
+        carry(run.robot, run.link, events, run.time), np.array(turned, dtype=float).reshape(-1, 2)
+    )
 
 
 def _way_ahead(run: Run, steps: int) -> F64:

@@ -27,7 +27,7 @@ from chips.rolls.program.population import Population, neural_field
 from circuits.arrays import I64, Bools
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
-from system.pushbot.drive import Glance
+from system.pushbot.drive import Readings
 from system.pushbot.network.biases import STEP, pushbot_biases
 from system.pushbot.wiring import fan_out
 
@@ -78,10 +78,10 @@ class Frame:
     rate: float = 0.0
     spikes: int = 0
 
-    def follow(self, glance: Glance, begin: float, end: float) -> None:
+    def follow(self, readings: Readings, begin: float, end: float) -> None:
         """Turn with the robot from `begin` to `end` s; the rate is held between samples."""
-        times = [begin, *glance.gyro[:, 0].tolist(), end]
-        rates = [self.rate, *glance.gyro[:, 1].tolist()]
+        times = [begin, *readings.gyro[:, 0].tolist(), end]
+        rates = [self.rate, *readings.gyro[:, 1].tolist()]
         for start, stop, rate in zip(times[:-1], times[1:], rates, strict=True):
             self.rate = rate
             self.heading += rate * max(stop - start, 0.0)

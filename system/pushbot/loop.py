@@ -19,7 +19,7 @@ import numpy as np
 from chips.rolls.chip import NO_INPUTS, ChipState, Inputs, RollsChip, Spikes
 from chips.rolls.program.network import Network
 from circuits.arrays import F64, I64
-from system.pushbot.drive import Glance, Run, go_on, pull, steer
+from system.pushbot.drive import Readings, Run, go_on, pull, steer
 from system.pushbot.frame import Frame
 from system.pushbot.readout import LOOK, OUTPUTS, Counter, Readout, read
 from system.pushbot.wiring import COLUMNS, HALF_ROWS, Wiring, kick, merged, obstacle_inputs, target_inputs
@@ -27,7 +27,7 @@ from system.worlds.camera.event import Events, joined
 
 Temperature = Callable[[float], float] | float | None
 
-Turning = Callable[[Glance, float, float], Inputs]
+Turning = Callable[[Readings, float, float], Inputs]
 
 KICK_TIME = 0.1  # s, that the chip runs before the robot; ours
 BESIDE, LEAST = 4.0, 15  # columns beside a bump, and events of a look in these that show a target; ours
@@ -38,8 +38,8 @@ class Brain:
     """A chip with the network on it, and how the sensor is wired to it.
 
     target: whether the upper half of the sensor reaches the target field; synapses: virtual ones an event;
-    turning: makes what turns a glance from one time to another (s) into further inputs, of the modified
-    architecture's gyro; None for none. strong: the chip with raised lateral weights in its field, which runs
+    turning: makes further inputs of the readings between two times (s), those of the modified architecture's
+    gyro; None for none. strong: the chip with raised lateral weights in its field, which runs
     while the target is lost from view; frame: makes a second chip, which hears the field and drives.
     """
 
@@ -110,16 +110,16 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
 def step(loop: Loop) -> None:
     """One look, or less where the robot touches something."""
     before, look = loop.drive.time, loop.readout.look
-    glance = go_on(loop.drive, look)
-    inputs = _inputs(loop, glance, before)
+    readings = go_on(loop.drive, look)
+    inputs = _inputs(loop, readings, before)
     strong = loop.brain.strong if loop.lost else None
     chip = loop.brain.chip if strong is None else strong
     loop.record.raised += 0.0 if strong is None else look
     spikes, loop.state = chip.run(loop.state, look, inputs, _at(loop, before))
-    _keep(loop, glance, inputs, spikes)
-    loop.lost = loop.brain.strong is not None and is_lost(loop.brain.network, glance.events, spikes)
+    _keep(loop, readings, inputs, spikes)
+    loop.lost = loop.brain.strong is not None and is_lost(loop.brain.network, readings.events, spikes)
     if loop.frame is not None:
-        loop.frame.follow(glance, before, loop.drive.time)
+        loop.frame.follow(readings, before, loop.drive.time)
         found = loop.frame.look(spikes, look)
         loop.record.frame_spikes = loop.frame.spikes
         loop.heard = replace(found, times=found.times + look)
@@ -131,14 +131,14 @@ def step(loop: Loop) -> None:
         loop.record.commands.append((loop.drive.time, *command))
 
 
-def _inputs(loop: Loop, glance: Glance, before: float) -> Inputs:
-    """Inputs of the chip from a glance, in the chip's time."""
+def _inputs(loop: Loop, readings: Readings, before: float) -> Inputs:
+    """Inputs of the chip from a stretch of readings, in the chip's time."""
     brain = loop.brain
-    parts = [obstacle_inputs(brain.network, glance.events, brain.wiring, brain.synapses)]
+    parts = [obstacle_inputs(brain.network, readings.events, brain.wiring, brain.synapses)]
     if brain.target:
-        parts.append(target_inputs(brain.network, glance.events, brain.synapses))
+        parts.append(target_inputs(brain.network, readings.events, brain.synapses))
     if loop.turning is not None:
-        parts.append(loop.turning(glance, before, loop.drive.time))
+        parts.append(loop.turning(readings, before, loop.drive.time))
     # in the chip's time, which is KICK_TIME later
     parts.append(replace(loop.heard, times=loop.heard.times - KICK_TIME))
     found = merged(parts)
@@ -162,11 +162,11 @@ def _at(loop: Loop, time: float) -> float | None:
     return loop.temperature(time) if callable(loop.temperature) else loop.temperature
 
 
-def _keep(loop: Loop, glance: Glance, inputs: Inputs, spikes: Spikes) -> None:
+def _keep(loop: Loop, readings: Readings, inputs: Inputs, spikes: Spikes) -> None:
     record = loop.record
     record.times.append(spikes.times - KICK_TIME)
     record.neurons.append(spikes.neurons)
-    record.events.append(glance.events)
+    record.events.append(readings.events)
     record.inputs += inputs.times.size
     record.lost_in += spikes.lost_in
     record.lost_out += spikes.lost_out

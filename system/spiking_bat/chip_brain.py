@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from chips.latency.chip import LatencyChip, Said, counted
+from chips.latency.chip import LatencyChip, PingResponse, counted
 from chips.latency.design import Biases, Design
 from chips.latency.kernel import Memory
 from chips.latency.model import usual_biases
@@ -39,13 +39,13 @@ EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in th
 
 @dataclass(frozen=True, slots=True)
 class ChipReply:
-    """What the motors said after a ping, as `system.spiking_bat.brain.Reply`, and what the chip said."""
+    """What the motors do after a ping, as `system.spiking_bat.brain.Reply`, and the response of the chip."""
 
     head: int | None
     arcs: I64
     turned: float | None
     emergency: float | None
-    said: Said = field(repr=False)
+    response: PingResponse = field(repr=False)
 
 
 @dataclass(slots=True)
@@ -82,14 +82,14 @@ class ChipBrain:
         self._follow_temperature()
         self.pinged[head] = self.now
         times, addresses = self._events(head, goal, seen)
-        said = self.chip.ping(self.memory, self.now, times, addresses)
-        self.lost += said.lost_in + said.lost_out
-        groups = np.array(self.chip.design.group)[said.paths]
-        recent = self.now + said.times - self.pinged[groups] < RECENT
-        turned = float(said.times[recent][0]) if recent.any() else None
-        emergency = said.emergency if math.isfinite(said.emergency) else None
+        response = self.chip.ping(self.memory, self.now, times, addresses)
+        self.lost += response.lost_in + response.lost_out
+        groups = np.array(self.chip.design.group)[response.paths]
+        recent = self.now + response.times - self.pinged[groups] < RECENT
+        turned = float(response.times[recent][0]) if recent.any() else None
+        emergency = response.emergency if math.isfinite(response.emergency) else None
         head_to = int(groups[0]) if groups.size else None
-        return ChipReply(head_to, np.sort(said.paths[recent]), turned, emergency, said)
+        return ChipReply(head_to, np.sort(response.paths[recent]), turned, emergency, response)
 
     def end(self, *, spoken: bool) -> None:
         """Go on to the next ping, with a reset where the motors have spoken."""

@@ -10,7 +10,7 @@ import pytest
 
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
-from system.car.numbers import Mind, Robot
+from system.car.numbers import OpenspaceNumbers, Robot
 from system.head.numbers import Motion, SonarHead
 from system.openspace.law import Bat
 from system.openspace.senses import Sensing
@@ -37,7 +37,8 @@ FIELDS: dict[str, dict[str, Any]] = {
         "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5,
     },
     "robot": {
-        **WARM, "robot": Robot(max_speed=0.1), "mind": Mind(retreat=0.1), "forest": "open", "ranges": "chip",
+        **WARM, "robot": Robot(max_speed=0.1), "mind": OpenspaceNumbers(retreat=0.1), "forest": "open",
+        "ranges": "chip",
         "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
         "bias_kind": "gate", "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
     },

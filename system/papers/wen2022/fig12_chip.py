@@ -63,7 +63,7 @@ def tell() -> ChipStory:
     biases = usual_biases(design, "generator")
     bare = brain_with(LatencyChip(design, biases, silicon), arcs, numbers)
     replies = _scene(bare, arcs)
-    stored = np.argwhere(np.isfinite(replies[0].said.detected))
+    stored = np.argwhere(np.isfinite(replies[0].response.detected))
     memory, number = (int(x) for x in stored[stored[:, 0] == stored[:, 0].max()][0])
     unit = TransistorUnit(biases, silicon, memory, number, NODES)
     chip = LatencyChip(design, biases, silicon, units={(memory, number): unit})
@@ -73,8 +73,8 @@ def tell() -> ChipStory:
     recalled = []
     for _ in range(2):
         asked.end(spoken=False)
-        recalled.append(asked.answer(DIRECTIONS // 2, MIDDLE, np.empty((0, 2))).said.memory)
-    modelled = tuple(float(r.said.detected[memory, number]) for r in replies)
+        recalled.append(asked.answer(DIRECTIONS // 2, MIDDLE, np.empty((0, 2))).response.memory)
+    modelled = tuple(float(r.response.detected[memory, number]) for r in replies)
     return ChipStory(arcs, again, (recalled[0], recalled[1]), modelled, (memory, number), unit)
 
 
@@ -82,28 +82,28 @@ def rows(story: ChipStory) -> tuple[Statement, ...]:
     """The statements of the figure that a chip can make."""
     one, two, three = story.replies
     group = story.arcs.group
-    first = np.unique(group[np.isfinite(one.said.first)])
-    heard = np.isfinite(one.said.memory)
-    unseen = heard & ~np.isfinite(two.said.integrating)
-    change = np.abs(two.said.memory[unseen] - one.said.memory[unseen])
-    kept = np.where(heard, one.said.memory, math.nan)
+    first = np.unique(group[np.isfinite(one.response.first)])
+    heard = np.isfinite(one.response.memory)
+    unseen = heard & ~np.isfinite(two.response.integrating)
+    change = np.abs(two.response.memory[unseen] - one.response.memory[unseen])
+    kept = np.where(heard, one.response.memory, math.nan)
     left = two.arcs.size > 0 and float(story.arcs.curvature[two.arcs].mean()) > 0.0
     off = [
-        abs(float(r.said.detected[story.watched]) - m)
+        abs(float(r.response.detected[story.watched]) - m)
         for r, m in zip(story.replies, story.modelled, strict=True)
-        if math.isfinite(m) or math.isfinite(float(r.said.detected[story.watched]))
+        if math.isfinite(m) or math.isfinite(float(r.response.detected[story.watched]))
     ]
     return (
         _same("ping_1_groups_of_memory_spikes", 3, len(groups(kept))),
         Statement("ping_1_first_layer", "several", Measured(first.size, _named(first)), SEVERAL),
-        _same("ping_1_second_layer", "middle left", _named(np.unique(group[one.said.paths]))),
+        _same("ping_1_second_layer", "middle left", _named(np.unique(group[one.response.paths]))),
         _same("ping_1_head_turns_to", "middle left", NAMES[one.head] if one.head is not None else "none"),
         _same("ping_1_body_motor_spikes", 0, int(one.arcs.size)),
-        _same("ping_2_second_layer", "middle left", _named(np.unique(group[two.said.paths]))),
+        _same("ping_2_second_layer", "middle left", _named(np.unique(group[two.response.paths]))),
         _same("ping_2_body_turns", "to the left", "to the left" if left else "not"),
         Statement("recall_change_s", WINDOW, float(change.max(initial=0.0)), IN_WINDOW),
         _same("recalls_differ", "no", "no" if np.array_equal(*story.recalled) else "yes"),
-        _same("memory_spikes_after_reset", 0, int(np.isfinite(three.said.memory).sum())),
+        _same("memory_spikes_after_reset", 0, int(np.isfinite(three.response.memory).sum())),
         Statement(
             "unit_of_transistors_off_s",
             NEAR,
@@ -117,10 +117,10 @@ def notes(story: ChipStory) -> tuple[str, ...]:
     """Winners, and the unit that is watched."""
     one, two, _ = story.replies
     memory, unit = story.watched
-    first = np.flatnonzero(np.isfinite(one.said.first)).tolist()
+    first = np.flatnonzero(np.isfinite(one.response.first)).tolist()
     return (
         f"watched: memory {memory}, unit {unit + 1}, of transistors",
-        f"winners after ping 1: {first}, kept: {sorted(one.said.paths.tolist())}",
+        f"winners after ping 1: {first}, kept: {sorted(one.response.paths.tolist())}",
         f"arcs flown after ping 2: {two.arcs.tolist()}",
     )
 
@@ -155,7 +155,7 @@ def _draw(story: ChipStory, figure: Figure) -> None:
     for k, reply in enumerate(story.replies[:2]):
         begin = 100.0 * k
         ax.axvline(begin, color=INK, linewidth=0.6, linestyle=":")
-        said = reply.said
+        said = reply.response
         layers = ((said.free, PALE, "not stopped", "|"), (said.memory, COLOURS[0], "memory", "o"),
                   (said.first, COLOURS[1], "first layer", "o"))  # fmt: skip
         for times, colour, label, mark in layers:

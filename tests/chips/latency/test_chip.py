@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chips.aer import Bus
-from chips.latency.chip import LatencyChip, Said, counted
+from chips.latency.chip import LatencyChip, PingResponse, counted
 from chips.latency.errors import usual_design
 from chips.latency.model import usual_biases
 from circuits.errors import ParameterError
@@ -24,7 +24,7 @@ def train(chip: LatencyChip) -> tuple[np.ndarray, np.ndarray]:
     return np.array([0.0, 5e-3, 10e-3, 8e-3, 9e-3, 7e-3, 9e-3, 8e-3]), addresses
 
 
-def told(chip: LatencyChip, pings: int = 3) -> list[Said]:
+def told(chip: LatencyChip, pings: int = 3) -> list[PingResponse]:
     memory = chip.new_memory()
     first = chip.ping(memory, 0.1, *train(chip))
     quiet = (np.zeros(1), np.array([chip.addresses.onset]))
@@ -41,7 +41,7 @@ def test_memories_slow_the_race_and_are_repeated() -> None:
 
 
 def test_a_die_says_the_same_from_any_thread() -> None:
-    def run(number: int) -> list[Said]:
+    def run(number: int) -> list[PingResponse]:
         silicon = Silicon(die=Die(number=number))
         return told(LatencyChip(DESIGN, usual_biases(DESIGN, "generator"), silicon))
 

@@ -94,10 +94,10 @@ def test_a_chip_sleeps_but_for_what_an_echo_reaches() -> None:
     plan = new_plan(m)
     chip = new_chip(m, plan)
     on_call(m, plan, chip, 1e-3)
-    assert np.all(chip.mood == ASLEEP)
+    assert np.all(chip.phase == ASLEEP)
     assert next_due(chip)[0] == math.inf
     on_echo(m, plan, chip, 7.4e-3, math.nan)
-    awake = np.flatnonzero(chip.mood != ASLEEP)
+    awake = np.flatnonzero(chip.phase != ASLEEP)
     assert 2 in awake
     assert awake.size <= 3
     due, k = next_due(chip)
@@ -124,7 +124,7 @@ def test_isolated_echoes_wake_nobody() -> None:
     inputs = [(1e-3, "call", math.nan), (7.4e-3, "echo", 5.0), (30e-3, "end", math.nan)]
     found, chip = _asleep(m, plan, inputs)
     assert found == []
-    assert np.all(chip.mood == ASLEEP)
+    assert np.all(chip.phase == ASLEEP)
 
 
 def test_merged_inputs_and_doubts_are_counted() -> None:

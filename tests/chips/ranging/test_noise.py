@@ -70,15 +70,15 @@ def test_seed_trial_and_place_choose_the_noise() -> None:
 def test_a_chip_without_noise_is_the_chip_it_was() -> None:
     quiet, noisy = RangingChip(Silicon()), RangingChip(Silicon(), noise=WHITE)
     assert quiet.jitter_at(27.0) is None
-    assert quiet.begin().wander is None
+    assert quiet.begin().noise_state is None
     t_inh = np.ones(13)
     next_durations(no_jitter(), 1.0, t_inh)
     np.testing.assert_array_equal(t_inh, 1.0)
     events = [("call", 1e-3)]
     a, _, _ = quiet.advance(quiet.begin(), 2e-3, events)
     b, _, _ = noisy.advance(noisy.begin(), 2e-3, events)
-    assert b.wander is not None
-    assert a.wander is None
+    assert b.noise_state is not None
+    assert a.noise_state is None
     moved = b.neurons[:, RELEASE] - a.neurons[:, RELEASE]
     assert 0.0 < np.abs(moved).max() < 100e-6
 
@@ -90,8 +90,8 @@ def test_a_state_goes_on_as_a_value_and_over_temperature() -> None:
     np.testing.assert_array_equal(again[0], again[1])
     warm = {"temperature": (np.array([0.0]), np.array([40.0]))}
     warmer, _, _ = chip.advance(begun, 0.2, [("call", 0.15)], warm)
-    assert warmer.wander is not None
-    assert warmer.wander[2][0] == 2
+    assert warmer.noise_state is not None
+    assert warmer.noise_state[2][0] == 2
     assert warmer.temperature_c == 40.0
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from system.car.arcs import arcs_of, blocked, immediacies, moved, steering_table
-from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
+from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
 
-ROBOT, MIND = Robot(), Mind()
+ROBOT, NUMBERS = Robot(), OpenspaceNumbers()
 
 
 def test_the_table_is_odd_falling_and_in_whole_steps() -> None:
@@ -23,7 +23,7 @@ def test_the_table_is_odd_falling_and_in_whole_steps() -> None:
 
 @pytest.mark.parametrize("arc", [0, 3, MIDDLE, 12])
 def test_the_body_goes_as_the_rear_axle_drives_it(arc: int) -> None:
-    arcs = arcs_of(ROBOT, MIND)
+    arcs = arcs_of(ROBOT, NUMBERS)
     lever, delta, steps = 0.5 * ROBOT.wheelbase, arcs.steering[arc], 20_000
     rear_x, rear_y, heading = -lever, 0.0, 0.0
     way = 0.3  # m, of the body's middle
@@ -40,14 +40,14 @@ def test_the_body_goes_as_the_rear_axle_drives_it(arc: int) -> None:
 
 
 def test_backwards_undoes_forwards() -> None:
-    arcs = arcs_of(ROBOT, MIND)
+    arcs = arcs_of(ROBOT, NUMBERS)
     k, slip = float(arcs.curvature[1]), float(arcs.slip[1])
     there = moved((1.0, -2.0, 0.4), k, slip, 0.37)
     assert moved(there, k, slip, -0.37) == pytest.approx((1.0, -2.0, 0.4), abs=1e-12)
 
 
 def test_every_direction_has_arcs_and_its_mirror_as_many() -> None:
-    group = arcs_of(ROBOT, MIND).group
+    group = arcs_of(ROBOT, NUMBERS).group
     count = np.bincount(group, minlength=DIRECTIONS)
     assert count.min() > 0
     assert np.array_equal(group, DIRECTIONS - 1 - group[::-1])
@@ -55,7 +55,7 @@ def test_every_direction_has_arcs_and_its_mirror_as_many() -> None:
 
 
 def test_what_is_blocked_is_near_the_arc() -> None:
-    arcs, random = arcs_of(ROBOT, MIND), np.random.default_rng(3)
+    arcs, random = arcs_of(ROBOT, NUMBERS), np.random.default_rng(3)
     place = random.uniform((-0.3, -0.7), (0.9, 0.7), (60, 2))
     found = blocked(arcs.curvature, arcs.slip, arcs.length, place, ROBOT.zone)
     for p in range(ARCS):
@@ -71,7 +71,7 @@ def test_what_is_blocked_is_near_the_arc() -> None:
 
 
 def test_immediacy_is_largest_at_the_zones_edge_and_none_at_the_end() -> None:
-    arcs = arcs_of(ROBOT, MIND)
+    arcs = arcs_of(ROBOT, NUMBERS)
     length = float(arcs.length[MIDDLE])
 
     def risk(ahead: float) -> float:
@@ -83,7 +83,7 @@ def test_immediacy_is_largest_at_the_zones_edge_and_none_at_the_end() -> None:
 
 
 def test_immediacies_add() -> None:
-    arcs = arcs_of(ROBOT, MIND)
+    arcs = arcs_of(ROBOT, NUMBERS)
     one, two = np.array([[0.3, 0.0]]), np.array([[0.4, 0.1]])
     both = immediacies(arcs, np.concatenate([one, two]), ROBOT.zone, 10.0)
     alone = [immediacies(arcs, each, ROBOT.zone, 10.0) for each in (one, two)]

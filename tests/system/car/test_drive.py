@@ -9,16 +9,16 @@ import pytest
 
 from system.car.arcs import arcs_of
 from system.car.drive import MARGIN, Drive, desirabilities, drive
-from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, Mind, Robot
+from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
 from system.car.world import Pipes
 
-ROBOT, MIND = Robot(), Mind()
+ROBOT, NUMBERS = Robot(), OpenspaceNumbers()
 START = (-0.6, 0.0, 0.0)
 
 
-def go(*places: tuple[float, float], mind: Mind = MIND, pings: int = 800) -> Drive:
+def go(*places: tuple[float, float], numbers: OpenspaceNumbers = NUMBERS, pings: int = 800) -> Drive:
     forest = Pipes("test", np.array(places), 1.0, 2.0)
-    return drive(ROBOT, mind, arcs_of(ROBOT, mind), None, forest, START, pings)
+    return drive(ROBOT, numbers, arcs_of(ROBOT, numbers), None, forest, START, pings)
 
 
 def test_nothing_in_the_way_is_straight_on_at_full_rate() -> None:
@@ -39,7 +39,7 @@ def test_a_pipe_ahead_is_passed() -> None:
 
 
 def test_without_a_memory_of_risk_it_runs_into_the_pipe() -> None:
-    found = go((0.5, 0.0), mind=replace(MIND, suppression=1e-9, emergency_below=-1.0))
+    found = go((0.5, 0.0), numbers=replace(NUMBERS, suppression=1e-9, emergency_below=-1.0))
     assert found.ended == "collided"
     assert found.end[0] == pytest.approx(0.5 - ROBOT.zone, abs=1e-9)  # the halving's last step
     assert found.distance == pytest.approx(1.1 - ROBOT.zone, abs=1e-9)
@@ -65,10 +65,10 @@ def test_in_a_ring_it_backs_up() -> None:
 
 
 def test_the_goal_draws_to_where_it_lies() -> None:
-    arcs = arcs_of(ROBOT, MIND)
+    arcs = arcs_of(ROBOT, NUMBERS)
     free = np.zeros(ARCS)
     wish = {
-        h: desirabilities(MIND, arcs, free, h, DIRECTIONS // 2, MIDDLE) - arcs.hold[MIDDLE]
+        h: desirabilities(NUMBERS, arcs, free, h, DIRECTIONS // 2, MIDDLE) - arcs.hold[MIDDLE]
         for h in (-1.5, 0.0, 1.5)
     }
     assert np.argmax(wish[0.0]) == MIDDLE
@@ -77,9 +77,11 @@ def test_the_goal_draws_to_where_it_lies() -> None:
 
 
 def test_risk_inhibits_its_own_arc_most() -> None:
-    arcs = arcs_of(ROBOT, MIND)
+    arcs = arcs_of(ROBOT, NUMBERS)
     risk = np.zeros(ARCS)
     risk[4] = 10.0
-    lost = desirabilities(MIND, arcs, np.zeros(ARCS), 0.0, 2, 7) - desirabilities(MIND, arcs, risk, 0.0, 2, 7)
+    lost = desirabilities(NUMBERS, arcs, np.zeros(ARCS), 0.0, 2, 7) - desirabilities(
+        NUMBERS, arcs, risk, 0.0, 2, 7
+    )
     assert np.argmax(lost) == 4
-    assert lost[4] == pytest.approx(10.0 * MIND.suppression)
+    assert lost[4] == pytest.approx(10.0 * NUMBERS.suppression)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from circuits.errors import ParameterError
-from system.car.numbers import DIRECTIONS, Mind, Robot
+from system.car.numbers import DIRECTIONS, OpenspaceNumbers, Robot
 
 
 def test_the_rates_are_the_papers() -> None:
@@ -39,7 +39,7 @@ def test_wheels_do_not_turn_across() -> None:
 
 
 def test_the_mind_is_finite() -> None:
-    with pytest.raises(ParameterError, match=r"robot_mind\.max_risk: 0, must be above 0"):
-        Mind(max_risk=0.0)
-    with pytest.raises(ParameterError, match=r"robot_mind\.goal_gain: nan, must be finite"):
-        Mind(goal_gain=math.nan)
+    with pytest.raises(ParameterError, match=r"robot_openspace\.max_risk: 0, must be above 0"):
+        OpenspaceNumbers(max_risk=0.0)
+    with pytest.raises(ParameterError, match=r"robot_openspace\.goal_gain: nan, must be finite"):
+        OpenspaceNumbers(goal_gain=math.nan)

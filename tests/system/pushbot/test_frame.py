@@ -10,7 +10,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.pushbot.brain import RELAYS, Architecture, brain_of
-from system.pushbot.drive import Glance
+from system.pushbot.drive import Readings
 from system.pushbot.frame import RING, Frame, Relay, ring_chip, ring_neurons, sides
 from system.worlds.camera.event import joined
 
@@ -40,7 +40,7 @@ def test_what_the_field_sees_drives_its_side_even_after_a_turn() -> None:
     assert frame.spikes > 0
     assert set(found.neurons.tolist()) == {10, 11}
     # the robot turns left by 40 degrees: the same place is then on its right
-    frame.follow(Glance(joined([]), np.array([[0.05, math.radians(800.0)]])), 0.05, 0.1)
+    frame.follow(Readings(joined([]), np.array([[0.05, math.radians(800.0)]])), 0.05, 0.1)
     assert frame.heading == pytest.approx(math.radians(40.0))
     frame.rate = 0.0
     again = frame.look(Spikes(times + 0.05, neurons + 88), 0.05)

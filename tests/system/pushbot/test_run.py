@@ -14,7 +14,7 @@ from circuits.silicon.die import NOMINAL, Die
 from system.plot import save_picture
 from system.pushbot.brain import GYRO_ANGLE, GyroInputs
 from system.pushbot.campaign import drive_each, trials
-from system.pushbot.drive import Glance
+from system.pushbot.drive import Readings
 from system.pushbot.loop import all_spikes, rates
 from system.pushbot.run import (
     SUMMARY,
@@ -132,7 +132,7 @@ def test_turn_factor_is_that_of_the_architecture_unless_given() -> None:
 def test_a_gyro_population_fires_in_a_turn_to_its_side() -> None:
     brain = make_brain(replace(BASE, modified=True, die=NOMINAL))
     assert brain.turning is not None
-    inputs = brain.turning()(Glance(joined([]), np.array([[0.0, 1.0]])), 0.0, 0.5)
+    inputs = brain.turning()(Readings(joined([]), np.array([[0.0, 1.0]])), 0.0, 0.5)
     spikes, _ = brain.chip.run(brain.chip.at_rest(), 0.6, inputs)
     left, right = (np.isin(spikes.neurons, brain.network[name].neurons).sum() / 8.0 for name in ("GL", "GR"))
     # a robot turns at 1.2 rad/s at most; weaker events than those of the plain network must still do
@@ -145,7 +145,7 @@ def test_gyro_events_count_the_angle() -> None:
     gyro = GyroInputs(make_brain(scenario).network, 1)
     left = set(gyro.network["GL"].neurons)
     samples = [np.array([[0.0, 1.0]]), *[np.empty((0, 2))] * 3]
-    found = [gyro(Glance(joined([]), s), 0.05 * k, 0.05 * (k + 1)) for k, s in enumerate(samples)]
+    found = [gyro(Readings(joined([]), s), 0.05 * k, 0.05 * (k + 1)) for k, s in enumerate(samples)]
     # 0.2 rad in all, to 16 neurons each; what is left over waits
     assert sum(f.times.size for f in found) == pytest.approx(16 * 0.2 / GYRO_ANGLE, abs=16)
     assert all(set(f.neurons.tolist()) <= left for f in found)

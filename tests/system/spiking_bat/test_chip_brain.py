@@ -40,7 +40,7 @@ def test_the_scene_of_figure_12_goes_as_on_the_network(brain: ChipBrain) -> None
     assert two.arcs.size
     assert two.turned is not None
     three = brain.ping(1, MIDDLE, NONE)
-    assert not np.isfinite(three.said.memory).any()
+    assert not np.isfinite(three.response.memory).any()
 
 
 def test_a_free_way_is_flown_straight(brain: ChipBrain) -> None:
@@ -79,9 +79,9 @@ def test_a_course_that_stays_changes_nothing_and_one_that_warms_does() -> None:
     for brain in (still, flat, warming):
         brain.answer(2, MIDDLE, seen)
         brain.end(spoken=False)
-    first = still.answer(2, MIDDLE, NONE).said
-    assert np.array_equal(first.memory, flat.answer(2, MIDDLE, NONE).said.memory)
-    warm = warming.answer(2, MIDDLE, NONE).said
+    first = still.answer(2, MIDDLE, NONE).response
+    assert np.array_equal(first.memory, flat.answer(2, MIDDLE, NONE).response.memory)
+    warm = warming.answer(2, MIDDLE, NONE).response
     assert warming.chip.silicon.temperature_c == 40.0
     # what both recall comes with the taps of 40 degC, and the 15 us of the detector's node
     known = np.argwhere(np.isfinite(first.detected) & np.isfinite(warm.detected))
