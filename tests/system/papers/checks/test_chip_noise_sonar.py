@@ -10,7 +10,7 @@ from system.papers.checks.jitter_beside import Beside
 def test_a_row_allows_what_its_trials_know() -> None:
     near, far = (Beside(n, 1e-3, 1e-6, 200, 1e-6 * by) for n, by in (("near", 1.19), ("far", 1.21)))
     made = sonar_rows([near, far])
-    assert made[0].tolerance == pytest.approx(LEFT_OUT + 0.15)
+    assert made[0].rule.tolerance == pytest.approx(LEFT_OUT + 0.15)
     assert [row.agrees for row in made] == [True, False]
 
 

@@ -91,7 +91,7 @@ def test_forms_are_told_by_how_much_each_is_off(monkeypatch: pytest.MonkeyPatch)
     assert isinstance(jump.shown, float)
     assert abs(jump.paper / jump.shown - 1.0) > 0.5
     ours = rows["neuron_rate_both_kappas_1.22nA_Hz"]
-    assert ours.tolerance == 0.1
+    assert ours.rule.tolerance == 0.1
     assert ours.agrees
     assert rows["neuron_rate_ahp_once_Hz"].agrees
     report.draw(Figure())
