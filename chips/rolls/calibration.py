@@ -27,7 +27,6 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 
-LEAST_FINE = 96  # ours: fine codes from here on step by about a percent or less
 SETTLE, MEASURE = 0.2, 1.0  # s, ours
 FARTHEST = 1.5  # in ln I, the largest move of a code
 CLOSE = 0.02  # in ln rate, at which a code stays; ours

@@ -29,10 +29,6 @@ import math
 
 import numpy as np
 
-from chips import noise_draw
-from chips.rolls import layout as rolls_chip_layout
-from chips.rolls.depression import kernel as rolls_depression_kernel
-from chips.rolls.depression import layout as rolls_depression_layout
 from chips.rolls.depression.kernel import deliver_depressed
 from chips.rolls.depression.layout import Depressing
 from chips.rolls.layout import (
@@ -75,23 +71,14 @@ from chips.rolls.layout import (
     Scratch,
     Traffic,
 )
-from chips.rolls.noise import kernel as rolls_noise_kernel
-from chips.rolls.noise import layout as rolls_noise_layout
 from chips.rolls.noise.kernel import disturb_filters, disturb_membranes, disturb_plastic
 from chips.rolls.noise.layout import NoiseTables
-from chips.rolls.plastic import kernel as rolls_plastic_kernel
-from chips.rolls.plastic import layout as rolls_plastic_layout
 from chips.rolls.plastic.kernel import deliver_plastic, step_plastic
 from chips.rolls.plastic.layout import Plastic
-from chips.rolls.synapse import step as rolls_filter_step
 from chips.rolls.synapse.step import step_filters
 from circuits.arrays import F32, F64, I64
 from circuits.compiled import compiled
 
-_CALLEES = (
-    noise_draw, rolls_chip_layout, rolls_depression_kernel, rolls_depression_layout, rolls_filter_step,
-    rolls_noise_kernel, rolls_noise_layout, rolls_plastic_kernel, rolls_plastic_layout,
-)  # fmt: skip
 _compiled = compiled(fastmath={"contract", "nsz", "arcp"})
 _inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 

@@ -35,11 +35,10 @@ ON_PATH, ELSEWHERE = 1, 20  # costs of the second pass's map
 
 @dataclass(frozen=True, slots=True)
 class TwoPasses:
-    """Tables and paths int64[n, 2] of both passes; the second path is the answer."""
+    """Table of spikes of the first pass, and paths int64[n, 2] of both; the second path is the answer."""
 
     first_table: SpikeTable
     first_path: I64
-    second_table: SpikeTable
     second_path: I64
 
 
@@ -52,7 +51,7 @@ def plan_in_two_passes(costs: NDArray[np.integer], start: Cell, goal: Cell) -> T
     path = walk(first, costs, start, goal)
     again = second_map(costs, path)
     second = run_spikes(again, start, goal)
-    return TwoPasses(first, path, second, walk(second, again, start, goal))
+    return TwoPasses(first, path, walk(second, again, start, goal))
 
 
 def second_map(costs: NDArray[np.integer], path: I64) -> I64:

@@ -34,7 +34,6 @@ from system.study.campaign import Campaign, Execution, Runs
 from system.study.statistics.interval import LEVEL, Estimate, Interval
 
 COLLISIONS, PINGS = 200, 250_000_000  # at which a configuration ends
-CHIP_PINGS = 25_000_000  # with chips
 FIRST_SEED = 50_000  # of a report; those below 1000 choose numbers, none between is used
 GROUP = 10  # samples that share the pings that are left; ours
 
@@ -42,11 +41,6 @@ GROUP = 10  # samples that share the pings that are left; ours
 def nominal_die(_: int) -> Die:
     """The nominal die for every sample."""
     return NOMINAL
-
-
-def own_die(seed: int) -> Die:
-    """A die a sample."""
-    return Die(number=seed)
 
 
 def own_mismatch(seed: int) -> Die:

@@ -230,11 +230,6 @@ def neurons_of(part: Ensemble | EnsembleArray) -> int:
     return part.neurons if isinstance(part, Ensemble) else part.ensembles * part.each.neurons
 
 
-def dimensions_of(part: Ensemble | EnsembleArray) -> int:
-    """How many numbers it represents."""
-    return part.dimensions if isinstance(part, Ensemble) else part.ensembles
-
-
 def label(connection: Connection) -> str:
     """What errors call a connection."""
     post = connection.post

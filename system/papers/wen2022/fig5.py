@@ -31,7 +31,6 @@ from system.statement import Statement
 AT = (25.0, 25.0)  # m; the bat flies left, towards the goal
 # m ahead of the bat and to its left; ours
 OBSTACLES = ((1.9, -0.25), (2.9, 0.35), (2.3, -1.1), (2.2, 1.9), (0.9, 2.3), (1.2, -2.2))
-MIDDLE_LEFT = DIRECTIONS // 2 - 1
 NAMES = ("left", "middle left", "middle", "middle right", "right")
 
 
