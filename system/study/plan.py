@@ -59,7 +59,7 @@ class Plan:
 
     @property
     def name(self) -> str:
-        """As in a die's name: `lhs/0`."""
+        """Name of the plan, as it stands in a die's name: `lhs/0`."""
         return f"{self.method}/{self.seed}"
 
     @property

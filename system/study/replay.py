@@ -42,7 +42,7 @@ class Replay:
 
     @property
     def identical(self) -> bool:
-        """Whether the sample came out as it was kept, to the bit."""
+        """Whether the sample is the one that was kept, to the bit."""
         if self.kept is None:
             return False
         same = np.array_equal(self.kept.values, self.again.values, equal_nan=True)
@@ -81,7 +81,7 @@ def replay(
 
 
 def die_of(folder: Path, number: int) -> Die:
-    """A die of a study, under its plan; raises `ParameterError` for one that it does not have."""
+    """Give a die of a study, under its plan; raises `ParameterError` for one that the study does not have."""
     study = read_dies(folder)
     if number not in study.dies:
         last = study.dies.stop - 1

@@ -71,12 +71,12 @@ class Table:
         return self.die.size
 
     def column(self, metric: str) -> F64:
-        """Values of a metric."""
+        """Give the values of a metric, float64[n]."""
         return np.asarray(self.values[:, self.metrics.index(metric)])
 
 
 def empty(metrics: Sequence[str]) -> Table:
-    """No samples yet."""
+    """Make a table without samples."""
     none: tuple[str, ...] = ()
     return Table(
         tuple(metrics), np.zeros(0, np.int64), none, np.zeros(0), np.zeros(0, np.int64), none, none,
@@ -85,7 +85,7 @@ def empty(metrics: Sequence[str]) -> Table:
 
 
 def join(tables: Sequence[Table]) -> Table:
-    """Tables of one study, one after the other."""
+    """Put tables of one study one after the other."""
     return Table(
         tables[0].metrics,
         np.concatenate([t.die for t in tables]),
@@ -99,7 +99,7 @@ def join(tables: Sequence[Table]) -> Table:
 
 
 def select(table: Table, mask: Bools) -> Table:
-    """The samples that `mask` keeps."""
+    """Give the samples that `mask` keeps."""
     keep = np.flatnonzero(mask)
     return Table(
         table.metrics,
@@ -190,7 +190,7 @@ def _text(value: Any) -> str:
 
 
 def to_csv(table: Table, units: Sequence[str]) -> str:
-    """`die,corner,temperature_C,trial,class,METRIC_UNIT ...,reason`; empty where a metric is not defined."""
+    """Write `die,corner,temperature_C,trial,class,METRIC_UNIT ...,reason`; undefined metrics are empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = [f"{n}_{u}" if u else n for n, u in zip(table.metrics, units, strict=True)]

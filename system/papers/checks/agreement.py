@@ -71,7 +71,7 @@ def run(progress: Progress) -> Report:
 
 
 def compare_chip(silicon: Silicon, stop: float | None = None) -> Agreement:
-    """The fully coupled chip in both engines; `stop` (s) ends the run earlier."""
+    """Compare the fully coupled chip in both engines; `stop` (s) ends the run earlier."""
     bench = chip_testbench(silicon)
     bench = bench if stop is None else replace(bench, stop=stop)
     own = engine.operating_point(bench, silicon)
@@ -82,7 +82,7 @@ def compare_chip(silicon: Silicon, stop: float | None = None) -> Agreement:
 
 
 def chip_testbench(silicon: Silicon) -> Testbench:
-    """A call and an echo to the chip, delay and length in the ratio of a neuron's delays."""
+    """Give the chip a call and an echo, with delay and length in the ratio of a neuron's delays."""
     chip = block_named(CHIP)
     circuit, v_dd = chip.build(chip.params()), silicon.process.v_dd
     stimuli: dict[str, float | None] = {s.name: s.default for s in chip.stimuli}

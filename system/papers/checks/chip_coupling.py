@@ -18,7 +18,7 @@ SHARE_TOLERANCE, TIME_TOLERANCE = 5e-4, 2e-6  # of t_inh, s
 
 
 def coupling_rows(coupling: Coupling) -> list[Statement]:
-    """Worst neuron by share of t_inh, by time and by its spike, and who fires in one of the two only."""
+    """Compare the worst neuron with the documentation, and count neurons that fire in one run only."""
     share = coupling.t_inh / coupling.t_inh_separate
     times = f"{DOCUMENTED}: {{of_milli:g}} ms, within {{micro:g}} us"
     return [
@@ -34,7 +34,7 @@ def coupling_rows(coupling: Coupling) -> list[Statement]:
 
 
 def coupling_note(coupling: Coupling) -> str:
-    """The difference neuron by neuron."""
+    """Tell the difference neuron by neuron."""
     inhibition, spike = coupling.t_inh, coupling.spike
     return (
         "Fully coupled against separately stepped, 27 degC, neurons 0 to 12: inhibition ends earlier by"

@@ -128,7 +128,7 @@ def sonar(trials: int) -> dict[str, Callable[[], Beside]]:
 
 
 def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None) -> Beside:
-    """Intervals of a neuron with I_dc of a code, the model where it has the same rate."""
+    """Measure the intervals of a neuron with I_dc of a code, and of the model where it has the same rate."""
     current = default_biases().with_code("IF_DC_P", COARSE, fine).current("IF_DC_P")
     circuit = rebias(rolls_neuron.build(), {"i_dc": current})
     given = {s.name: s.default for s in rolls_neuron.BLOCK.stimuli} | {"current": 0.0, "duration": stop}
@@ -145,7 +145,7 @@ def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None
 
 
 def rolls_intervals(fine: int, noise: SiliconNoise, duration: float = CHIP_TIME) -> tuple[float, float]:
-    """Mean and deviation of the intervals of all neurons of a nominal chip, s."""
+    """Give the mean and the deviation (s) of the intervals of all neurons of a nominal chip."""
     biases = default_biases().with_code("IF_DC_P", COARSE, fine)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), biases)
     chip = RollsChip(program, Silicon(ROLLS_180), step=CHIP_STEP, noise=noise)
@@ -156,7 +156,7 @@ def rolls_intervals(fine: int, noise: SiliconNoise, duration: float = CHIP_TIME)
 
 
 def nef_beside(thresholds: float, stop: float, grid: float) -> Beside:
-    """Intervals of a neuron on an ideal current, which makes no noise."""
+    """Measure the intervals of a neuron on an ideal current, which makes no noise."""
     given = {"current": thresholds * nef_neuron.LEAK, "duration": stop}
     bench = nef_neuron.testbench(nef_neuron.build(), given, ROLLS_180.v_dd)
     result = simulate_noisy(
@@ -169,7 +169,7 @@ def nef_beside(thresholds: float, stop: float, grid: float) -> Beside:
 
 
 def nef_intervals(thresholds: float, steps: int = NEF_STEPS) -> F64:
-    """Intervals of neurons of a nominal chip on an ideal current, s."""
+    """Give the intervals (s) of the neurons of a nominal chip on an ideal current."""
     chip = NefChip(noise=SiliconNoise(SEED, flicker=WHITE_ONLY)).at(27.0)
     built = build(Network((Ensemble("x", NEF_NEURONS),)), chip, 1)
     if built.chip is None or built.noise is None:
@@ -190,7 +190,7 @@ def nef_intervals(thresholds: float, steps: int = NEF_STEPS) -> F64:
 
 
 def tap_beside(trials: int) -> Beside:
-    """Delay of a tap, whose model is `sqrt(phi q T / I)`."""
+    """Measure the delay of a tap, whose model is `sqrt(phi q T / I)`."""
     circuit = latency_tap.build(latency_tap.Params(taps=1))
     bench = latency_tap.testbench(circuit, {"duration": TAP_STOP}, AMI_1500.v_dd)
     machine = to_kernel(bench, Silicon())
@@ -205,7 +205,7 @@ def tap_beside(trials: int) -> Beside:
 
 
 def rows(found: Sequence[Beside], flicker: Beside) -> list[Statement]:
-    """A row a measurement, held to the tolerance but for flicker."""
+    """Make a statement a measurement; flicker has no rule."""
     rule = within(ALLOWED, "of the transistors' deviation, within {percent:g} %")
     held = [Statement(f"jitter_{b.name}", 1.0, b.ratio, rule) for b in found]
     beside = unjudged("shown beside; its coefficient is ours")
@@ -213,7 +213,7 @@ def rows(found: Sequence[Beside], flicker: Beside) -> list[Statement]:
 
 
 def sonar_rows(found: Sequence[Beside]) -> list[Statement]:
-    """A row a measurement, held to what its trials know."""
+    """Make a statement a measurement, held to what its trials know."""
     made = []
     for b in found:
         rule = within(LEFT_OUT + 3.0 * b.known, "of the transistors' deviation, within {percent:.0f} %")
@@ -222,7 +222,7 @@ def sonar_rows(found: Sequence[Beside]) -> list[Statement]:
 
 
 def note(found: Sequence[Beside]) -> str:
-    """Deviations in words."""
+    """Tell the deviations in words."""
     each = (
         f"{b.name} {1e6 * b.transistors:.3g} us of {1e3 * b.mean:.4g} ms"
         f" (+- {100 * b.known:.1f} %), model {1e6 * b.model:.3g} us"

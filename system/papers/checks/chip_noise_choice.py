@@ -47,7 +47,7 @@ BAND = (1.0, 1e12, 300)  # Hz, Hz, points
 
 
 def selection_beside(contrast: float, grid: float, trials: int) -> Beside:
-    """Time of a decision between two cells whose currents are a contrast apart."""
+    """Measure the time of a decision between two cells whose currents are a contrast apart."""
     excite, risk = rivals(contrast)
     params = Params(cells=CELLS)
     chip = selection(SILICON, params)
@@ -65,7 +65,7 @@ def selection_beside(contrast: float, grid: float, trials: int) -> Beside:
 
 
 def rivals(contrast: float) -> tuple[F64, F64]:
-    """Excitations and risks (A) of two best cells that see as many neighbours and risks."""
+    """Give excitations and risks (A) of two best cells that see as many neighbours and risks."""
     excite, risk = np.full(CELLS, OTHERS), np.full(CELLS, STANDING)
     excite[WINNER], excite[WINNER + 1] = BEST, BEST * (1.0 - contrast)
     risk[WINNER - 1] = risk[WINNER + 2] = RISK
@@ -73,7 +73,7 @@ def rivals(contrast: float) -> tuple[F64, F64]:
 
 
 def isolation_rows() -> list[Statement]:
-    """Noise of the isolation over the error of its model, which has none."""
+    """Compare the noise of the isolation with the error of its model, which has no noise."""
     errors = tables_of("first_target_isolation", isolation_circuits, AMI_1500).errors
     point = _isolation()
     found = {
@@ -87,7 +87,7 @@ def isolation_rows() -> list[Statement]:
 
 
 def level_wander(point: OperatingPoint) -> float:
-    """Deviation (V) of the mean over an excitation's pulse of what the open isolation passes."""
+    """Give the deviation (V) of the mean over an excitation's pulse of what the open isolation passes."""
     frequency = np.geomspace(*BAND)
     density = noise(point, "v_ex_max", frequency).output
     return float(np.sqrt(integrate_power(frequency, density * np.sinc(frequency * WIDTH) ** 2)))

@@ -63,7 +63,7 @@ COMPARATOR = (
 
 
 def lso_beside(name: str, trials: int) -> Beside:
-    """First spike of an LSO neuron."""
+    """Measure the first spike of an LSO neuron."""
     events = LSO[name]
     times = _trials(_lso_bench(events, 2.6e-3), 2e-6, trials, "spike")
     head = head_on(SILICON)
@@ -76,7 +76,7 @@ def lso_beside(name: str, trials: int) -> Beside:
 
 
 def step_beside(trials: int) -> Beside:
-    """How long a synapse's step lasts."""
+    """Measure how long a synapse's step lasts."""
     machine = to_kernel(_lso_bench(LSO["lso_excited"], 5.2e-3), SILICON)
     run = NoiseRun(SEED, 2e-6, WHITE_ONLY)
     times = np.array(map_trials(_step, machine, run, range(trials), 1, record=("excite0.off",)))
@@ -87,7 +87,7 @@ def step_beside(trials: int) -> Beside:
 
 
 def level_beside(slope: float, trials: int) -> Beside:
-    """Spike of a level unit on a ramp (V/s)."""
+    """Measure the spike of a level unit on a ramp (V/s)."""
     level = rebias(high_threshold_neuron.build(), {"v_threshold": THRESHOLD})
     bench = replace(ramp_bench(level, slope, AMI_1500.v_dd), stop=crossing(slope) + 0.1e-3)
     times = _trials(bench, 0.1e-6, trials, "spike") - crossing(slope)
@@ -111,7 +111,7 @@ def hearing_beside(name: str, ratio: float, trials: int) -> Beside:
 
 
 def call_beside(trials: int) -> Beside:
-    """When a ramp makes the vocalization controller call."""
+    """Measure when a ramp makes the vocalization controller call."""
     board = vocalization_controller.build()
     devices = tuple(d for d in board.devices if d.name in COMPARATOR)
     ports = Port("vdd", "supply"), Port("ramp", "analog"), Port("call", "event", "out")
@@ -129,7 +129,7 @@ def call_beside(trials: int) -> Beside:
 
 
 def interval_beside(intervals: int) -> Beside:
-    """Intervals of the vocalization controller's whole board, one run of many."""
+    """Measure intervals of the whole board of the vocalization controller, one run of many."""
     numbers = VocalizationModel(SILICON).numbers
     rate = numbers.base + numbers.slope * PROXIMITY
     stop = (intervals + 1.5) / rate

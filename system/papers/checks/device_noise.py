@@ -74,7 +74,7 @@ class Beside:
 
 
 def run(progress: Progress) -> Report:
-    """Measure everything."""
+    """Measure the noise of devices beside theory, ngspice and the behavioural neuron."""
     rows = [_integrated_row(), _transient_row()]
     progress(0.05)
     beside = []
@@ -95,7 +95,7 @@ def run(progress: Progress) -> Report:
 
 
 def thermal_ratio(circuit: Circuit, sources: Sequence[Source], temperature_c: float) -> float:
-    """Integrated noise of node `y`, which has one path and one capacitance, over k T / C."""
+    """Give the integrated noise of node `y`, which has one path and one capacitance, over k T / C."""
     bench = Testbench(circuit.name, circuit, tuple(sources), 1.0)
     point = operating_point(bench, Silicon(temperature_c=temperature_c))
     linear = small_signal.linearise(point)
@@ -107,12 +107,12 @@ def thermal_ratio(circuit: Circuit, sources: Sequence[Source], temperature_c: fl
 
 
 def resistor_circuit() -> Circuit:
-    """10 MOhm and 1 pF at `y`."""
+    """Build a resistor of 10 MOhm and a capacitor of 1 pF at `y`."""
     return _at_y("resistor", (), Resistor("r", "y", "0", 1e7))
 
 
 def switch_circuit() -> Circuit:
-    """An nFET from `y` to ground, its gate a port, and 1 pF."""
+    """Build an nFET from `y` to ground, whose gate is a port, and a capacitor of 1 pF."""
     return _at_y("switch", (Port("g", "bias"),), Transistor("m", "n", "y", "g", "0", "0", 3e-6, 1.5e-6))
 
 
@@ -129,7 +129,7 @@ def measure_beside(
 
 
 def neuron_machine(k: int) -> Machine:
-    """Neuron `k` of the nominal ranging chip at its place, after a call alone."""
+    """Lower neuron `k` of the nominal ranging chip at its place, after a call alone."""
     neuron, place = circuit_at(ranging_chip.build(), (("neuron", (k,)),))
     silicon = Silicon(place=place)
     stimuli = {"delay": 0.0, "call": 1.0, "echo": None, "duration": STOP}
@@ -137,7 +137,7 @@ def neuron_machine(k: int) -> Machine:
 
 
 def inhibitions(machine: Machine, noise: NoiseRun, trials: int) -> F64:
-    """t_inh of each trial, s."""
+    """Measure t_inh of each trial, s."""
 
     def t_inh(result: Result) -> float:
         found = rebound_neuron.measures(result)["t_inh_s"]
@@ -147,12 +147,12 @@ def inhibitions(machine: Machine, noise: NoiseRun, trials: int) -> F64:
 
 
 def shot_jitter(t_inh: float) -> float:
-    """`sqrt(q t_inh / I)` of the neuron, s."""
+    """Give the jitter `sqrt(q t_inh / I)` of the neuron, s."""
     return float(np.sqrt(ELEMENTARY_CHARGE * t_inh / ranging_chip.I_INH_TAU[NEURON]))
 
 
 def beside_rows(found: Sequence[Beside]) -> list[Statement]:
-    """Worst transfer and worst noise of all blocks, temperatures and dies."""
+    """Make the statements about the worst transfer and noise of all blocks, temperatures and dies."""
     transfer, density = max(b.transfer for b in found), max(b.noise for b in found)
     return [
         _row("ac_beside_ngspice", 0.0, transfer, "share of ngspice's, worst", AC),
@@ -161,7 +161,7 @@ def beside_rows(found: Sequence[Beside]) -> list[Statement]:
 
 
 def jitter_rows(white: F64, finer: F64, flicker: F64) -> list[Statement]:
-    """Jitter of t_inh on two grids beside theory, with flicker, and of the behavioural neuron."""
+    """Make the statements about the jitter of t_inh on two grids, with flicker, and of the model."""
     rows = []
     for name, times in (("", white), ("_half_step", finer)):
         ratio = float(times.std(ddof=1)) / shot_jitter(float(times.mean()))
@@ -177,7 +177,7 @@ def jitter_rows(white: F64, finer: F64, flicker: F64) -> list[Statement]:
 
 
 def behavioural_jitter(model: NoiseModel | None) -> float:
-    """Standard deviation of the behavioural neuron's t_inh, s."""
+    """Give the standard deviation of the behavioural neuron's t_inh, s."""
     jitter = RangingChip(Silicon(), noise=SiliconNoise(SEED, flicker=model)).jitter_at(27.0)
     return np.nan if jitter is None else float(spread(jitter)[NEURON])
 

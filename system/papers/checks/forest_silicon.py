@@ -53,7 +53,7 @@ Four = Mapping[str, Tally]
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Bats by area, and by kind of bias and temperature (degC)."""
+    """Counts of four bats, by area, and by kind of bias and temperature (degC)."""
 
     area: Mapping[float, Four]
     temperature: Mapping[tuple[BiasKind, float], Four]
@@ -67,7 +67,7 @@ def reproduce(
     areas: Sequence[float] = AREAS,
     temperatures: Sequence[float] = TEMPERATURES,
 ) -> Report:
-    """Fly all bats."""
+    """Fly four bats at all areas, and at all temperatures with both kinds of bias."""
     by_area = {f"area {a:g}": a for a in areas}
     by_temperature = {f"{kind}, {t:g} degC": (kind, t) for kind in KINDS for t in temperatures}
     cases = {"exact": Case()}
@@ -101,7 +101,7 @@ def _four(label: str, found: Mapping[str, Tally]) -> Four:
 
 
 def rows(study: Study) -> tuple[Statement, ...]:
-    """What silicon ought to do; no paper says it."""
+    """Make the statements about what silicon ought to do; no paper makes them."""
     areas = sorted(study.area)
     celsius = sorted({t for _, t in study.temperature})
     nominal = study.temperature["gate", 27.0]
@@ -131,7 +131,7 @@ def _worse(name: str, one: Tally, other: Tally, against: str) -> Statement:
 
 
 def notes(study: Study) -> tuple[str, ...]:
-    """Every mean with its interval, and shares."""
+    """Tell every mean with its interval, and the shares."""
     found = []
     for label, four in _labelled(study):
         means = ", ".join(
@@ -171,7 +171,7 @@ def _counted(four: Four) -> str:
 
 
 def ranging_share(four: Four) -> tuple[float, Interval]:
-    """Share of ranging in the loss, and its interval by bootstrap over samples."""
+    """Give the share of ranging in the loss, and its interval by bootstrap over samples."""
     logs = {name: _resampled(four[name]) for name in BATS}
     loss = logs["exact"] - logs["both"]
     cost = 0.5 * (logs["exact"] - logs["ranging"] + logs["selection"] - logs["both"])

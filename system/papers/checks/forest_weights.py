@@ -30,7 +30,7 @@ def reproduce(
     pings: int = PINGS,
     speeds: Sequence[float] = SPEEDS,
 ) -> Report:
-    """Fly both at all speeds."""
+    """Fly both bats at all speeds."""
     cases = {
         (name, v): Case(weighted(replace(Bat(), max_speed=v), weights))
         for name, weights in ((FIXED, "fixed"), (BY_SPEED, "speed"))
@@ -41,7 +41,7 @@ def reproduce(
 
 
 def rows(found: Sweep) -> tuple[Statement, ...]:
-    """A row a speed at which the two bats are not the same."""
+    """Compare the two bats at each speed at which they are not the same."""
     speeds = list(dict.fromkeys(v for _, v in found))
     return tuple(
         differs_row(f"by_speed_at_{v:g}", found[BY_SPEED, v], found[FIXED, v], 1, FIXED)

@@ -10,7 +10,7 @@ from circuits.arrays import F64
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """Deviation (s) of `count` times of the transistors, and the model's."""
+    """Deviation (s) of `count` times of the transistors, and that of the model."""
 
     name: str
     mean: float
@@ -30,5 +30,5 @@ class Beside:
 
 
 def known(times: F64) -> tuple[float, float, int]:
-    """Mean and deviation of times, and how many they are."""
+    """Give the mean and the deviation of times, and how many they are."""
     return float(times.mean()), float(times.std(ddof=1)), times.size

@@ -83,7 +83,7 @@ def reproduce(
 
 
 def fly_one(key: Numbered) -> Winners:
-    """Winner groups of network, chip and integrate-and-fire network over a flight of the first."""
+    """Give the winner groups of network, chip and integrate-and-fire network over a flight of the first."""
     flight, seed = key
     numbers = Numbers()
     arcs = arcs_of(Bat(ping_rate=1.0 / numbers.ping_period))
@@ -96,7 +96,7 @@ def fly_one(key: Numbered) -> Winners:
 
 
 def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
-    """A flight of the network through a forest, and what it heard and answered."""
+    """Fly the network through a forest, and record what it heard and answered."""
     recorder = Recorder(network_brain(arcs, numbers))
     forest, start = place(LatencyScenario(seed=seed), arcs)
     fly(recorder, arcs, forest, start, pings)

@@ -71,7 +71,7 @@ def reproduce(
 
 
 def fly_one(key: Numbered) -> Crossed:
-    """The flight of a build on the die of a number, through the forest of that seed."""
+    """Fly a build on the die of a number, through the forest of that seed."""
     name, number = key
     return crossed(_maker(name), number)
 
@@ -88,7 +88,7 @@ def _maker(name: str) -> Maker:
 
 
 def rows(flights: Flights) -> tuple[Statement, ...]:
-    """The rules."""
+    """Make the statements about calibration, area and kind of bias."""
     made = []
     for name, better, worse in RULES:
         gain = mean_crossings(flights[better]) - mean_crossings(flights[worse])
@@ -97,7 +97,7 @@ def rows(flights: Flights) -> tuple[Statement, ...]:
 
 
 def notes(flights: Flights) -> tuple[str, ...]:
-    """A line a build."""
+    """Tell how far each build flew."""
     return tuple(described(name, each) for name, each in flights.items())
 
 

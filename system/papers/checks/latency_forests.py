@@ -60,7 +60,7 @@ def reproduce(
 
 
 def fly_one(key: Numbered) -> Crossed:
-    """The flight of a model through the forest of a seed."""
+    """Fly a model through the forest of a seed."""
     model, seed = key
     return crossed_by_analog(seed) if model == "analog" else crossed(_maker(model), seed)
 
@@ -71,7 +71,7 @@ def _maker(model: str) -> Maker:
 
 
 def rows(flights: Flights) -> tuple[Statement, ...]:
-    """Whether four crossings are within reach, and whether chip and network differ."""
+    """Make the statements about four crossings, and about chip and network."""
     made = []
     for name in ("network", "chip"):
         _, share, _, high = survival(flights[name])
@@ -92,7 +92,7 @@ def rows(flights: Flights) -> tuple[Statement, ...]:
 
 
 def notes(flights: Flights) -> tuple[str, ...]:
-    """Flights of each model, and the pairs."""
+    """Tell the flights of each model, and the pairs."""
     found = [described(name, each) for name, each in flights.items()]
     for a, b in (("chip", "analog"), ("network", "analog")):
         count = min(len(flights[a]), len(flights[b]))
@@ -102,7 +102,7 @@ def notes(flights: Flights) -> tuple[str, ...]:
 
 
 def described(name: str, flights: Sequence[Crossed]) -> str:
-    """A line on flights."""
+    """Describe flights in a line."""
     collided, loops = sum(f.collided for f in flights), sum(f.caught for f in flights)
     through = sum(not f.collided and f.laps >= CROSSINGS for f in flights)
     late = len(flights) - collided - through
@@ -117,7 +117,7 @@ def described(name: str, flights: Sequence[Crossed]) -> str:
 
 
 def draw_survival(flights: Flights, figure: Figure) -> None:
-    """Share of flights that crossed so often without a collision, with intervals."""
+    """Draw the share of flights that crossed so often without a collision, with intervals."""
     figure.set_size_inches(6.4, 4.4)
     ax = figure.subplots()
     for k, (name, each) in enumerate(flights.items()):

@@ -55,7 +55,7 @@ class Search:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A loop of the flight through the forest of a seed, and who repeats it."""
+    """A flight that was caught in a loop, and which networks repeat it."""
 
     seed: int
     repeated: Mapping[str, bool]
@@ -119,7 +119,7 @@ def _arcs() -> Arcs:
 
 
 def rows(found: Sequence[Loop]) -> tuple[Statement, ...]:
-    """Share of the loops that networks repeat, by its lower limit."""
+    """Make the statements about the share of the loops that networks repeat, by its lower limit."""
     made = []
     for name in NAMES[:2]:
         share = share_where(x.repeated[name] for x in found)

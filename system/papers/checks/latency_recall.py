@@ -63,7 +63,7 @@ class Recalls:
 
 
 def reproduce(progress: Progress, dies: int = DIES) -> Report:
-    """All builds over all dies."""
+    """Recall with all builds on all dies."""
     found = {}
     design = design_of(arcs_of(Bat(ping_rate=10.0)), Numbers())
     for k, (name, build) in enumerate(BUILDS.items()):
@@ -75,7 +75,7 @@ def reproduce(progress: Progress, dies: int = DIES) -> Report:
 
 
 def recalls(chip: LatencyChip, seed: int) -> Recalls:
-    """What the memories of a chip recall of drawn inputs."""
+    """Measure what the memories of a chip recall of drawn inputs."""
     random = np.random.default_rng((SEED, seed))
     d, onset = chip.design, chip.addresses.onset
     times, addresses, wanted = [np.zeros(1)], [np.array([onset])], []
@@ -92,7 +92,7 @@ def recalls(chip: LatencyChip, seed: int) -> Recalls:
 
 
 def rows(found: Mapping[str, Recalls]) -> tuple[Statement, ...]:
-    """The rules."""
+    """Make the statements about the nominal and the calibrated chip."""
     nominal = found["nominal"].rms
     usual, trimmed = found["generator"].rms, found["generator, taps and integrators"].rms
     return (
@@ -104,7 +104,7 @@ def rows(found: Mapping[str, Recalls]) -> tuple[Statement, ...]:
 
 
 def notes(found: Mapping[str, Recalls]) -> tuple[str, ...]:
-    """A line a build."""
+    """Tell the errors of each build."""
     return tuple(
         f"{name}: rms {1e3 * r.rms:.2f} ms, mean {1e3 * r.error.mean():.2f} ms, lost {r.lost} of"
         f" {r.lost + r.error.size}"

@@ -87,13 +87,13 @@ def rate_errors(die: int, temperature: float, kind: BiasKind, shares: tuple[floa
 
 
 def nef_rate_unit() -> float:
-    """Leak over charge of the nominal neuron at 27 degC, 1/s."""
+    """Give the leak over the charge of the nominal neuron at 27 degC, 1/s."""
     law = neurons_on(Silicon(ROLLS_180), 1, nef_neuron.BIASES)
     return float(law.leak[0] / law.charge[0])
 
 
 def represented(built: Built, numbers: F64) -> tuple[F64, F64]:
-    """Mean and variance over time of what is decoded of each number, float64[numbers] each."""
+    """Give mean and variance over time of what is decoded of each number, float64[numbers] each."""
     run = Simulation(built, 1e-3)
     mean, variance = [], []
     for x in numbers:
@@ -109,7 +109,7 @@ def represented(built: Built, numbers: F64) -> tuple[F64, F64]:
 
 
 def one_ensemble(neurons: int) -> Network:
-    """An ensemble of a number, what brings it and what reads it."""
+    """Build an ensemble of a number, what brings it and what reads it."""
     return Network(
         (Ensemble("x", neurons),),
         (Node("in", 1),),
@@ -119,7 +119,7 @@ def one_ensemble(neurons: int) -> Network:
 
 
 def error(neurons: int, die: int) -> float:
-    """Rms error of what an ensemble on a die represents, filtered spikes."""
+    """Give the rms error of what an ensemble on a die represents, from filtered spikes."""
     numbers = np.linspace(-0.9, 0.9, SPREAD)
     built = build(one_ensemble(neurons), NefChip(Die(number=die)).at(27.0), die)
     mean, variance = represented(built, numbers)
@@ -127,7 +127,7 @@ def error(neurons: int, die: int) -> float:
 
 
 def own_and_other(die: int) -> tuple[float, float]:
-    """Rms of the mean of what is represented: decoders of this die, and of the next die."""
+    """Give the rms of the mean that is represented, with decoders of this die and of the next one."""
     numbers = np.linspace(-0.9, 0.9, SPREAD)
     network = one_ensemble(PAIR_NEURONS)
     own, other = (build(network, NefChip(Die(number=d)).at(27.0), FIRST) for d in (die, die + 1))
@@ -141,7 +141,7 @@ def own_and_other(die: int) -> tuple[float, float]:
 def measure(
     progress: Progress, dies: int = DIES, sizes: tuple[int, ...] = SIZES, pairs: int = PAIRS
 ) -> Found:
-    """All three."""
+    """Measure neurons, ensembles and decoders."""
     rate = np.empty((len(KINDS), len(TEMPERATURES), dies, len(SHARES)))
     for i, kind in enumerate(KINDS):
         for j, temperature in enumerate(TEMPERATURES):
@@ -157,13 +157,13 @@ def measure(
 
 
 def slope(errors: F64, sizes: tuple[int, ...] = SIZES) -> float:
-    """Slope of the logarithm of the rms over dies against the logarithm of the number of neurons."""
+    """Give the slope of the logarithm of the rms over dies against that of the number of neurons."""
     rms = np.sqrt((errors**2).mean(axis=1))
     return float(np.polyfit(np.log(sizes), np.log(rms), 1)[0])
 
 
 def rows(found: Found, sizes: tuple[int, ...] = SIZES) -> tuple[Statement, ...]:
-    """Statements."""
+    """Make the statements about rates, errors and decoders."""
     worst, steep = float(np.abs(found.rate).max()), slope(found.error, sizes)
     times = float(np.median(found.other / found.own))
     return (
@@ -174,7 +174,7 @@ def rows(found: Found, sizes: tuple[int, ...] = SIZES) -> tuple[Statement, ...]:
 
 
 def reproduce(progress: Progress) -> Report:
-    """Neurons, ensembles and decoders."""
+    """Measure neurons, ensembles and decoders, and compare."""
     found = measure(progress)
     by = [
         f"{kind} biases, {t:g} degC: error of rate {np.abs(found.rate[i, j]).max():.2%} at most,"

@@ -75,7 +75,7 @@ def beside(number: int) -> Beside:
 
 
 def silicon_of(number: int) -> Silicon:
-    """Die `number` of lot A at 27 degC, local mismatch alone."""
+    """Give die `number` of lot A at 27 degC, with local mismatch alone."""
     return Silicon(die=Die(number=number, process=False))
 
 

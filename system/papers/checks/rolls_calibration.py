@@ -96,7 +96,7 @@ def summed(dies: Sequence[Calibrated]) -> Found:
 
 
 def rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
-    """Share of populations within 10 %, and how rates move with temperature."""
+    """Make the statements about populations within 10 %, and about rates at other temperatures."""
     made = []
     for kind, f in found.items():
         share = float(np.mean(np.abs(f.errors) <= WITHIN))

@@ -63,7 +63,7 @@ FALLS, STAYS = 1.3, 1.1
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """All runs; fixed: with fixed gates."""
+    """All runs; `fixed` has those with fixed gates."""
 
     trains: tuple[Train, ...]
     steps: tuple[Train, ...]
@@ -72,12 +72,12 @@ class Found:
 
 
 def run(progress: Progress) -> Report:
-    """All dies."""
+    """Measure on all dies."""
     return run_on(progress, DIES, POPULATION_DIES, ROWS)
 
 
 def run_on(progress: Progress, dies: int, population_dies: int, rows: int) -> Report:
-    """As `run`, on so many dies and rows of each."""
+    """Measure on so many dies, and rows of each."""
     trains: list[Train] = []
     places = [(FIRST_DIE + k, t) for k in range(dies) for t in TEMPERATURES]
     for k, (die, celsius) in enumerate(places):

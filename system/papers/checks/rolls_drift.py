@@ -116,13 +116,13 @@ QUANTITIES = (
 
 
 def measured(quantity: Quantity, kind: BiasKind, temperature_c: float) -> float:
-    """The quantity of the nominal circuit, SI."""
+    """Measure the quantity of the nominal circuit, in SI units."""
     circuit = rebias(quantity.block.build(quantity.block.params()), kind=kind)
     return quantity.measure(circuit, Silicon(ROLLS_180, temperature_c))
 
 
 def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
-    """Derived d ln I/dT of a bias's device at 27 degC, 1/K."""
+    """Derive d ln I/dT of a bias's device at 27 degC, 1/K."""
     kelvins = kelvin(REFERENCE)
     if kind == "generator":
         return 1.0 / kelvins
@@ -140,7 +140,7 @@ def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
 
 
 def derived_slope(quantity: Quantity, kind: BiasKind) -> float:
-    """What follows for the quantity, 1/K."""
+    """Derive what follows for the quantity, 1/K."""
     current = current_slope(
         rebias(quantity.block.build(quantity.block.params()), kind=kind), quantity.bias, kind
     )
@@ -148,7 +148,7 @@ def derived_slope(quantity: Quantity, kind: BiasKind) -> float:
 
 
 def run(progress: Progress) -> Report:
-    """All quantities with both kinds of bias."""
+    """Measure all quantities with both kinds of bias."""
     rows = []
     curves: dict[tuple[str, BiasKind], F64] = {}
     total = len(QUANTITIES) * len(KINDS)

@@ -42,14 +42,14 @@ def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES
 
 
 def decide(key: Numbered) -> Bump:
-    """One die with a kind of biases; the seed of its events is its number."""
+    """Let the field of one die decide; the seed of its events is the die's number."""
     die, kind = key.number, cast(BiasKind, key.condition)
     silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
     return field_bump(calibrate(field_task(), silicon, kind), silicon, kind, die % 2, die)
 
 
 def rows(found: Mapping[str, Sequence[Bump]]) -> tuple[Statement, ...]:
-    """Share of dies with one bump at the stronger input."""
+    """Make a statement a kind of bias about the share of dies with one bump at the stronger input."""
     made = []
     for kind, bumps in found.items():
         share = sum(b.right for b in bumps) / len(bumps)

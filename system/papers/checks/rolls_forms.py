@@ -66,7 +66,7 @@ NEURONS: Mapping[str, Callable[[NeuronForm, float], forms.Growth]] = {
 
 
 def run(progress: Progress) -> Report:
-    """Synapse over levels and rates, neuron over currents, and with a current drawn from its membrane."""
+    """Measure a synapse over levels and rates, and a neuron over currents into and out of its membrane."""
     means, trains, decay = _synapses(progress)
     rates, curves, refractory = _neurons(progress)
     rows = [

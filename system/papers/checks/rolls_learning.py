@@ -53,7 +53,10 @@ GENERATOR, GATES, TRANSISTORS = "generator", "gates", "transistors"
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Of one die: events at which both levels move the weight alike, of how many, and the error of w, V."""
+    """How well the chip's steps agree with the transistors on a die.
+
+    `alike` of `events` move the weight alike; `error` (rms) and `worst` are of the weight's voltage, V.
+    """
 
     alike: int
     events: int
@@ -124,12 +127,12 @@ def _lessons(taught: Sequence[Taught]) -> list[Lesson]:
 
 
 def silicon_of(die: int, *, mismatch: bool = True, temperature_c: float = 27.0) -> Silicon:
-    """A die, with or without its local mismatch."""
+    """Give a die with or without its local mismatch."""
     return Silicon(ROLLS_180, temperature_c, Die(number=die, mismatch=mismatch))
 
 
 def group_shares(chips: tuple[RollsChip, RollsChip], task: Task, die: int) -> Mapping[str, float]:
-    """Share that pairs of neurons tell right on a die, by the group of devices whose mismatch is on."""
+    """Give the share that pairs of neurons tell right on a die, by the group of devices with mismatch."""
     plain = chips_of(task, silicon_of(die, mismatch=False), "generator", die)
     found = {"none": lesson(plain, task, die).after.pairs_right(task)}
     for group in GROUPS:
@@ -141,7 +144,7 @@ def group_shares(chips: tuple[RollsChip, RollsChip], task: Task, die: int) -> Ma
 
 
 def agreement(die: int, temperature_c: float) -> Agreement:
-    """Transistor level against the chip's steps, driven by the same random spikes."""
+    """Compare the transistor level with the chip's steps, driven by the same random spikes."""
     draw, step = np.random.default_rng(die), STEP
     # events and spikes in the middle of steps: the chip takes both at their beginnings
     at = step * (0.5 + draw.choice(np.arange(10, 1000), 90, replace=False))

@@ -52,12 +52,12 @@ class Found:
 
 
 def run(progress: Progress) -> Report:
-    """All parts on all dies."""
+    """Predict and measure the spread of all parts on all dies."""
     return run_on(progress, DIES)
 
 
 def run_on(progress: Progress, dies: tuple[int, ...]) -> Report:
-    """As `run`, on some dies."""
+    """Predict and measure the spread of all parts on some dies."""
     silicon = Silicon(ROLLS_180)
     found: list[Found] = []
     parts = parts_of(default_biases(), silicon)

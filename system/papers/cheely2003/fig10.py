@@ -34,7 +34,11 @@ LINEAR = 0.02  # of full scale
 
 @dataclass(frozen=True, slots=True)
 class Laws:
-    """At every proximity voltage (V): call rate (Hz), amplitude (V), and the echo delay it stands for (s)."""
+    """Both laws, at every proximity voltage (V) an entry.
+
+    `rate` is the call rate (Hz), `amplitude` the amplitude (V), `delay` the echo delay that the
+    voltage stands for (s); all are float64[points].
+    """
 
     proximity: F64
     rate: F64

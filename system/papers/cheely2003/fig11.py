@@ -20,7 +20,7 @@ LOST = 0.5
 
 
 def rows(isolated: Trace, mixed: Trace) -> tuple[Statement, ...]:
-    """Statements about a run with isolation and one without."""
+    """Make the statements about a run with first-target isolation and one without."""
     with_isolation, without = summarise(isolated), summarise(mixed)
     interval, longest = with_isolation["shortest_interval_s"], with_isolation["longest_best_delay_s"]
     return (
@@ -50,7 +50,7 @@ def _change(name: str, way: str, summary: dict[str, float | None], rule: Rule) -
 
 
 def reproduce(progress: Progress, duration: float = DURATION) -> Report:
-    """Run the approach twice, `duration` s each."""
+    """Run the approach with and without isolation, for `duration` s each."""
     isolated = run(Scenario(duration=duration), lambda f: progress(0.5 * f))
     mixed = run(Scenario(duration=duration, isolation=False), lambda f: progress(0.5 + 0.5 * f))
 

@@ -56,7 +56,7 @@ CASES = (*SHOWN, CALL_ALONE, ECHO_ALONE)
 
 
 def run(progress: Progress) -> Report:
-    """Simulate the five cases and compare."""
+    """Simulate the five cases and compare them with the paper's."""
     results: dict[str, Result] = {}
     for k, case in enumerate(CASES):
         results[case.name] = _simulate(case)

@@ -77,7 +77,7 @@ class Decay:
 
 
 def run(progress: Progress) -> Report:
-    """Simulate an echo alone, fit the decay, compare."""
+    """Simulate an echo alone, fit the decay of its current, and compare it with the paper's."""
     circuit, silicon = rebound_neuron.build(), Silicon()
     current = _current(circuit, silicon)
     progress(1.0)

@@ -83,12 +83,12 @@ class Curves:
 
 
 def run(progress: Progress) -> Report:
-    """Both chips at delays in steps of 0.25 ms."""
+    """Measure both chips at delays in steps of 0.25 ms."""
     return run_on_grid(progress, STEP, CHECK_STEP)
 
 
 def run_on_grid(progress: Progress, step: float, check_step: float) -> Report:
-    """Both chips at delays in steps of `step` s, checked by direct runs in steps of `check_step` s."""
+    """Measure both chips at delays in steps of `step` s, and check by direct runs every `check_step` s."""
     delay = np.linspace(0.0, LONGEST, round(LONGEST / step) + 1)
     curves = {
         "linear": _curves(bias_chain.LINEAR, delay, check_step, lambda f: progress(0.5 * f)),
@@ -98,7 +98,7 @@ def run_on_grid(progress: Progress, step: float, check_step: float) -> Report:
 
 
 def neurons(params: bias_chain.Params) -> tuple[Circuit, ...]:
-    """The 13 neurons with the currents of the chain's operating point."""
+    """Build the 13 neurons with the currents of the chain's operating point."""
     silicon = Silicon()
     bench = bias_chain.testbench(bias_chain.build(params), {"duration": None}, silicon.process.v_dd)
     found = bias_chain.currents(operating_point(bench, silicon))
@@ -109,7 +109,7 @@ def neurons(params: bias_chain.Params) -> tuple[Circuit, ...]:
 
 
 def jittered(delay: F64, neuron: int) -> F64:
-    """Delays of the pairs that neuron `neuron` gets, float64[D, pairs], s."""
+    """Draw the delays of the pairs that neuron `neuron` gets, float64[D, pairs], in s."""
     generator = np.random.Generator(np.random.Philox(key=np.array([SEED, neuron], dtype=np.uint64)))
     return np.asarray(delay[:, None] + JITTER * generator.standard_normal((delay.size, PAIRS)))
 

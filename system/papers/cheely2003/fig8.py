@@ -71,7 +71,7 @@ class Recording:
 
 
 def run(progress: Progress) -> Report:
-    """Hear a call and two echoes, and compare the spikes with the sounds."""
+    """Simulate the hearing of a call and two echoes, and compare its spikes with the sounds."""
     recording = _record(progress)
     rows = (*_count_rows(recording), *_latency_rows(recording), *_delay_rows(recording))
     heard = ", ".join(f"{p.source} {1e3 * p.onset:.2f} ms at {p.amplitude:.3g} V" for p in recording.paths)

@@ -89,12 +89,12 @@ class Curve:
 
 
 def run(progress: Progress) -> Report:
-    """Both chips at delays in steps of 0.5 ms."""
+    """Measure both chips at delays in steps of 0.5 ms."""
     return run_on_grid(progress, STEP)
 
 
 def run_on_grid(progress: Progress, step: float) -> Report:
-    """Both chips at delays in steps of `step` s."""
+    """Measure both chips at delays in steps of `step` s."""
     first, last = ranging_chip.BEST_DELAYS[0], ranging_chip.BEST_DELAYS[-1]
     delays = np.linspace(first, last, round((last - first) / step) + 1)
     chip = ranging_chip.build()

@@ -62,7 +62,7 @@ CASES: Mapping[str, Mapping[str, Any]] = {
 
 
 def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
-    """Summaries of a run on each die, float64[dies] each."""
+    """Follow a target on each die, and give the numbers of the summary, float64[dies] each."""
     runs = [SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **options)) for n in dies]
     found = [SYSTEM.summarise(trace) for trace in runs]
     pings = np.array([float(len(trace.log.time)) for trace in runs])
@@ -71,7 +71,7 @@ def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
 
 
 def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
-    """Follow in all cases on all dies, and on the nominal die."""
+    """Follow the target in all cases on all dies, and on the nominal die."""
     found: dict[str, Found] = {}
     for done, (name, options) in enumerate(CASES.items()):
         found[name] = follow_all(dies, **options)
@@ -83,7 +83,7 @@ def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
 
 
 def nominal_rows(nominal: Mapping[str, Trace]) -> tuple[Statement, ...]:
-    """Errors on the nominal die."""
+    """Make the statements about the errors on the nominal die."""
     sine = float(SYSTEM.summarise(nominal["sine"])["error_rms_deg"] or 0.0)
     step = float(SYSTEM.summarise(nominal["step"])["settled_rms_deg"] or 0.0)
     return (
@@ -93,7 +93,7 @@ def nominal_rows(nominal: Mapping[str, Trace]) -> tuple[Statement, ...]:
 
 
 def die_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
-    """Errors on the dies, and pings without an answer."""
+    """Make the statements about the errors on the dies, and about pings without an answer."""
     sine, step = found["sine"]["error_rms_deg"], found["step"]["settled_rms_deg"]
     lost = sum(float(found[m]["lost"].sum()) for m in ("sine", "step"))
     pings = sum(float(found[m]["pings"].sum()) for m in ("sine", "step"))
@@ -106,7 +106,7 @@ def die_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
 
 
 def wiring_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
-    """What subtracting the far ear is good for."""
+    """Make the statements about what subtracting the far ear is good for."""
     sine, excited = found["sine"], found["excitation"]
     moved = abs(float(sine["error_rms_deg"].mean() - found["one range"]["error_rms_deg"].mean()))
     one, still = (found[n]["error_rms_deg"] for n in ("one-ear", "one-ear, one range"))
@@ -122,7 +122,7 @@ def wiring_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
 
 
 def silicon_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
-    """Dependence on temperature, by kind of bias, and on the devices' area."""
+    """Make the statements about temperature, by kind of bias, and about the area of the devices."""
     rows = []
     for kind in KINDS:
         means = [float(found[f"{kind} {t:g}"]["error_rms_deg"].mean()) for t in TEMPERATURES]
@@ -141,7 +141,7 @@ def silicon_rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
 
 
 def notes(found: Mapping[str, Found]) -> list[str]:
-    """A line a case, and what excitation alone costs on the same dies."""
+    """Tell the errors of each case, and what excitation alone costs on the same dies."""
     lines = []
     for name, each in found.items():
         error, settled = each["error_rms_deg"], each["settled_rms_deg"]

@@ -84,12 +84,12 @@ class Power:
 
 
 def run(progress: Progress) -> Report:
-    """All cases with the reciprocal chain; rest and 50 Hz with the linear one."""
+    """Measure all cases with the reciprocal chain, and rest and 50 Hz with the linear one."""
     return run_cases(progress, CASES)
 
 
 def run_cases(progress: Progress, cases: tuple[Case, ...]) -> Report:
-    """As `run`; the first two of `cases` are those of the paper."""
+    """Measure some cases only; the first two of `cases` must be those of the paper."""
     steps = len(cases) + 2
     chip = at_rest(ranging_chip.build_with_chain())
     found = {}
@@ -106,7 +106,7 @@ def run_cases(progress: Progress, cases: tuple[Case, ...]) -> Report:
 
 
 def at_rest(circuit: Circuit) -> OperatingPoint:
-    """Operating point of a chip, a neuron or a chain as one circuit, calls and echoes driven from outside."""
+    """Solve the operating point of a chip, a neuron or a chain, with its events driven from outside."""
     events = [p.name for p in circuit.ports if p.kind == "event" and p.direction == "in"]
     sources = (
         Source("vdd", "vdd", Constant(Silicon().process.v_dd)),
@@ -116,7 +116,7 @@ def at_rest(circuit: Circuit) -> OperatingPoint:
 
 
 def interval_power(rest: OperatingPoint, case: Case) -> Power:
-    """Mean power from the last call to where the next one would come, or of a while at rest."""
+    """Measure the mean power from the last call to where the next one would come, or of a while at rest."""
     machine = rest.machine
     start = BEFORE + SETTLING / case.rate if case.rate else 0.0
     duration = 1.0 / case.rate if case.rate else REST
@@ -134,7 +134,7 @@ def interval_power(rest: OperatingPoint, case: Case) -> Power:
 
 
 def separate_power(params: bias_chain.Params, case: Case) -> Power:
-    """Sum over separately stepped neurons with the chain's gate voltages at rest, and the chain at rest."""
+    """Add up the chain at rest and neurons that are stepped separately with its gate voltages at rest."""
     parts = [interval_power(at_rest(bias_chain.build(params)), REST_CASE)]
     parts += [interval_power(at_rest(neuron), case) for neuron in neurons(params)]
     return Power(sum(p.total for p in parts), sum(p.from_rest for p in parts))

@@ -50,7 +50,7 @@ Found = Mapping[tuple[str, BiasKind, str], Sequence[Outcome]]
 def reproduce(
     progress: Progress, dies: int = DIES, routes: int = ROUTES, sweeps: Mapping[str, Sequence[float]] = SWEEPS
 ) -> Report:
-    """All sweeps on both maps; the design point must be among them, and areas in rising order."""
+    """Plan all sweeps on both maps; the design point must be among them, and areas must rise."""
     silicon = [Die("A", FIRST_DIE + k) for k in range(dies)]
     maps = {name: (cost_map, _routes(cost_map, routes)) for name, cost_map in _maps().items()}
     known: dict[tuple[str, Case], Outcome] = {}
@@ -92,7 +92,7 @@ def _exact(cost_map: CostMap, routes: I64) -> I64:
 
 
 def rows(found: Found, exact: Sequence[int]) -> tuple[Statement, ...]:
-    """Statements about exact delays, the design point and area."""
+    """Make the statements about exact delays, the design point and the area of the devices."""
     design = next(o for o in found[PARK, "gate", "unit"] if o.case == Case())
     total = float(sum(exact))
     return (

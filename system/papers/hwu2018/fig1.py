@@ -68,7 +68,7 @@ class Wave:
 
 
 def reproduce(progress: Progress) -> Report:
-    """Both variants."""
+    """Plan on both variants of the map."""
     waves: list[Wave] = []
     for k, name in enumerate((PLAIN, ROAD)):
         cost_map = load_map(name)
@@ -79,7 +79,7 @@ def reproduce(progress: Progress) -> Report:
 
 
 def rows(plain: Wave, road: Wave) -> tuple[Statement, ...]:
-    """Statements about the wave without and with the road."""
+    """Make the statements about the wave without and with the road."""
     direct = plan_path(plain.cost_map, START, GOAL, planner_named("wave")).length
     length, longer = len(plain.passes.second_path), len(road.passes.second_path)
     return (

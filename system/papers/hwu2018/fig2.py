@@ -58,7 +58,7 @@ class Instance:
 
 
 def reproduce(progress: Progress, pairs: int = PAIRS) -> Report:
-    """Both passes for all pairs."""
+    """Plan all pairs of places in two passes."""
     found: list[Instance] = []
     for k, name in enumerate(MAPS):
         cost_map = load_map(name)
@@ -76,7 +76,7 @@ def _instance(cost_map: CostMap, start: Cell, goal: Cell) -> Instance:
 
 
 def rows(found: list[Instance]) -> tuple[Statement, ...]:
-    """Statements about all instances."""
+    """Make the statements about all pairs."""
     collided = sum(each.saved > 0 for each in found)
     longer = sum(each.saved < 0 for each in found)
     left = sum(not each.stays for each in found)

@@ -64,7 +64,7 @@ def reproduce(progress: Progress, pairs: int = PAIRS) -> Report:
 
 
 def plan_all(cost_map: CostMap, pairs: int) -> Paths:
-    """Length and cost of every pair's path by every planner."""
+    """Give the length and the cost of every pair's path by every planner."""
     lengths: dict[str, list[int]] = {name: [] for name in PLANNERS}
     costs: dict[str, list[int]] = {name: [] for name in PLANNERS}
     for start, goal in random_pairs(cost_map, pairs, np.random.default_rng(SEED)).tolist():
@@ -79,19 +79,19 @@ def plan_all(cost_map: CostMap, pairs: int) -> Paths:
 
 
 def signed_rank(first: I64, second: I64) -> float:
-    """One-sided p of the paired signed rank test that `first` is the lower; 1 where no pair differs."""
+    """Give the one-sided p of the paired signed rank test that `first` is lower; 1 if no pair differs."""
     if np.array_equal(first, second):
         return 1.0
     return float(stats.wilcoxon(first, second, alternative="less").pvalue)
 
 
 def rank_sum(first: I64, second: I64) -> float:
-    """Two-sided p of Wilcoxon's rank sum test, as the paper has it."""
+    """Give the two-sided p of Wilcoxon's rank sum test, as the paper does."""
     return float(stats.ranksums(first, second).pvalue)
 
 
 def rows(found: Mapping[str, Paths]) -> tuple[Statement, ...]:
-    """Tests, optimality, lengths, and the paper's medians."""
+    """Make the statements about tests, optimal paths, lengths, and the paper's medians."""
     return (
         *(_test_row(name, found[name]) for name in WITH_ROAD),
         *(_optimal_row(name, paths, planner) for name, paths in found.items() for planner in _EXACT),

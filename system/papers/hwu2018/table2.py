@@ -53,7 +53,7 @@ class Trials:
 
 
 def reproduce(progress: Progress) -> Report:
-    """Drive them all."""
+    """Drive all routes of all maps."""
     found: dict[str, Trials] = {}
     for k, name in enumerate(MAPS):
         found[name] = drive_map(name)
@@ -62,7 +62,7 @@ def reproduce(progress: Progress) -> Report:
 
 
 def drive_map(name: str) -> Trials:
-    """All routes of a map, each in all trials."""
+    """Drive all routes of a map, each as often as the paper did."""
     traces = tuple(
         tuple(
             run(Scenario(map=name, start=start, goal=goal, posts=True, seed=FIRST_SEED + 10 * n + k))
@@ -81,7 +81,7 @@ def drive_map(name: str) -> Trials:
 
 
 def rows(found: dict[str, Trials]) -> tuple[Statement, ...]:
-    """Mean distance of each map; interventions; arrivals."""
+    """Make the statements about the mean distance on each map, interventions and arrivals."""
     open_area = np.mean([found[name].interventions.mean() for name in MAPS if name != "map2"])
     cluttered = float(found["map2"].interventions.mean())
     arrived = float(np.mean([t.arrived.mean() for t in found.values()]))

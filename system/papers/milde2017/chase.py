@@ -37,7 +37,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     duration: float = DURATION,
 ) -> Report:  # fmt: skip
-    """Chase on some dies; the picture is of the first."""
+    """Drive after the other robot on some dies; the picture shows the first run."""
     base = Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration)
 
     def cells(count: int, dies: int) -> dict[str, list[Drive]]:
@@ -50,7 +50,7 @@ def reproduce(
 
 
 def outcome(trace: Trace) -> Summary:
-    """Share of the time on target, of that with the LED in view, and share of the time in view."""
+    """Give the shares of the time in which the LED is in view, and of that in which the field is on it."""
     columns = led_columns(trace)
     times, neurons = all_spikes(trace.record)
     field = np.array(trace.brain.network["target"].neurons)
@@ -73,7 +73,7 @@ def outcome(trace: Trace) -> Summary:
 
 
 def led_columns(trace: Trace) -> F64:
-    """Column of the sensor in which the LED is in the middle of each bin; NaN behind the robot."""
+    """Give the column of the sensor in which the LED is in the middle of each bin; NaN where it is behind."""
     path = np.array(trace.drive.path)
     found = []
     lamps = [k for k, b in enumerate(trace.scene.bodies) if b.led is not None]
@@ -88,13 +88,13 @@ def led_columns(trace: Trace) -> F64:
 
 
 def rows(found: Sequence[Summary]) -> tuple[Statement, ...]:
-    """Time on target."""
+    """Make the statement about the time on target."""
     mean, _, _ = mean_sd(found, "on_target")
     return (Statement("on_target", "most of the time", mean, at_least(ON_TARGET)),)
 
 
 def notes(found: Sequence[Summary]) -> tuple[str, ...]:
-    """Each run."""
+    """Tell how each run went."""
     out = []
     for k, s in enumerate(found):
         share = "never in view" if s["on_target"] is None else f"on target {s['on_target']:.2f}"

@@ -76,7 +76,7 @@ def reproduce(
 
 
 def outcome(trace: Trace) -> Summary:
-    """What was touched, how much of it early, and the share of the time at rest."""
+    """Give what was touched, how much of it early, and the share of the time at rest."""
     touched = trace.drive.touched or ""
     faint = {b.name for b in trace.scene.bodies if b.reflectance >= REFLECTANCES["yellow"]}
     path = np.array(trace.drive.path)
@@ -89,18 +89,18 @@ def outcome(trace: Trace) -> Summary:
 
 
 def way_until(path: F64, time: float) -> float:
-    """Length (m) of what a path, float64[n, 4] of s, m, m, rad, has gone until `time` s."""
+    """Give the length (m) of what a path, float64[n, 4] of s, m, m, rad, has gone until `time` s."""
     early = path[path[:, 0] <= time, 1:3]
     return float(np.hypot(*np.diff(early, axis=0).T).sum())
 
 
 def squares(path: F64) -> float:
-    """Number of squares of SQUARE that a path, float64[n, 4] of s, m, m, rad, was on."""
+    """Count the squares of side SQUARE that a path, float64[n, 4] of s, m, m, rad, was on."""
     return float(len(np.unique(path[:, 1:3] // SQUARE, axis=0)))
 
 
 def rows(found: Found) -> tuple[Statement, ...]:
-    """The modified against the plain network at the higher speed: by scene, and by metre."""
+    """Compare the modified with the plain network at the higher speed, by scene and by metre."""
     others = [name for name in NETWORKS if name != "modified"]
     compared = [
         rule(title.format(name), found[name, SPEEDS[1]], found["modified", SPEEDS[1]], kind)
@@ -146,12 +146,12 @@ def _moves(network: str, speed: float, runs: Sequence[Summary]) -> Statement:
 
 
 def total(runs: Sequence[Summary], name: str) -> float:
-    """Sum over runs."""
+    """Add up a number of the runs' summaries."""
     return float(np.sum([s[name] or 0.0 for s in runs]))
 
 
 def notes(found: Found) -> tuple[str, ...]:
-    """Collisions of each, and the way driven to one."""
+    """Tell the collisions of each network at each speed, and the way driven to one."""
     out = []
     for (network, speed), runs in found.items():
         way = total(runs, "path_m")

@@ -35,7 +35,7 @@ def reproduce(progress: Progress) -> Report:
 
 
 def rows(network: Network) -> tuple[Statement, ...]:
-    """Signs, sizes, and the field's centre."""
+    """Make the statements about signs, sizes, and the centre of the field."""
     levels = network.levels()
     right = sum(_sign(network, *arrow) == {sign} for arrow, sign in ARROWS.items())
     small = sum(len(p) for p in network.populations if p.name != "target")
@@ -55,7 +55,7 @@ def _sign(network: Network, source: str, target: str) -> set[int]:
 
 
 def notes() -> tuple[str, ...]:
-    """Currents of the levels."""
+    """Tell the currents of the levels."""
     biases = pushbot_biases()
     listed = ", ".join(
         f"{k:+d} {1e9 * level_current(biases, k):.3g} nA" for k in (-4, -3, -2, -1, 1, 2, 3, 4)

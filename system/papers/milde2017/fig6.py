@@ -24,7 +24,7 @@ SLOW = 0.5  # of the fastest command; ours
 
 
 def reproduce(progress: Progress) -> Report:
-    """One run."""
+    """Drive once towards the block."""
     trace = run(Scenario(seed=FIRST, die=Die(number=FIRST)), progress)
     return Report(
         rows(trace),
@@ -34,7 +34,7 @@ def reproduce(progress: Progress) -> Report:
 
 
 def rows(trace: Trace) -> tuple[Statement, ...]:
-    """What the figure shows."""
+    """Make the statements that the figure shows."""
     time = float(trace.drive.path[-1][0])
     _, found = rates(trace.brain.network, trace.record, time)
     total = {name: float(r.sum()) for name, r in found.items()}

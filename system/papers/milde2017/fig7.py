@@ -33,7 +33,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
 ) -> Report:  # fmt: skip
-    """Drive all runs."""
+    """Drive towards blocks of all colours in all lights."""
 
     def cells(count: int, dies: int) -> dict[tuple[str, str], list[Drive]]:
         return {
@@ -52,7 +52,7 @@ def reproduce(
 
 
 def rows(free: Free) -> tuple[Statement, ...]:
-    """Colours in normal light, then what the dark does."""
+    """Make the statements about colours in normal light, then about what the dark does."""
     blue, yellow = free["normal", "blue"], free["normal", "yellow"]
     seen = Statement("normal_blue_avoided", "yes", blue.measured(), at_least(SEEN))
     unseen = Statement("normal_yellow_avoided", "no", yellow.measured(), at_most(UNSEEN), fitted=True)

@@ -66,7 +66,7 @@ def reproduce(
 
 
 def pushed(scenario: Scenario) -> Scene:
-    """The scene with the cup in the way in time for the scenario's speed factor."""
+    """Give the scene with the cup in the way in time for the scenario's speed factor."""
     scene = scene_of(scenario)
     return replace(scene, bodies=tuple(_timed(b, scenario.speed_factor) for b in scene.bodies))
 
@@ -79,12 +79,12 @@ def _timed(body: Body, factor: float) -> Body:
 
 
 def length(motion: Motion) -> float:
-    """Length of a body's way, m."""
+    """Give the length of a body's way, m."""
     return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(motion.path))
 
 
 def standing(scenario: Scenario) -> Scene:
-    """The scene with everything where its motion ends."""
+    """Give the scene with everything where its motion ends."""
     scene = scene_of(scenario)
     return replace(scene, bodies=tuple(_still(b) for b in scene.bodies))
 
@@ -94,7 +94,7 @@ def _still(body: Body) -> Body:
 
 
 def rows(found: Found) -> tuple[Statement, ...]:
-    """What moving costs at each factor."""
+    """Make a statement at each factor about what the moving of the cup costs."""
     return tuple(_row(name, *both) for name, both in found.items())
 
 
@@ -105,7 +105,7 @@ def _row(name: str, moving: Sequence[Summary], static: Sequence[Summary]) -> Sta
 
 
 def notes(found: Found) -> tuple[str, ...]:
-    """Events of both, and how many get past."""
+    """Tell the events of both cups, and how many runs get past."""
 
     def events(runs: Sequence[Summary]) -> float:
         return float(np.mean([(s["events"] or 0.0) / (s["time_s"] or 1.0) for s in runs]))

@@ -44,7 +44,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     duration: float = DURATION, lights: Sequence[str] = tuple(LIGHTS),
 ) -> Report:  # fmt: skip
-    """Drive all runs; the picture is of the first."""
+    """Drive through the office in all lights; the picture shows the first run."""
     base = Scenario(scene="office", duration=duration, turn_factor=TURN)
 
     def cells(count: int, dies: int) -> dict[str, list[Drive]]:
@@ -59,13 +59,13 @@ def reproduce(
 
 
 def outcome(trace: Trace) -> Summary:
-    """Whether somebody walked into the robot, and the share of the time at rest."""
+    """Give whether somebody walked into the robot, and the share of the time at rest."""
     walked, still = is_walked_into(trace), stood(np.array(trace.drive.path))
     return summarise(trace) | {"walked_into": float(walked), "stood": still}
 
 
 def started(scenario: Scenario) -> Scene:
-    """The scene with a start of the scenario's seed."""
+    """Give the scene with a start that is drawn from the scenario's seed."""
     scene, random = scene_of(scenario), np.random.default_rng((scenario.seed, 6))
     obstacles, corners = obstacles_of(scene), np.array(scene.corners)
     for _ in range(TRIES):
@@ -77,7 +77,7 @@ def started(scenario: Scenario) -> Scene:
 
 
 def is_free(obstacles: Obstacles, start: tuple[float, float, float]) -> bool:
-    """Whether a robot could drive FREE straight ahead from a start if nothing moved."""
+    """Tell whether a robot could drive FREE straight ahead from a start if nothing moved."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     ways = np.arange(0.0, FREE + 1e-9, EVERY).tolist()
     return all(
@@ -87,7 +87,7 @@ def is_free(obstacles: Obstacles, start: tuple[float, float, float]) -> bool:
 
 
 def is_walked_into(trace: Trace) -> bool:
-    """Whether what touched the robot at the end is a leg that is not before the camera."""
+    """Tell whether what touched the robot at the end is a leg that is not before the camera."""
     drive, touched = trace.drive, trace.drive.touched or ""
     if not touched.startswith("person"):
         return False
@@ -100,14 +100,14 @@ def is_walked_into(trace: Trace) -> bool:
 
 
 def poisson(count: int, minutes: float) -> Interval:
-    """Exact 95 % interval of a rate, 1/min (Garwood 1936)."""
+    """Give the exact 95 % interval of a rate, 1/min (Garwood 1936)."""
     tail = 0.5 * (1.0 - LEVEL)
     low = float(chi2.ppf(tail, 2 * count)) / 2.0 if count else 0.0
     return Interval(low / minutes, float(chi2.ppf(1.0 - tail, 2 * (count + 1))) / 2.0 / minutes)
 
 
 def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:
-    """Crashes a minute in the first light."""
+    """Make the statement about crashes a minute in the first light."""
     theirs = poisson(PAPER_CRASHES, PAPER_MINUTES)
     crashes, minutes = crashes_in(next(iter(found.values())))
     ours = poisson(crashes, minutes)
@@ -117,20 +117,20 @@ def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:
 
 
 def crashes_in(found: Sequence[Summary]) -> tuple[int, float]:
-    """Crashes of the robot's own, and minutes."""
+    """Count the crashes that are the robot's own, and the minutes driven."""
     return sum(bool(s["collided"]) and not s["walked_into"] for s in found), sum(
         s["time_s"] or 0.0 for s in found
     ) / 60.0
 
 
 def stood_in(runs: Sequence[Summary]) -> float:
-    """Share of all time in which robots stand."""
+    """Give the share of all time in which the robots stand."""
     still = sum((s["stood"] or 0.0) * (s["time_s"] or 0.0) for s in runs)
     return still / sum(s["time_s"] or 0.0 for s in runs)
 
 
 def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
-    """Crashes, minutes and way by light."""
+    """Tell crashes, minutes and way by light."""
     out = []
     for light, runs in found.items():
         crashes, minutes = crashes_in(runs)

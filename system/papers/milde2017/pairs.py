@@ -39,7 +39,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     scenes: Sequence[str] = SCENES,
 ) -> Report:  # fmt: skip
-    """Drive all runs."""
+    """Drive towards pairs and triples of blocks."""
 
     def cells(count: int, dies: int) -> dict[str, list[Drive]]:
         return {
@@ -54,7 +54,7 @@ def reproduce(
 
 
 def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:
-    """Collisions of each scene, and whether pairs and triples are passed around."""
+    """Make the statements about collisions in each scene, and about ways around pairs and triples."""
     free = [_free(name, summaries) for name, summaries in found.items()]
     return (*free, *(_around(name, found[name]) for name in AROUND if name in found))
 
@@ -72,7 +72,7 @@ def _free(name: str, found: Sequence[Summary]) -> Statement:
 
 
 def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
-    """Sides, and who did not get past."""
+    """Tell which sides were taken, and how many runs did not get past."""
     out = []
     for name, summaries in found.items():
         left = sum(s["passed"] == 1.0 for s in summaries)

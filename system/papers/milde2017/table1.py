@@ -71,7 +71,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = TRIALS, dies: int = DIES,
     colours: Sequence[str] = tuple(PAPER),
 ) -> Report:  # fmt: skip
-    """Drive every trial."""
+    """Drive every trial of every colour and pair of factors."""
 
     def drives(count: int, dies: int) -> dict[tuple[str, tuple[float, float]], list[Drive]]:
         bases = {
@@ -95,7 +95,7 @@ Cells = Mapping[tuple[str, tuple[float, float]], Cell]
 
 
 def rows(cells: Cells) -> tuple[Statement, ...]:
-    """The paper's statements, then its distances."""
+    """Make the paper's statements, then those about its distances."""
     blue = [cells["blue", f] for f in CELLS]
     found = [
         Statement(f"{c.label}_collided", "none", c.collided.measured(), at_most(FEW), fitted=True)
@@ -157,7 +157,7 @@ def _distance(cell: Cell) -> Statement:
 
 
 def notes(cells: Cells) -> tuple[str, ...]:
-    """Every cell with its spread, collisions and trials not past the line."""
+    """Tell every cell with its spread, its collisions, and the trials that did not get past the line."""
     return tuple(
         f"{c.label}: {c.distance:.1f} +- {c.sigma:.1f} cm, collided {c.collided}, not past it"
         f" {c.collided.of - c.count}"

@@ -55,7 +55,7 @@ def reproduce(
 
 
 def outcome(trace: Trace) -> Summary:
-    """Closest approach to the robot with the LED (m), and what was touched."""
+    """Give the closest approach to the robot with the LED (m), and what was touched."""
     drive = trace.drive
     path = drive.path[::EVERY]
     closest = min(clearance(drive.obstacles, (x, y, h), t, "robot") for t, x, y, h in path)
@@ -70,7 +70,7 @@ def outcome(trace: Trace) -> Summary:
 
 
 def rows(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[Statement, ...]:
-    """Reached, avoided, and the block."""
+    """Make the statements about reaching the target, avoiding it then, and the block on the way."""
     there = [s for s in reached if s["reached"]]
     arrived = share_where(bool(s["reached"]) for s in reached)
     avoided = share_where(not s["touched_robot"] for s in there)
@@ -83,7 +83,7 @@ def rows(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[Statemen
 
 
 def notes(reached: Sequence[Summary], block: Sequence[Summary]) -> tuple[str, ...]:
-    """Closest approaches."""
+    """Tell the closest approaches."""
     close = [100.0 * (s["closest"] or 0.0) for s in reached]
     low, middle, high = np.quantile(close, (0.1, 0.5, 0.9))
     walls = sum(bool(s["touched_wall"]) for s in (*reached, *block))

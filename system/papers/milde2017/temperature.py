@@ -36,7 +36,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = RUNS, dies: int = DIES,
     temperatures: Sequence[float] = TEMPERATURES,
 ) -> Report:  # fmt: skip
-    """Drive at all temperatures."""
+    """Drive at all temperatures with both kinds of bias."""
 
     def cells(count: int, dies: int) -> dict[tuple[BiasKind, float], list[Drive]]:
         return {
@@ -54,12 +54,12 @@ def reproduce(
 
 
 def avoided(found: Sequence[Summary]) -> Share:
-    """Runs that passed the block's line and touched nothing; one that stands avoids nothing."""
+    """Count the runs that passed the block's line and touched nothing; one that stands avoids nothing."""
     return share_where(bool(s["crossed"]) and not s["collided"] for s in found)
 
 
 def rows(found: Found) -> tuple[Statement, ...]:
-    """Both kinds at the ends."""
+    """Make the statements about both kinds of bias at the ends of the range."""
     generator = [found["generator", t] for t in ENDS]
     gate = [found["gate", t] for t in ENDS]
     worst = min(generator, key=lambda s: s.value)

@@ -44,7 +44,7 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, repeats: int = REPEATS, repeated: int = REPEATED,
     others: int = OTHERS,
 ) -> Report:  # fmt: skip
-    """Drive all runs."""
+    """Drive the same die with other noise, and other dies with the same noise."""
     asked, planned = _cells(repeats, repeated, others), _cells(REPEATS, REPEATED, OTHERS)
     groups = summaries_of(drive_cells(execution, EXPERIMENT.name, asked, planned, progress))
     return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups))
@@ -64,13 +64,13 @@ def _cells(repeats: int, repeated: int, others: int) -> dict[str, list[Drive]]:
 
 
 def left_of(found: Sequence[Summary]) -> Share:
-    """Runs past the pair on the left, of all past it."""
+    """Count the runs past the pair on the left, of all that got past it."""
     past = [s for s in found if s["passed"] is not None]
     return share_where(s["passed"] == 1.0 for s in past)
 
 
 def rows(groups: Groups) -> tuple[Statement, ...]:
-    """Both sides over dies, and on a die."""
+    """Make the statements about the sides taken over dies, and on one die."""
     others = left_of(groups["other dies"])
     apart = [name for name, found in groups.items() if name != "other dies" and _both(left_of(found))]
     mixed = {name.partition(",")[0] for name in apart}
@@ -85,7 +85,7 @@ def _both(share: Share) -> bool:
 
 
 def notes(groups: Groups) -> tuple[str, ...]:
-    """Share left of each group."""
+    """Tell the share on the left in each group."""
     return tuple(
         f"{name}: past on the left {left_of(found)}, not past {len(found) - left_of(found).of}"
         for name, found in groups.items()

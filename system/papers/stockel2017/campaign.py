@@ -103,7 +103,7 @@ Found = Mapping[Condition, Outcome]
 
 
 def conditions(agent: str) -> list[Condition]:
-    """All of an agent, each once."""
+    """List all conditions of an agent, each once."""
     size = DESIGN[agent]
     every = [
         *(Condition(agent, n) for n in NEURONS[agent]),
@@ -118,7 +118,7 @@ def conditions(agent: str) -> list[Condition]:
 
 
 def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
-    """All conditions on the same dies."""
+    """Drive in all conditions on the same dies."""
     every = by_name()
     keys = [Numbered(name, FIRST + k) for name in every for k in range(dies)]
     numbers = (version("noctule"), DURATION, *every.values())
@@ -130,7 +130,7 @@ def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES
 
 
 def outcome(kept: Sequence[Drive]) -> Outcome:
-    """What runs came to."""
+    """Sum up the runs of a condition."""
     there = [r for r in kept if r.reached]
     return Outcome(
         Share(len(there), len(kept)),
@@ -157,18 +157,18 @@ def drive_one(key: Numbered) -> Drive:
 
 @lru_cache(maxsize=1)
 def by_name() -> dict[str, Condition]:
-    """All conditions of both agents, by what they are called."""
+    """List all conditions of both agents by name."""
     return {described(c): c for agent in DESIGN for c in conditions(agent)}
 
 
 def described(c: Condition) -> str:
-    """A condition in words."""
+    """Describe a condition in words."""
     size = f"{c.neurons} neurons, area {c.area:g}"
     return f"{c.agent}, {size}, {c.kind}, {c.use} at {c.temperature_c:g} degC"
 
 
 def rows(found: Found) -> tuple[Statement, ...]:
-    """Statements."""
+    """Make the statements about calibration, area, temperature and the number of neurons."""
     size, few = DESIGN["bug0"], NEURONS["bug2"][0]
     base = Condition("bug0", size)
     far = [t for t in FAR if t != HOME]
@@ -231,7 +231,7 @@ def _draw(found: Found, figure: Figure) -> None:
 
 
 def sweep(ax: Axes, held: Mapping[float, Outcome], label: str, colour: str) -> None:
-    """Shares with their intervals."""
+    """Draw shares with their intervals."""
     shares = [o.share for o in held.values()]
     value = [s.value for s in shares]
     ends = [[s.value - s.interval.low for s in shares], [s.interval.high - s.value for s in shares]]

@@ -43,7 +43,7 @@ Found = Mapping[tuple[str, str, str], Sequence[Drive]]
 
 
 def rows(found: Found) -> tuple[Statement, ...]:
-    """Statements."""
+    """Make the statements of Figures 6 and 8 on the chip; `programs` has Bug 0's run by map."""
     again = [bool(t.repeats) for t in found[SPIRAL, "bug0", "published"]]
     published = share_where(t.reached for t in found[FIELD, "bug2", "published"])
     apart = max(
@@ -68,7 +68,7 @@ def rows(found: Found) -> tuple[Statement, ...]:
 def reproduce(
     progress: Progress, execution: Execution = ALONE, dies: int = DIES, duration: float = DURATION
 ) -> Report:
-    """All agents on all dies."""
+    """Drive all agents on all dies."""
     scenarios = {
         _named(world, agent, design): Scenario(agent, "chip", design, map=world, duration=duration)
         for world, agent, design in AGENTS

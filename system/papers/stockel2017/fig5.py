@@ -49,7 +49,7 @@ class Course:
 
 
 def course(seed: int, pulses: int = PULSES) -> Course:
-    """Run the machine under pulses."""
+    """Run the state machine under pulses of its input."""
     run = Simulation(build(_network(), IdealCurves(), seed), SAMPLE)
     run.set("one", 1.0)
     run.set("start", 2.0 * states(len(STATES))[0])
@@ -67,14 +67,14 @@ def course(seed: int, pulses: int = PULSES) -> Course:
 
 
 def visited(found: Course) -> list[str]:
-    """States in the order in which they were the most active one."""
+    """List the states in the order in which they were the most active one."""
     most = found.active.argmax(axis=1)
     begins = np.flatnonzero(np.diff(most, prepend=-1))
     return [STATES[int(most[k])] for k in begins]
 
 
 def rows(found: Course) -> tuple[Statement, ...]:
-    """Statements of the figure."""
+    """Make the statements of the figure."""
     order = visited(found)
     edges = int((np.diff(found.trigger) > 0.0).sum())
     kept = _kept(found)
@@ -89,7 +89,7 @@ def rows(found: Course) -> tuple[Statement, ...]:
 
 
 def reproduce(progress: Progress) -> Report:
-    """Six pulses."""
+    """Run the state machine under six pulses."""
     found = course(SEED)
     progress(1.0)
     return Report(rows(found), lambda figure: _draw(found, figure))

@@ -28,7 +28,7 @@ LATE = 60.0  # s before the end, over which a way is compared with what was befo
 def traces(
     progress: Progress, seeds: tuple[int, ...] = SEEDS, duration: float = DURATION
 ) -> dict[str, list[Trace]]:
-    """Runs by `agent brain`."""
+    """Drive both agents, and give the runs by agent and brain."""
     asked = [
         (a, b, s) for a in ("bug0", "bug2") for b, s in (("reference", 0), *(("ideal", s) for s in seeds))
     ]
@@ -41,13 +41,13 @@ def traces(
 
 
 def repeats(trace: Trace) -> bool:
-    """Whether it did not reach the goal, and in its last minute was only where it had been before."""
+    """Tell whether a run missed the goal, and was in its last minute only where it had been before."""
     late, early = trace.path[-round(100 * LATE) :: 20], trace.path[: -round(100 * LATE)]
     return not trace.reached and median_distance(late, early) < NEAR
 
 
 def rows(found: dict[str, list[Trace]]) -> tuple[Statement, ...]:
-    """Statements of the figure."""
+    """Make the statements of the figure."""
     made = []
     for brain in ("reference", "ideal"):
         again = [repeats(t) for t in found[f"bug0 {brain}"]]
@@ -71,7 +71,7 @@ def rows(found: dict[str, list[Trace]]) -> tuple[Statement, ...]:
 
 
 def reproduce(progress: Progress) -> Report:
-    """Both agents, both brains."""
+    """Drive both agents, as programs and as neurons."""
     found = traces(progress)
     return Report(rows(found), lambda figure: _draw(found, figure))
 

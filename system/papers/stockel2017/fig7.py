@@ -25,7 +25,7 @@ SEED = 1000
 
 
 def reproduce(progress: Progress) -> Report:
-    """Program and neurons on one map."""
+    """Drive the program and the neurons on one map."""
     program = run(Scenario("bug2", "reference", map=MAP, duration=DURATION))
     neurons = run(Scenario("bug2", "ideal", map=MAP, seed=SEED, duration=DURATION), progress)
     progress(1.0)
@@ -33,17 +33,17 @@ def reproduce(progress: Progress) -> Report:
 
 
 def order(trace: Trace) -> list[str]:
-    """States as they follow each other."""
+    """List the states of a run as they follow each other."""
     return [STATES[k] for k in trace.state[np.diff(trace.state, prepend=-1) != 0]]
 
 
 def spent(trace: Trace, *states: str) -> float:
-    """Time in these states, s."""
+    """Give the time spent in these states, s."""
     return STEP * float(np.isin(trace.state, [STATES.index(s) for s in states]).sum())
 
 
 def in_order(states: list[str]) -> bool:
-    """Whether it begins by memorising, and each state is the one that comes after the last."""
+    """Tell whether states begin with memorising, and each is the one that comes after the last."""
     return states[:1] == [MEMORISE] and all(AFTER[a] == b for a, b in pairwise(states))
 
 
@@ -57,7 +57,7 @@ FOLLOWING = Rule("each after the one before it", None, _each_follows)
 
 
 def rows(program: Trace, neurons: Trace) -> tuple[Statement, ...]:
-    """Statements of the figure."""
+    """Make the statements of the figure."""
     found, cycle = order(neurons), [MEMORISE, GO, STORE, FOLLOW, GO]
     later = above(0.0).unless(not (neurons.reached and program.reached), "one of them does not arrive")
     learning = [spent(t, MEMORISE, STORE) for t in (program, neurons)]

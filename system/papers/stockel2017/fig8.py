@@ -41,7 +41,7 @@ def programs(duration: float = DURATION) -> Programs:
 
 
 def rows(found: Found, known: Programs) -> tuple[Statement, ...]:
-    """Statements of the figure, and of the design that is ours."""
+    """Make the statements of the figure, and one about the design that is ours."""
     by_run = {name: [t.reached for t in runs] for name, runs in found.items()}
     by_run |= {f"{agent} reference": [trace.reached] for agent, trace in known.items()}
     reached = {name: sum(each) for name, each in by_run.items()}
@@ -71,7 +71,7 @@ def rows(found: Found, known: Programs) -> tuple[Statement, ...]:
 
 
 def published_share(name: str, ours: Share) -> Statement:
-    """How often the published Bug 2 reaches the goal, beside the paper's three of eight."""
+    """Compare how often the published Bug 2 reaches the goal with the paper's three of eight."""
     mine, theirs = ours.interval, Share(*PAPER).interval
     text = f"95 % intervals overlap: {{low:.2f}}-{{high:.2f}}, {mine.low:.2f}-{mine.high:.2f}"
     return Statement(name, PAPER[0] / PAPER[1], ours.measured(ours.value), overlapping(theirs, text))
@@ -80,7 +80,7 @@ def published_share(name: str, ours: Share) -> Statement:
 def reproduce(
     progress: Progress, execution: Execution = ALONE, networks: int = NETWORKS, duration: float = DURATION
 ) -> Report:
-    """All agents on the large map."""
+    """Drive all agents on the large map."""
     scenarios = {
         f"{agent} {design}": Scenario(agent, "ideal", design, map=MAP, duration=duration)
         for agent, design in (("bug0", "published"), ("bug2", "published"), ("bug2", "improved"))

@@ -40,7 +40,7 @@ class Case:
 
 
 def reproduce(progress: Progress, cases: int = CASES) -> Report:
-    """Both equations."""
+    """Compare both equations with the model and the transistors."""
     chip = LatencyChip(design_of(arcs_of(Bat(ping_rate=10.0)), Numbers()))
     random = np.random.default_rng(SEED)
     found: dict[str, list[Case]] = {"9": [], "10": []}
@@ -55,7 +55,7 @@ def reproduce(progress: Progress, cases: int = CASES) -> Report:
 
 
 def evaluation_case(chip: LatencyChip, random: np.random.Generator) -> Case:
-    """One to four inputs of a neuron, all before its spike, which is less than 20 ms after the first."""
+    """Draw one to four inputs of a neuron, all before its spike, less than 20 ms after the first."""
     d = chip.design
     while True:
         times = np.sort(random.uniform(1e-3, 15e-3, random.integers(1, 5)))
@@ -66,7 +66,7 @@ def evaluation_case(chip: LatencyChip, random: np.random.Generator) -> Case:
 
 
 def race_case(chip: LatencyChip, random: np.random.Generator) -> Case:
-    """A cell with the charge of the goal near it, or none, and inhibitions of up to three memories."""
+    """Draw a cell with the goal's charge near it, or none, and inhibitions of up to three memories."""
     d = chip.design
     while True:
         p, away = int(random.integers(ARCS)), int(random.integers(-1, 4))
@@ -87,7 +87,7 @@ def race_case(chip: LatencyChip, random: np.random.Generator) -> Case:
 
 
 def rows(found: dict[str, list[Case]]) -> tuple[Statement, ...]:
-    """Largest deviation from the closed form of model and transistors."""
+    """Make a statement about the largest deviation of the model and of the transistors from each equation."""
     made = []
     rule = at_most(TOLERANCE, "at most {percent:g} % of the closed form")
     for name, cases in found.items():

@@ -47,7 +47,7 @@ def reproduce(progress: Progress, pings: int = PINGS, obstacles: int = OBSTACLES
 
 
 def rows(found: Coverage) -> tuple[Statement, ...]:
-    """How many gaps were taken, and how evenly."""
+    """Make the statements about how many gaps were taken, and how evenly."""
     return (
         Statement("gaps_taken_share", "most", found.share, above(MOST, "more than {limit:g}")),
         Statement("gaps_of_half_the_crossings_share", "not a few", found.busiest, at_least(SPREAD)),

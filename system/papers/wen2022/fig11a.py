@@ -39,7 +39,7 @@ def reproduce(
 
 
 def rows(found: Mapping[int, Tally]) -> tuple[Statement, ...]:
-    """Neighbouring densities, and both ends."""
+    """Compare neighbouring densities, then the lowest with the highest."""
     numbers = list(found)
     falling = [
         differs_row(f"{more}_obstacles", found[more], found[fewer], -1, f"{fewer} obstacles")

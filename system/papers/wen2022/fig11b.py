@@ -39,7 +39,7 @@ def reproduce(
     pings: int = PINGS,
     speeds: Sequence[float] = SPEEDS,
 ) -> Report:
-    """Fly all three at all speeds."""
+    """Fly the control and both variants at all speeds."""
     bat = Bat()
     bats = {CONTROL: bat, HELD: replace(bat, hysteresis=0.0), BIASED: replace(bat, ping_bias=0.0)}
     cases = at_speeds(bats, speeds)
@@ -48,7 +48,7 @@ def reproduce(
 
 
 def rows(found: Sweep) -> tuple[Statement, ...]:
-    """Both against the control, a row a speed."""
+    """Compare both variants with the control, at each speed."""
     speeds = list(dict.fromkeys(speed for _, speed in found))
     return tuple(
         differs_row(

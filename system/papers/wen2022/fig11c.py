@@ -30,7 +30,7 @@ _POINTS = 101
 
 
 def groups(bat: Bat) -> dict[str, Bat]:
-    """The four bats of Figures 11C and 11D."""
+    """Give the four bats of Figures 11C and 11D."""
     return {
         CONTROL: bat,
         STEEP: replace(bat, immediacy_range=3.0),
@@ -40,7 +40,7 @@ def groups(bat: Bat) -> dict[str, Bat]:
 
 
 def reproduce(progress: Progress) -> Report:
-    """Put an obstacle at all distances."""
+    """Put an obstacle at all distances before each bat."""
     bats = groups(Bat())
     far = np.linspace(0.0, Bat().max_range, _POINTS)
     found = {}
@@ -51,7 +51,7 @@ def reproduce(progress: Progress) -> Report:
 
 
 def immediacy(bat: Bat, way: F64) -> F64:
-    """What an obstacle adds to the straight arc, at ways (m) that the bat can fly before it collides."""
+    """Give what an obstacle adds to the straight arc, at ways (m) that the bat can fly before it collides."""
     arcs, values = arcs_of(bat), np.zeros(way.size)
     for k, r in enumerate(way):
         risk = np.zeros(ARCS)
@@ -62,7 +62,7 @@ def immediacy(bat: Bat, way: F64) -> F64:
 
 
 def rows(way: F64, found: Mapping[str, F64]) -> tuple[Statement, ...]:
-    """Equation (11), and the paper's words."""
+    """Make the statements about equation (11), and about the paper's words."""
     seen = way <= Bat().max_range - Bat().zone
     laws = {
         CONTROL: 10.0 * (1.0 - way / 5.0),

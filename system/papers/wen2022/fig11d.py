@@ -34,14 +34,14 @@ def reproduce(
     pings: int = PINGS,
     speeds: Sequence[float] = SPEEDS,
 ) -> Report:
-    """Fly all four at all speeds."""
+    """Fly all four bats at all speeds."""
     cases = at_speeds(groups(Bat()), speeds)
     found = fly_sweep(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     return Report(rows(found), lambda figure: _draw(found, figure), lines(found))
 
 
 def rows(found: Sweep) -> tuple[Statement, ...]:
-    """Steep against all, Squared among the others, Flat against the control."""
+    """Compare Steep with all others, Squared with the rest, and Flat with the control."""
     speeds = list(dict.fromkeys(speed for _, speed in found))
     steep = [
         differs_row(

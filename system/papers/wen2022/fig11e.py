@@ -43,7 +43,7 @@ def reproduce(
 
 
 def rows(found: Sweep) -> tuple[Statement, ...]:
-    """Each rate against the next lower one."""
+    """Compare each rate with the next lower one."""
     names = list(dict.fromkeys(name for name, _ in found))
     speeds = list(dict.fromkeys(speed for _, speed in found))
     higher = [

@@ -35,7 +35,7 @@ img { max-width: 100%; height: auto; display: block; }
 
 
 def page(title: str) -> tuple[Element, Element]:
-    """An empty page and its body."""
+    """Begin an empty page, and give it and its body."""
     root = Element("html", lang="en")
     head = SubElement(root, "head")
     SubElement(head, "meta", charset="utf-8")
@@ -46,7 +46,7 @@ def page(title: str) -> tuple[Element, Element]:
 
 
 def write(root: Element) -> str:
-    """The page as text."""
+    """Write the page as text."""
     return f"<!DOCTYPE html>\n{tostring(root, encoding='unicode', method='html')}\n"
 
 
@@ -79,7 +79,7 @@ def add_table(parent: Element, heads: Sequence[str], rows: Iterable[Sequence[obj
 
 
 def code(text: str) -> Element:
-    """A command, for a cell."""
+    """Make a cell with a command."""
     element = Element("code")
     element.text = text
     return element

@@ -25,7 +25,7 @@ TICKS = 5
 def draw_study(
     table: Table, quantities: Sequence[Quantity], specifications: Sequence[Specification], figure: Figure
 ) -> None:
-    """A bar an outcome, then a histogram a metric."""
+    """Draw a bar an outcome, then a histogram a metric."""
     axes = figure.subplots(1 + len(quantities), 1, squeeze=False)[:, 0]
     outcomes(table, axes[0])
     for ax, quantity in zip(axes[1:], quantities, strict=True):
@@ -34,7 +34,7 @@ def draw_study(
 
 
 def outcomes(table: Table, ax: Axes) -> None:
-    """Samples by class, the most frequent on top."""
+    """Draw the samples by class, the most frequent on top."""
     counts = sorted(Counter(table.outcome).items(), key=lambda item: (-item[1], item[0]))
     ax.barh([word for word, _ in counts], [n for _, n in counts], color=COLOURS[0])
     ax.invert_yaxis()
@@ -43,7 +43,7 @@ def outcomes(table: Table, ax: Axes) -> None:
 
 
 def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specification], ax: Axes) -> None:
-    """Defined values with their mean, and the limits that they are held against; of a yes or no two bars."""
+    """Draw the defined values with their mean and limits; of a yes or no, draw two bars."""
     x = table.column(quantity.name)
     x = x[np.isfinite(x)]
     ax.set_ylabel("samples")
@@ -66,7 +66,7 @@ def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specifi
 
 
 def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:
-    """Sorted values against the normal quantiles of their ranks, with the line of the same mean and sigma."""
+    """Draw sorted values against the normal quantiles of their ranks, with the line of the same moments."""
     x = table.column(quantity.name)
     x = np.sort(x[np.isfinite(x)])
     if x.size < 3:

@@ -20,7 +20,7 @@ from system.study.target import Quantity, Target
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A finished study with its specifications; `rule`: by which it might have stopped."""
+    """A finished study with its specifications, and the rule by which it might have stopped."""
 
     study: Study
     target: Target
@@ -30,22 +30,22 @@ class Result:
 
     @property
     def table(self) -> Table:
-        """The samples."""
+        """The samples of the study."""
         return self.outcome.table
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What was measured."""
+        """The quantities that were measured."""
         return self.target.quantities
 
     @property
     def interval_kind(self) -> str:
-        """What the interval of the yield is."""
+        """The kind of interval that the yield has."""
         return "confidence sequence" if self.rule else "Clopper-Pearson"
 
 
 def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
-    """Samples of each corner at each temperature, in the order of the conditions."""
+    """Give the samples of each corner at each temperature, in the order of the conditions."""
     table = result.table
     corner = np.array(table.corner, dtype=object)
     for condition in dict.fromkeys((c.corner, c.temperature_c) for c in result.study.conditions):
@@ -54,12 +54,12 @@ def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
 
 
 def judge_table(table: Table, specifications: Sequence[Specification]) -> Verdict:
-    """Verdict of every sample."""
+    """Judge every sample by the specifications."""
     return judge(specifications, table.outcome, {m: table.column(m) for m in table.metrics})
 
 
 def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
-    """Statistics of a metric; the bootstrap's generator is keyed by the study's seed."""
+    """Give the statistics of a metric; the bootstrap's generator is keyed by the study's seed."""
     if quantity.yes_no:
         return summarise_share(table.column(quantity.name), partial(_share_interval, result))
     rng = np.random.Generator(np.random.Philox(key=result.study.plan.seed))
@@ -67,7 +67,7 @@ def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
 
 
 def study_yield(result: Result, table: Table) -> Yield | None:
-    """Yield against the specifications; its interval holds although the study may have stopped itself."""
+    """Give the yield against the specifications; its interval holds although a study may stop itself."""
     if not result.specifications:
         return None
     found = summarise_yield(judge_table(table, result.specifications))
@@ -83,7 +83,7 @@ def _share_interval(result: Result, passed: int, samples: int) -> Interval:
 
 
 def varied(study: Study) -> str:
-    """What varies from die to die."""
+    """Say what varies from die to die."""
     silicon = study.subject.silicon
     parts = ["mismatch"] if silicon.mismatch else []
     if silicon.process and any(c.corner == "random" for c in study.conditions):

@@ -27,7 +27,10 @@ _FAR = 3  # rank of samples that have nothing but their distance
 
 @dataclass(frozen=True, slots=True)
 class Worst:
-    """Row of a sample in the table, and why it is here: failed, not defined, its cause, or how far out."""
+    """A sample that is looked at first: its row in the table, and the reason.
+
+    The reason is that it failed, that it is not defined, its cause, or how far out it is.
+    """
 
     row: int
     why: str

@@ -33,7 +33,7 @@ def _known() -> str:
 
 @final
 class BehaviouralTarget(Target):
-    """The model of a target's circuit, with the same dies."""
+    """The behavioural model of a target's circuit as a target, with the same dies."""
 
     def __init__(self, target: BlockTarget) -> None:
         """Prepare the model; raises `ParameterError` or `DataError` where the record is not of the target."""
@@ -48,15 +48,15 @@ class BehaviouralTarget(Target):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Those of the target."""
+        """The quantities of the target that the model stands for."""
         return self._target.quantities
 
     def labels(self) -> tuple[str, ...]:
-        """Those of the target."""
+        """The labels of the target that the model stands for."""
         return self._target.labels()
 
     def draws(self, die: Die) -> F64:
-        """Those of the target."""
+        """Give the draws of a die, those of the target that the model stands for."""
         return self._target.draws(die)
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
@@ -66,5 +66,5 @@ class BehaviouralTarget(Target):
         return Measurement(word, tuple(values[q.name] for q in self.quantities))
 
     def identity(self) -> str:
-        """That of the target, with the level."""
+        """Hash of the target that the model stands for, together with the level."""
         return f"behavioural-{self._target.identity()}"

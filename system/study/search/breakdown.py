@@ -25,7 +25,7 @@ from system.study.search.sensitivity import Sensitivity, sensitivity, varying_la
 from system.study.statistics.contribution import (
     Contributions,
     Key,
-    Share,
+    VarianceShare,
     block,
     contributions,
     device,
@@ -63,7 +63,7 @@ class Breakdown:
 
     @property
     def where(self) -> str:
-        """As `27 degC, corner ss`."""
+        """Condition of the contributions, in the form `27 degC, corner ss`."""
         celsius = ", ".join(f"{t:g}" for t in self.temperatures_c)
         return f"{celsius} degC" + ("" if self.corner == "random" else f", corner {self.corner}")
 
@@ -116,12 +116,12 @@ def breakdowns(
     return tuple(found), tuple(refused)
 
 
-def share_rows(shares: Sequence[Share], most: int) -> list[tuple[str, str]]:
-    """Names and percentages that sum to 100.0 as they are written; beyond `most` names as one row."""
+def share_rows(shares: Sequence[VarianceShare], most: int) -> list[tuple[str, str]]:
+    """Give names and percentages that sum to 100.0 as written; what is beyond `most` names is one row."""
     *explained, rest = shares
     shown, others = explained[:most], explained[most:]
     if others:
-        shown.append(Share(f"{len(others)} others", sum(share.value for share in others)))
+        shown.append(VarianceShare(f"{len(others)} others", sum(share.value for share in others)))
     rows = [*shown, rest]
     percent = percentages(rows)
     return [(s.name, f"{p:.1f} %") for s, p in zip(rows, percent, strict=True)]

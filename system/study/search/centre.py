@@ -74,7 +74,7 @@ class Problem:
 
     @property
     def start(self) -> F64:
-        """Where the search begins, float64[dimensions]."""
+        """Coordinates at which the search begins, float64[dimensions]."""
         return np.zeros(self.dimensions)
 
 
@@ -123,7 +123,7 @@ class Centred:
 
 @final
 class Bench:
-    """The tuning dies at any scale, and a count of what was asked of them."""
+    """The tuning dies at any scale, with a count of the measurements."""
 
     def __init__(
         self, problem: Problem, dies: int, executor: ThreadPoolExecutor, progress: Callable[[int], None]
@@ -154,12 +154,12 @@ class Bench:
         return list(self._executor.map(run, chosen))
 
     def share(self, found: Sequence[Measurement]) -> float:
-        """Share that passes."""
+        """Give the share of the measurements that pass."""
         verdict = judge(self._problem.specifications, [m.outcome for m in found], self._values(found))
         return float(verdict.passed.mean())
 
     def objective(self, found: Sequence[Measurement]) -> float:
-        """Mean of score and margins; see the module."""
+        """Give the mean of score and margins; the module's text has the formula."""
         outcomes = [m.outcome for m in found]
         return objective(self._problem.specifications, outcomes, self._values(found), self.spread)
 
@@ -179,7 +179,10 @@ def objective(
     values: dict[str, F64],
     spread: dict[str, float],
 ) -> float:
-    """What is maximised, of n dies: outcomes by die, values float64[n] and spread (SI) by metric."""
+    """Give what is maximised over n dies.
+
+    `outcomes` has a word a die; `values` (float64[n]) and `spread` are by metric, in SI units.
+    """
     score = np.array([outcome != FAILED for outcome in outcomes], dtype=np.float64)
     least = np.full(len(outcomes), np.inf)
     for each in specifications:

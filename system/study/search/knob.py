@@ -20,7 +20,10 @@ from system.study.target import Subject
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """A number that is moved: `option` is `--bias` or `--param`, `value` the start, in `unit`."""
+    """A number that the search moves.
+
+    `option` is `--bias` or `--param`; `value` is where it starts, in `unit`.
+    """
 
     option: str
     name: str
@@ -34,7 +37,7 @@ class Knob:
         return _moved(self.value, u, self.unit, reach, span)
 
     def text(self, value: Value) -> str:
-        """As the option takes it: `i_lim=6.3uA`."""
+        """Write a value as the option takes it, `i_lim=6.3uA`."""
         values = value if isinstance(value, tuple) else (value,)
         return f"{self.name}={','.join(format_quantity(v, self.unit) for v in values)}"
 
@@ -44,7 +47,7 @@ class Knob:
         return new - old if self.unit == "V" else new / old
 
     def change_text(self, value: Value) -> str:
-        """`x 1.250` or `+25 mV`."""
+        """Write a change as `x 1.250` or `+25 mV`."""
         change = self.change(value)
         return f"{1e3 * change:+.0f} mV" if self.unit == "V" else f"x {change:.3f}"
 
@@ -77,7 +80,7 @@ def _sizes(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
 
 
 def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Value]) -> Subject:
-    """The subject with what differs from the start; its options of the same names give way."""
+    """Give the subject with what differs from the start; its own options of the same names give way."""
     new = [(k, v) for k, v in zip(knobs, values, strict=True) if v != k.value]
     return replace(
         subject,
@@ -87,7 +90,7 @@ def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Valu
 
 
 def options_of(subject: Subject) -> list[str]:
-    """Biases and sizes of a subject as options to paste."""
+    """List the biases and sizes of a subject as options that can be pasted."""
     named = [] if subject.bias_set is None else ["--bias-set", subject.bias_set]
     sizes = [x for text in subject.params for x in ("--param", text)]
     return [*named, *sizes, *(x for text in subject.biases for x in ("--bias", text))]

@@ -79,7 +79,7 @@ def sensitivity(target: Target, die: Die, condition: Condition, threads: int | N
 
 
 def varying_labels(target: Target, corner: str) -> tuple[str, ...]:
-    """Labels of the draws that reach a die at a corner: a set one leaves the shared process none."""
+    """List the draws that reach a die at a corner; a corner that is set leaves the shared process none."""
     return tuple(label for label in target.labels() if corner == "random" or kind(label) != "process")
 
 

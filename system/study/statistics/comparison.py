@@ -31,7 +31,7 @@ _BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by
 
 @dataclass(frozen=True, slots=True)
 class Pairing:
-    """Dies of two designs: how many both have, and how many only one."""
+    """How many dies two designs have in common, and how many only one of them has."""
 
     both: int
     only_first: int
@@ -120,7 +120,7 @@ def compare_yields(
 
 
 def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) -> Interval:
-    """Score interval of (gained - lost) / pairs; -1 to 1 without pairs."""
+    """Give the score interval of (gained - lost) / pairs, which is -1 to 1 without pairs."""
     z = float(-ndtri(0.5 * (1.0 - level)))
 
     def score(d: float) -> float:

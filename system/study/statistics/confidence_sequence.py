@@ -55,7 +55,7 @@ class StopRule:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Where a rule ended a study: after `samples`, of which `passed` did, and why."""
+    """Where a rule ended a study: after `samples`, of which `passed` passed, and the reason."""
 
     samples: int
     passed: int
@@ -64,7 +64,7 @@ class Stop:
 
 
 def sequence_interval(passed: int, samples: int, level: float = LEVEL) -> Interval:
-    """Interval of the yield after `samples`, valid at all numbers of samples at once."""
+    """Give the interval of the yield after `samples`; it holds at all numbers of samples at once."""
     if not 0 <= passed <= samples:
         raise ParameterError(f"passed: {passed}, must be from 0 to samples {samples}; count again")
     low, high = sequence_intervals(np.array([passed]), np.array([samples]), level)
@@ -72,7 +72,7 @@ def sequence_interval(passed: int, samples: int, level: float = LEVEL) -> Interv
 
 
 def sequence_intervals(passed: I64, samples: I64, level: float = LEVEL) -> tuple[F64, F64]:
-    """Ends of the intervals, float64[n] each, of counts int64[n]."""
+    """Give the ends of the intervals, float64[n] each, of counts int64[n]."""
     centre = passed / np.maximum(samples, 1)
     low = _edge(passed, samples, np.zeros_like(centre), centre, level)
     high = _edge(passed, samples, np.ones_like(centre), centre, level)
@@ -80,14 +80,14 @@ def sequence_intervals(passed: I64, samples: I64, level: float = LEVEL) -> tuple
 
 
 def log_martingale(passed: I64, samples: I64, p: F64 | float) -> F64:
-    """Logarithm of M_n(p), float64[n]; the yield p is refuted once it is above -ln(1 - level)."""
+    """Give the logarithm of M_n(p), float64[n]; the yield p is refuted once it is above -ln(1 - level)."""
     failed = samples - passed
     mixture = betaln(_A + passed, _A + failed) - betaln(_A, _A)
     return np.asarray(mixture - xlogy(passed, p) - xlog1py(failed, -np.asarray(p)))
 
 
 def ended(rule: StopRule, interval: Interval) -> bool:
-    """Whether the rule ends a study whose yield has this interval."""
+    """Tell whether the rule ends a study whose yield has this interval."""
     narrow = rule.half_width is not None and interval.half_width < rule.half_width
     return narrow or (rule.required is not None and rule.required not in interval)
 

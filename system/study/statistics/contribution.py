@@ -39,7 +39,7 @@ _PROCESS = re.compile(r"process\.([np])\.(?:shared\.)?(\w+)")
 
 
 @dataclass(frozen=True, slots=True)
-class Share:
+class VarianceShare:
     """A part of the variance, 0 to 1, of what is called `name`."""
 
     name: str
@@ -68,7 +68,7 @@ class Contributions:
 
     @property
     def unexplained(self) -> float:
-        """What the model leaves."""
+        """Share of the variance that the model does not explain."""
         return 1.0 - float(self.values.sum())
 
 
@@ -104,25 +104,25 @@ def contributions(names: Sequence[str], z: F64, y: F64, gradient: F64 | None = N
 
 
 def standardise(column: F64) -> F64:
-    """A factor that is no draw, such as temperature, with mean 0 and variance 1 over the samples."""
+    """Scale a factor that is no draw, such as temperature, to mean 0 and variance 1 over the samples."""
     sigma = float(column.std())
     return (column - column.mean()) / sigma if sigma > 0.0 else np.zeros_like(column)
 
 
 def device(name: str) -> str:
-    """Device of a label: `chip.neuron[2].mi5`; `process.n` of one polarity's process; else the name."""
+    """Give the device of a label: `chip.neuron[2].mi5`, `process.n` of a process, else the name."""
     process = _PROCESS.fullmatch(name)
     return f"process.{process.group(1)}" if process else name.rpartition(".")[0] or name
 
 
 def parameter(name: str) -> str:
-    """Parameter of a label: `v_t0` of a device, `process.n.v_t0` of a process; else the name."""
+    """Give the parameter of a label: `v_t0` of a device, `process.n.v_t0` of a process, else the name."""
     process = _PROCESS.fullmatch(name)
     return f"process.{process.group(1)}.{process.group(2)}" if process else name.rpartition(".")[2]
 
 
 def block(name: str) -> str:
-    """Block of a label: the path without device and parameter; `process`; else the name."""
+    """Give the block of a label: the path without device and parameter, `process`, else the name."""
     if _PROCESS.fullmatch(name):
         return "process"
     owner = device(name)
@@ -130,23 +130,23 @@ def block(name: str) -> str:
 
 
 def kind(name: str) -> str:
-    """`mismatch`, `process`, or the name of another factor, such as `temperature`."""
+    """Give `mismatch`, `process`, or the name of another factor, such as `temperature`."""
     if _PROCESS.fullmatch(name):
         return "process"
     return "mismatch" if "." in name else name
 
 
-def grouped(found: Contributions, key: Key) -> tuple[Share, ...]:
-    """Shares by `key` of the labels, the largest first, the unexplained part last; they sum to 1."""
+def grouped(found: Contributions, key: Key) -> tuple[VarianceShare, ...]:
+    """Add the shares up by `key` of the labels, largest first, the unexplained part last; they sum to 1."""
     sums: dict[str, float] = {}
     for name, value in zip(found.names, found.values, strict=True):
         sums[key(name)] = sums.get(key(name), 0.0) + float(value)
     ordered = sorted(sums.items(), key=lambda item: (-item[1], item[0]))
-    return (*(Share(*item) for item in ordered), Share(UNEXPLAINED, found.unexplained))
+    return (*(VarianceShare(*item) for item in ordered), VarianceShare(UNEXPLAINED, found.unexplained))
 
 
-def percentages(shares: Sequence[Share], decimals: int = 1) -> tuple[float, ...]:
-    """Shares in percent, rounded so that they sum to 100 as printed: the largest remainders go up."""
+def percentages(shares: Sequence[VarianceShare], decimals: int = 1) -> tuple[float, ...]:
+    """Round shares to percentages that sum to 100 as printed; the largest remainders go up."""
     scaled = np.array([share.value for share in shares]) * 100.0 * 10.0**decimals
     whole = np.floor(scaled)
     missing = round(float(scaled.sum() - whole.sum()))
@@ -154,14 +154,14 @@ def percentages(shares: Sequence[Share], decimals: int = 1) -> tuple[float, ...]
     return tuple(round(float(v) / 10.0**decimals, decimals) for v in whole)
 
 
-def pareto(shares: Sequence[Share], ax: Axes, most: int = 12) -> None:
+def pareto(shares: Sequence[VarianceShare], ax: Axes, most: int = 12) -> None:
     """Draw shares as bars, the largest on top, with their running sum; the smaller ones as one."""
     *explained, rest = shares
     shown, others = explained[:most], explained[most:]
     if len(others) == 1:
         shown, others = explained, []
     if others:
-        shown = [*shown, Share(f"{len(others)} others", sum(share.value for share in others))]
+        shown = [*shown, VarianceShare(f"{len(others)} others", sum(share.value for share in others))]
     bars = [*shown, rest]
     percent = percentages(bars)
     places = np.arange(len(bars))

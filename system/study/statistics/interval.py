@@ -49,7 +49,7 @@ class Interval:
 
     @property
     def half_width(self) -> float:
-        """Half of the length."""
+        """Half of the interval's length."""
         return 0.5 * (self.high - self.low)
 
     def __contains__(self, value: float) -> bool:
@@ -83,7 +83,10 @@ def clopper_pearson(passed: int, samples: int, level: float = LEVEL) -> Interval
 def mean_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Interval of the mean of float64[n] finite values; Student's below 10 of them, all numbers below 2."""
+    """Give the interval of the mean of float64[n] finite values.
+
+    It is Student's below 10 values, and all numbers below 2.
+    """
     n = len(values)
     if n < 2:
         return EVERYTHING
@@ -95,7 +98,7 @@ def mean_interval(
 def sigma_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Interval of the standard deviation of float64[n] finite values; 0 to infinity below 10 of them."""
+    """Give the interval of the standard deviation of float64[n] finite values; 0 to infinity below 10."""
     if len(values) < FEWEST:
         return Interval(0.0, math.inf)
     if np.ptp(values) == 0.0:
@@ -129,7 +132,7 @@ def quantile_interval(values: F64, p: float, level: float = LEVEL) -> Interval:
 
 
 def skewness(values: F64, axis: int = -1) -> Any:
-    """Third central moment over the 3/2 power of the second, along an axis; the values must have spread."""
+    """Third central moment over the 3/2 power of the second, along an axis; the values must differ."""
     deviation = values - values.mean(axis, keepdims=True)
     square = (deviation * deviation).mean(axis)
     return (deviation * deviation * deviation).mean(axis) / (square * np.sqrt(square))

@@ -50,7 +50,7 @@ class Fit:
 
 
 def enough(samples: int, parameters: int) -> bool:
-    """Whether there are two samples for each parameter and one more parameter, the mean."""
+    """Tell whether there are two samples for each parameter and for the mean."""
     return samples >= SAMPLES_A_TERM * (parameters + 1)
 
 

@@ -21,12 +21,12 @@ class Share:
 
     @property
     def value(self) -> float:
-        """Share, 0 of none."""
+        """The share; that of none is 0."""
         return self.passed / max(self.of, 1)
 
     @property
     def interval(self) -> Interval:
-        """Clopper and Pearson's."""
+        """The exact 95 % interval of Clopper and Pearson."""
         return clopper_pearson(self.passed, self.of)
 
     def measured(self, shown: Value = None) -> Measured:
@@ -40,7 +40,7 @@ class Share:
 
 
 def percent(ends: Interval) -> str:
-    """An interval of a share, as `75 to 100 %`, with so many digits that its ends differ: `0.0 to 0.4 %`."""
+    """Write the interval of a share as `75 to 100 %`, with so many digits that its ends differ."""
     for digits in range(_DIGITS):
         low, high = (f"{100.0 * end:.{digits}f}" for end in (ends.low, ends.high))
         if low != high:
@@ -49,6 +49,6 @@ def percent(ends: Interval) -> str:
 
 
 def share_where(said: Iterable[bool]) -> Share:
-    """How many are true."""
+    """Count how many are true."""
     every = [bool(x) for x in said]
     return Share(sum(every), len(every))

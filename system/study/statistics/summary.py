@@ -34,7 +34,7 @@ PROBABILITIES = (0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975)
 
 @dataclass(frozen=True, slots=True)
 class Quantile:
-    """The quantile of probability `p`."""
+    """Estimate of the quantile of probability `p`."""
 
     p: float
     estimate: Estimate

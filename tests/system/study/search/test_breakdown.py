@@ -14,7 +14,7 @@ import pytest
 from circuits.lowering.kernel import Machine
 from system.cli.command_line import main
 from system.study.search.breakdown import share_rows
-from system.study.statistics.contribution import UNEXPLAINED, Share
+from system.study.statistics.contribution import UNEXPLAINED, VarianceShare
 
 BLOCK = "rebound-neuron"
 HERE = "tests.system.study.search.test_breakdown"
@@ -95,7 +95,7 @@ def test_the_printed_tables_sum_to_100(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_many_names_are_one_row() -> None:
-    shares = [*(Share(f"m{k}", 0.07) for k in range(14)), Share(UNEXPLAINED, 0.02)]
+    shares = [*(VarianceShare(f"m{k}", 0.07) for k in range(14)), VarianceShare(UNEXPLAINED, 0.02)]
     rows = share_rows(shares, 3)
     assert [name for name, _ in rows] == ["m0", "m1", "m2", "11 others", UNEXPLAINED]
     assert sum(float(text.split()[0]) for _, text in rows) == pytest.approx(100.0)

@@ -12,7 +12,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.sampling import labels
 from system.study.statistics.contribution import (
     UNEXPLAINED,
-    Share,
+    VarianceShare,
     block,
     contributions,
     device,
@@ -42,7 +42,7 @@ def planted(samples: int) -> tuple[F64, F64, F64]:
     return z, 3.0 + z @ gradient + 0.1 * rng.standard_normal(samples), gradient
 
 
-def total(shares: tuple[Share, ...]) -> float:
+def total(shares: tuple[VarianceShare, ...]) -> float:
     return sum(share.value for share in shares)
 
 
@@ -157,7 +157,7 @@ def test_names_are_those_of_the_draws() -> None:
 @given(st.lists(st.floats(1e-6, 1.0), min_size=1, max_size=30))
 def test_rounded_percentages_sum_to_100(weights: list[float]) -> None:
     whole = sum(weights)
-    shares = [Share(str(k), w / whole) for k, w in enumerate(weights)]
+    shares = [VarianceShare(str(k), w / whole) for k, w in enumerate(weights)]
     found = percentages(shares)
     assert sum(round(10.0 * p) for p in found) == 1000
     assert all(abs(p - 100.0 * share.value) < 0.1 + 1e-9 for p, share in zip(found, shares, strict=True))
