@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.latency.chip import LatencyChip, Said
+from chips.latency.chip import LatencyChip, PingResponse
 from chips.latency.kernel import Memory
 from chips.part import Event, Output, first_of, port_index, quiet
 from circuits.devices.source import Polyline
@@ -72,11 +72,11 @@ class LatencyPart:
         reached = now[0][1] if now else until
         return replace(state, time=reached, due=later), reached, quiet(reached, now)
 
-    def said(self, state: PingState) -> Said:
+    def response(self, state: PingState) -> PingResponse:
         """All that the chip says after the present ping, of what it has heard so far."""
-        return self._said(state, _copied(state.memory))
+        return self._response(state, _copied(state.memory))
 
-    def _said(self, state: PingState, memory: Memory) -> Said:
+    def _response(self, state: PingState, memory: Memory) -> PingResponse:
         times, addresses = zip(*state.heard, strict=True)
         return self.chip.ping(
             memory, state.start, np.array(times, dtype=np.float64), np.array(addresses, dtype=np.int64)
@@ -86,7 +86,7 @@ class LatencyPart:
         if port in {"onset", "reset"}:
             memory = _copied(state.memory)
             if state.heard:
-                self._said(state, memory)  # what the ping that is over has left behind
+                self._response(state, memory)  # what the ping that is over has left behind
             if port == "reset":
                 self.chip.reset(memory, time)
                 return PingState(state.time, memory, unheard=state.unheard)
@@ -101,10 +101,10 @@ class LatencyPart:
 
     def _due(self, state: PingState, after: float) -> tuple[Event, ...]:
         """What the chip says after the latest event, s."""
-        said, start = self.said(state), state.start
-        found = [(f"winner[{p}]", start + t) for t, p in zip(said.times.tolist(), said.paths, strict=True)]
-        if said.emergency < math.inf:
-            found.append(("emergency", start + said.emergency))
+        response, start = self.response(state), state.start
+        found = [(f"winner[{p}]", start + t) for t, p in zip(response.times.tolist(), response.paths, strict=True)]
+        if response.emergency < math.inf:
+            found.append(("emergency", start + response.emergency))
         return tuple(sorted((e for e in found if e[1] > after), key=lambda e: e[1]))
 
     def _address(self, port: str) -> int:

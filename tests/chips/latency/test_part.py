@@ -37,7 +37,7 @@ def test_a_ping_in_the_loop_is_the_chip_s(noise: SiliconNoise | None) -> None:
         expected += sorted(((f"winner[{p}]", start + t) for t, p in each), key=lambda e: e[1])
     assert len(expected) >= 3  # one a ping
     assert said == expected
-    np.testing.assert_array_equal(LatencyPart(chip).said(state).integrating, found.integrating)
+    np.testing.assert_array_equal(LatencyPart(chip).response(state).integrating, found.integrating)
 
 
 def test_what_comes_before_an_onset_is_counted_and_a_memory_must_be_there() -> None:
