@@ -102,7 +102,8 @@ class LatencyPart:
     def _due(self, state: PingState, after: float) -> tuple[Event, ...]:
         """What the chip says after the latest event, s."""
         response, start = self.response(state), state.start
-        found = [(f"winner[{p}]", start + t) for t, p in zip(response.times.tolist(), response.paths, strict=True)]
+        winners = zip(response.times.tolist(), response.paths, strict=True)
+        found = [(f"winner[{p}]", start + t) for t, p in winners]
         if response.emergency < math.inf:
             found.append(("emergency", start + response.emergency))
         return tuple(sorted((e for e in found if e[1] > after), key=lambda e: e[1]))
