@@ -60,7 +60,7 @@ from system.approach.trace import (
 )
 from system.loop import AnalogWire, EventWire, Loop, Round
 from system.options.noise import silicon_noise
-from system.options.reader import Readers, read_route, seconds
+from system.reader import Readers, read_route, seconds
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.worlds.sound.ear import SAMPLE_RATE, Ear

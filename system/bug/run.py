@@ -34,7 +34,7 @@ from system.bug.reference import no_agent, reference_brain
 from system.bug.world import World, build_world, check_place
 from system.options.block import describe_run
 from system.options.noise import Noisy, check_noise, silicon_noise
-from system.options.reader import In, Readers, number, read_route, read_texts, seconds, whole, words
+from system.reader import In, Readers, number, read_route, read_texts, seconds, whole, words
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.worlds.standing import SLOW, share_standing

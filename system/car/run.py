@@ -42,7 +42,7 @@ from system.openspace.reader import CALIBRATIONS, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import AS_BUILT, describe_run
 from system.options.noise import Noisy, check_noise, silicon_noise
-from system.options.reader import In, Readers, place, read_route, read_texts, switch, whole, words
+from system.reader import In, Readers, place, read_route, read_texts, switch, whole, words
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.worlds.standing import SLOW, evenly, share_standing

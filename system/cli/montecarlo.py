@@ -25,9 +25,9 @@ from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.begin import FREE, BeginChoice, refuse_beginning
 from system.options.block import choose, read_die
-from system.options.reader import with_params
 from system.options.silicon import SiliconChoice
 from system.plot import check_picture, save_picture
+from system.reader import with_params
 from system.registry import load_system, system_names
 from system.study.campaign import Workers
 from system.study.engine import Outcome, on_threads, run_study

@@ -10,10 +10,10 @@ from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_run
 from system.forest.run import QUANTITIES, ROOM_TEMPERATURE, SYSTEM, read_options, read_place
 from system.options.block import read_die
-from system.options.reader import read_texts
 from system.options.silicon import SiliconChoice
 from system.options.temperature import read_course
 from system.plot import save_picture
+from system.reader import read_texts
 from system.spiking_bat.run import (
     MODELS,
     LatencyTrace,

@@ -28,7 +28,7 @@ from system.openspace.map import OBSTACLES, SIDE, Forest, check_count, read_fore
 from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, Sensing, senses_of, with_area
 from system.options.block import AS_BUILT, describe_run
-from system.options.reader import In, Readers, number, place, read_route, read_texts, whole, words
+from system.reader import In, Readers, number, place, read_route, read_texts, whole, words
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 

@@ -31,7 +31,7 @@ from system.head.picture import draw_head
 from system.head.world import MOTIONS, way_of
 from system.options.block import describe_run
 from system.options.noise import Noisy, check_noise, silicon_noise
-from system.options.reader import In, Readers, metres, number, read_route, read_texts, seconds, whole, words
+from system.reader import In, Readers, metres, number, read_route, read_texts, seconds, whole, words
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 

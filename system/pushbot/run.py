@@ -22,7 +22,16 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.options.block import describe_run
 from system.options.noise import Noisy, check_noise, silicon_noise
-from system.options.reader import (
+from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
+from system.pushbot.brain import FIELD_SCENES, Architecture, brain_of
+from system.pushbot.course import Course, course_of, passage
+from system.pushbot.drive import Run, begin_run
+from system.pushbot.loop import Brain, Record, all_spikes, open_loop, rates, step
+from system.pushbot.network.power import activity_power
+from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
+from system.pushbot.readout import Kind as ReadoutKind
+from system.pushbot.run_picture import draw_run
+from system.reader import (
     Readers,
     metres,
     number,
@@ -33,15 +42,6 @@ from system.options.reader import (
     whole,
     words,
 )
-from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
-from system.pushbot.brain import FIELD_SCENES, Architecture, brain_of
-from system.pushbot.course import Course, course_of, passage
-from system.pushbot.drive import Run, begin_run
-from system.pushbot.loop import Brain, Record, all_spikes, open_loop, rates, step
-from system.pushbot.network.power import activity_power
-from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
-from system.pushbot.readout import Kind as ReadoutKind
-from system.pushbot.run_picture import draw_run
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
 from system.worlds.arena.file import load_scene

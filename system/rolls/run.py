@@ -29,8 +29,8 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.options.block import describe_run
 from system.options.noise import Noisy, silicon_noise
-from system.options.reader import In, Readers, read_route, read_texts, seconds, words
 from system.plot import COLOURS, INK
+from system.reader import In, Readers, read_route, read_texts, seconds, words
 from system.rolls.options import bias_table
 from system.scenario import scenario_of
 from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of

@@ -29,8 +29,8 @@ from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.options.block import describe_run
 from system.options.noise import Noisy, silicon_noise
-from system.options.reader import Readers, number, read_route, read_texts, seconds, words
 from system.plot import INK
+from system.reader import Readers, number, read_route, read_texts, seconds, words
 from system.rover.body import Rover
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map, read_cell
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away

@@ -13,7 +13,7 @@ from typer.main import get_command
 
 from circuits.errors import ParameterError
 from system.cli.command_line import app, main
-from system.options.reader import In, metres, read_route, seconds, switch, whole, with_params, words
+from system.reader import In, metres, read_route, seconds, switch, whole, with_params, words
 from system.registry import SYSTEMS
 from system.rover.cost_map import read_cell
 
