@@ -103,7 +103,7 @@ COMMANDS = (
     "run forest --obstacles 1000 --vmax 1.5m/s --pings 20 --start 3m,4m --azimuth-noise 1deg --area 2",
     "run bug --agent bug2 --brain chip --design improved --start 0 --goal 1,2 --neurons 800",
     "run head --motion sine --gain 1.5deg --ping-rate 10Hz --azimuth 40deg --period 10s --swing 0.4m",
-    "run robot --forest dense --vmax 1m/s --ping-rate 12Hz --pings 20",
+    "run car --forest dense --vmax 1m/s --ping-rate 12Hz --pings 20",
     "run pushbot --scene pair --window 500ms --drop 0.8 --light 500lux --way 2m --duration 5s",
 )
 
@@ -114,7 +114,7 @@ BY_HAND = (
     "montecarlo rebound-neuron --metric t_inh -n 2 --temperature 0 --corner ff --chunk 4",
     "run approach --level behavioural --amplitude-law d4 --noise 5mV --seed 3 --duration 0.2s",
     "run forest --obstacles 1000 --vmax 1.5m/s --pings 5 --start 3m,4m",
-    "run robot --forest dense --vmax 1m/s --pings 3",
+    "run car --forest dense --vmax 1m/s --pings 3",
 )
 
 

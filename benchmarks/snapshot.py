@@ -39,17 +39,22 @@ RUNS = {
     "approach": "--level behavioural --duration 1s",
     "rover": "--map map1-road --start 2,10 --goal 19,10 --cells chip --posts --sonar",
     "forest": "--pings 60 --ranges chip --selection chip --silicon-noise all",
-    "robot": "--forest dense --pings 60 --ranges chip",
+    "car": "--forest dense --pings 60 --ranges chip",
     "head": "--motion sine --duration 3s",
     "bug": "--agent bug2 --brain chip --design improved --duration 8s",
     "pushbot": "--scene single-block --duration 3s",
+}
+FORMER = {  # beginnings of commands, as they were
+    "run car ": "run robot ",
+    "run spiking-bat --brain network ": "run forest --model latency-network ",
+    "run spiking-bat --brain chip ": "run forest --model latency-chip ",
 }
 KINDLESS = {"approach"}  # systems whose bias kind is no option
 OTHER_RUNS = (
     "run approach --duration 100ms",
     "run approach --level behavioural --duration 500ms --noise 5mV --seed 3 --amplitude-law d4",
-    "run forest --model latency-network --pings 30 --seed 1007",
-    "run forest --model latency-chip --pings 30 --seed 1007 --die 1003 --codes calibrated",
+    "run spiking-bat --brain network --pings 30 --seed 1007",
+    "run spiking-bat --brain chip --pings 30 --seed 1007 --die 1003 --codes calibrated",
     "run forest --ranges sonar --pings 60 --seed 1000 --multipath",
     "run rover --map map2 --learn 0.5 --prior 1 --trips 2",
     "run rover --planner a-star --need speed --map map1-road-obstacles",
@@ -116,13 +121,14 @@ def commands(checkout: Path) -> list[str]:
 
 def answer(command: str, checkout: Path) -> Answer:
     """Run a command with the packages of a checkout, in a folder of its own."""
-    code = "import sys; from system.cli.command_line import main; sys.exit(main())"
+    folder = "system.cli" if (checkout / "system" / "cli").is_dir() else "system"
+    code = f"import sys; from {folder}.command_line import main; sys.exit(main())"
     environment = {**os.environ, "PYTHONPATH": str(checkout), "MPLBACKEND": "Agg"}
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as place:
         try:
             done = subprocess.run(
                 [sys.executable, "-c", code, *command.split()], check=False, capture_output=True, text=True,
-                env=environment, cwd=folder, timeout=DEADLINE, stdin=subprocess.DEVNULL,
+                env=environment, cwd=place, timeout=DEADLINE, stdin=subprocess.DEVNULL,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             return Answer(-1, "", f"not done after {DEADLINE:g} s")
@@ -132,8 +138,24 @@ def answer(command: str, checkout: Path) -> Answer:
 def answers(checkout: Path, only: str, workers: int) -> dict[str, Answer]:
     """What each command leaves, the commands whose text has `only` in it."""
     chosen = [c for c in commands(checkout) if re.search(only, c)]
+    former = "spiking-bat" not in answer("list --json", checkout).out
     with ThreadPoolExecutor(workers) as pool:
-        return dict(zip(chosen, pool.map(lambda c: answer(c, checkout), chosen), strict=True))
+        found = pool.map(lambda c: answer(former_of(c) if former else c, checkout), chosen)
+        return dict(zip(chosen, found, strict=True))
+
+
+def former_of(command: str) -> str:
+    """A command as checkouts had it before its system had its name."""
+    for new, then in FORMER.items():
+        command = command.replace(new, then)
+    return command
+
+
+def present_of(command: str) -> str:
+    """A command as it is, of one that a checkout had before."""
+    for new, then in FORMER.items():
+        command = command.replace(then, new)
+    return command
 
 
 def write(found: dict[str, Answer], path: Path) -> None:
@@ -145,7 +167,7 @@ def write(found: dict[str, Answer], path: Path) -> None:
 def read(path: Path) -> dict[str, Answer]:
     """What `write` kept."""
     document = json.loads(gzip.decompress(path.read_bytes()))
-    return {command: Answer(**each) for command, each in document.items()}
+    return {present_of(command): Answer(**each) for command, each in document.items()}
 
 
 def differences(before: dict[str, Answer], after: dict[str, Answer]) -> Iterator[Difference]:

@@ -62,8 +62,8 @@ def require_plausible(label: str, value: float, unit: str, *, allowed: bool) -> 
     ends = f"at most {format_quantity(high, unit)}"
     ends = f"{format_quantity(low, unit)} to {format_quantity(high, unit)}" if low else ends
     raise ParameterError(
-        f"{label}: {value:g} {unit}, must be {ends}; give it in {unit}, or allow_implausible"
-        " (--allow-implausible) where it is meant"
+        f"{label}: {value:g} {unit}, must be {ends}; give it in {unit}, or `allow_implausible`"
+        " where it is meant"
     )
 
 

@@ -64,7 +64,7 @@ def check_picture(path: str) -> None:
         There is no such folder.
     """
     if Path(path).suffix.removeprefix(".").lower() not in SUFFIXES:
-        raise ParameterError(f"--plot: {path}, must end with .{', .'.join(SUFFIXES)}; choose one of them")
+        raise ParameterError(f"plot: {path}, must end with .{', .'.join(SUFFIXES)}; choose one of them")
     check_folder(path)
 
 

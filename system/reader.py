@@ -1,6 +1,6 @@
 """Options of systems as text: each has a reader, that of a quantity states its unit.
 
-A study takes those that its system names, by --param NAME=VALUE and --duration; others are refused by name.
+A study takes those that its system names, others are refused by name.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ def whole(text: str, option: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise ParameterError(f'{option}: "{text}", must be a whole number; write as in {option}=12') from None
+        raise ParameterError(
+            f'{option}: "{text}", must be a whole number; write as in `{option}=12`'
+        ) from None
 
 
 def switch(text: str, option: str) -> bool:
@@ -56,30 +58,8 @@ def place(text: str, option: str) -> tuple[float, float]:
     """Place of `X,Y`, m."""
     x, comma, y = text.partition(",")
     if not comma:
-        raise ParameterError(f'{option}: "{text}", must be X,Y; write as in {option}=40m,25m')
+        raise ParameterError(f'{option}: "{text}", must be X,Y; write as in `{option}=40m,25m`')
     return metres(x, option), metres(y, option)
-
-
-def read_texts(options: Mapping[str, Any], readers: Readers) -> dict[str, Any]:
-    """Options with those that are text and have a reader read by it; numbers stay, which are SI."""
-    texts = [name for name, value in options.items() if isinstance(value, str) and name in readers]
-    read = {name: readers[name](options[name], f"--{shown(name)}") for name in texts}
-    return {**options, **read}
-
-
-def read_route(system: str, route: Mapping[str, Any], readers: Readers) -> dict[str, Any]:
-    """Values of the options that a study takes; those that are not text were read before.
-
-    Raises `ParameterError` for one that it does not take, or whose text is none.
-    """
-    found: dict[str, Any] = {}
-    for name, value in route.items():
-        option = f"--{shown(name)}"
-        if name not in readers:
-            known = ", ".join(shown(n) for n in readers)
-            raise ParameterError(f"{option}: not an option of {system}, its study has {known}; leave it out")
-        found |= read_texts({name: value}, readers)
-    return found
 
 
 def with_params(route: Mapping[str, Any], params: Sequence[str]) -> dict[str, Any]:
@@ -89,9 +69,9 @@ def with_params(route: Mapping[str, Any], params: Sequence[str]) -> dict[str, An
         name, equals, value = text.partition("=")
         key = name.strip().replace("-", "_")
         if not (equals and key and value):
-            raise ParameterError(f'--param: "{text}", must be NAME=VALUE, as in --param forest=open')
+            raise ParameterError(f'param: "{text}", must be NAME=VALUE, as in `param=forest=open`')
         if key in found:
-            raise ParameterError(f"--param: {shown(key)}, is given twice; leave one out")
+            raise ParameterError(f"param: {shown(key)}, is given twice; leave one out")
         found[key] = value.strip()
     return found
 

@@ -9,24 +9,28 @@ from typing import TYPE_CHECKING, Any
 
 from chips.registry import CHIPS, chip_names, load_chip
 from circuits.catalogue import Catalogue
-from circuits.errors import unknown_name
+from circuits.errors import UnknownNameError, unknown_name
 from circuits.registry import BLOCKS, block_names, load_block
 
 if TYPE_CHECKING:
     from chips.registry import Chip
     from circuits.blocks.block import Block
     from system.experiment import Experiment
+    from system.system import System
 
 SYSTEMS: dict[str, str] = {
     "approach": "system.approach.run:SYSTEM",
     "rover": "system.rover.run:SYSTEM",
     "forest": "system.forest.run:SYSTEM",
-    "robot": "system.car.run:SYSTEM",
+    "spiking-bat": "system.spiking_bat.run:SYSTEM",
+    "car": "system.car.run:SYSTEM",
     "head": "system.head.run:SYSTEM",
     "bug": "system.bug.run:SYSTEM",
     "pushbot": "system.pushbot.run:SYSTEM",
     "rolls": "system.rolls.run:SYSTEM",
 }
+
+FORMER = {"robot": "car"}  # names of systems that have another now
 
 EXPERIMENTS: dict[str, str] = {
     "cheely2003-fig4": "system.papers.cheely2003.fig4:EXPERIMENT",
@@ -94,13 +98,27 @@ EXPERIMENTS: dict[str, str] = {
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
 
-_systems: Catalogue[Any] = Catalogue("system", SYSTEMS, "noctule.systems")
+_systems: Catalogue[System[Any, Any]] = Catalogue(
+    "system", SYSTEMS, "noctule.systems", ("system.system:System",)
+)
 _experiments: Catalogue[Experiment] = Catalogue(
     "experiment", EXPERIMENTS, "noctule.experiments", ("system.experiment:Experiment",)
 )
 
-system_names, load_system = _systems.names, _systems.load
+system_names = _systems.names
 experiment_names, load_experiment = _experiments.names, _experiments.load
+
+
+def load_system(name: str) -> System[Any, Any]:
+    """Load a system; raises `UnknownNameError`, `ParameterError` for an entry point that leads to none."""
+    _check_name("system", name)
+    return _systems.load(name)
+
+
+def _check_name(kind: str, name: str) -> None:
+    """Raise `UnknownNameError` for a name that another stands for now."""
+    if name in FORMER:
+        raise UnknownNameError(f"{kind} {name}: is called {FORMER[name]} now; take that name")
 
 
 def load_block_or_chip(name: str) -> Block | Chip:
@@ -111,5 +129,6 @@ def load_block_or_chip(name: str) -> Block | Chip:
         return load_chip(name)
     blocks, chips = block_names(), chip_names()
     if name not in (*blocks, *chips):
+        _check_name("block", name)
         raise unknown_name("block", name, [*blocks, *chips])
     return load_chip(name) if name in chips else load_block(name)

@@ -1,7 +1,8 @@
-"""Scenarios of systems from Python: by their fields, or by options as the command line has them.
+"""Scenarios of systems from Python and from texts: by their fields, or by options as users name them.
 
-A field may be made of options (`bat` of `vmax` and `ping_rate`). It is given whole or by these, not both; a
-name that is neither field nor option is refused with those that are taken.
+A field may be a part made of options (`bat` of `vmax` and `ping_rate`). It is given whole or by these, not
+both; a name that is neither field nor option is refused with those that are taken. A number under the name of
+a part's option is in the option's unit, one under a field's name in SI units. A text is read by its option.
 """
 
 from __future__ import annotations
@@ -14,44 +15,95 @@ from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from circuits.errors import ParameterError, UnknownNameError
+from system.option import Option, Setting, listed, settings, without_none
 
 S = TypeVar("S")
-Read = Callable[[Mapping[str, Any]], dict[str, Any]]  # options to fields
-Parts = Mapping[str, tuple[str, ...]]  # a field, and the options that it is made of
+Make = Callable[[dict[str, Any], Mapping[str, Any]], dict[str, Any]]
+
+
+def keep(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields as they are: for scenarios whose every option sets one field."""
+    return fields
+
+
+def all_settings(scenario: type, more: Mapping[str, Option]) -> dict[str, Setting]:
+    """Options of a scenario, and those that set no single field, by the names that users have for them."""
+    found = {name: Setting(name, "", str, None, option) for name, option in more.items()}
+    return {**settings(scenario), **found}
 
 
 def scenario_of(
-    system: str, scenario: type[S], given: Mapping[str, Any], read: Read = dict, parts: Parts | None = None
+    system: str,
+    scenario: type[S],
+    given: Mapping[str, Any],
+    more: Mapping[str, Option] | None = None,
+    make: Make = keep,
 ) -> S:
     """A scenario of a system, its fields and options `given` by name.
 
     Parameters
     ----------
     scenario : dataclass of the system's scenarios.
-    read : makes fields of options.
-    parts : fields that are made of options.
+    more : options that set no single field.
+    make : takes the fields, and the values of `more` that were given, and returns the fields.
 
     Raises
     ------
     UnknownNameError
         A name that is not taken; the text has all that are.
     ParameterError
-        A field is given whole and in part, or as something else than what it is; and what `read` and the
+        A field is given whole and in part, or as something else than what it is; and what `make` and the
         scenario refuse.
     """
-    known, made = _hints(scenario), parts or {}  # type: ignore[arg-type]
-    taken = [*known, *(option for options in made.values() for option in options if option not in known)]
-    for name in given:
+    known, options = _hints(scenario), all_settings(scenario, more or {})  # type: ignore[arg-type]
+    taken = [*known, *(name for name in options if name not in known)]
+    whole: dict[str, Any] = {}
+    rest: dict[str, Any] = {}
+    parts: dict[str, dict[str, Any]] = {}
+    for name, value in given.items():
         if name not in taken:
             raise _not_taken(f"{system}.scenario.{name}", name, taken)
-    whole = {name: value for name, value in given.items() if name in made}
-    for name in whole:
-        _check_apart(system, name, given, made[name])
-    for name, value in given.items():
         if name in known:
             _check_kind(f"{system}.scenario.{name}", known[name], value)
-    rest = read({name: value for name, value in given.items() if name not in whole})
-    return scenario(**{**rest, **whole})
+        one = options.get(name)
+        if one is None or name in known:
+            whole[name] = _read(name, value, _of_field(options, name))
+            continue
+        _check_apart(system, one, given)
+        found = _read(name, value, one)
+        one.check(found)
+        if one.part:
+            parts.setdefault(one.part, {})[one.field] = _in_si(one, found)
+        elif one.part is None:
+            whole[one.field] = found
+        else:
+            rest[name] = found
+    made = {name: without_none(known[name])(**numbers) for name, numbers in parts.items()}
+    return scenario(**make({**whole, **made}, rest))
+
+
+def read_texts(options: Mapping[str, Setting], texts: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of options of which some are texts, by their names; raises `ParameterError` for no such text."""
+    return {name: _read(name, value, options[name]) for name, value in texts.items()}
+
+
+def _of_field(options: Mapping[str, Setting], name: str) -> Setting | None:
+    return next((one for one in options.values() if one.field == name and one.part is None), None)
+
+
+def _read(name: str, value: Any, one: Setting | None) -> Any:
+    """A value, by its option's reader where it is a text; of texts, where the option is repeatable."""
+    if one is None:
+        return value
+    if one.option.collect is not None and isinstance(value, list):
+        return one.option.collect(_read(name, each, one) for each in value)
+    return one.read(value, name) if isinstance(value, str) else value
+
+
+def _in_si(one: Setting, value: Any) -> Any:
+    """A value as the field has it."""
+    change = one.option.to_field
+    return value if change is None or value is None else change(value)
 
 
 def _not_taken(path: str, name: str, taken: list[str]) -> UnknownNameError:
@@ -60,11 +112,12 @@ def _not_taken(path: str, name: str, taken: list[str]) -> UnknownNameError:
     return UnknownNameError(f"{path}: unknown{guess} taken are {', '.join(sorted(taken))}")
 
 
-def _check_apart(system: str, name: str, given: Mapping[str, Any], options: tuple[str, ...]) -> None:
-    for option in options:
-        if option in given:
-            value = f"{system}.scenario.{option}: {given[option]}"
-            raise ParameterError(f"{value}, not with {name}, which has its own; leave one out")
+def _check_apart(system: str, one: Setting, given: Mapping[str, Any]) -> None:
+    """Refuse a field that is given whole, and by an option that sets it or a part of it."""
+    field = one.part or one.field
+    if field != one.name and field in given:
+        value = f"{system}.scenario.{one.name}: {given[one.name]}"
+        raise ParameterError(f"{value}, not with {field}, which has its own; leave one out")
 
 
 def _check_kind(path: str, hint: Any, value: Any) -> None:
@@ -74,7 +127,7 @@ def _check_kind(path: str, hint: Any, value: Any) -> None:
         return
     words = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
     if words and value not in words:
-        raise ParameterError(f"{path}: {value}, must be {' or '.join(words)}")
+        raise ParameterError(f"{path}: {value}, must be {listed(tuple(words))}")
     data = next((kind for kind in kinds if is_dataclass(kind)), None)
     if isinstance(data, type) and not isinstance(value, data):
         name = data.__name__

@@ -18,17 +18,28 @@ Numbers of the system's own follow. `METRICS` are the entries that a study can m
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
-from matplotlib.figure import Figure
+from circuits.errors import ParameterError
+from system.option import Option, Setting
+from system.reader import shown
+from system.scenario import Make, all_settings, keep, read_texts, scenario_of
 
-from circuits.circuit import BiasKind, Circuit
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from circuits.circuit import BiasKind, Circuit
 
 ENTRIES = ("succeeded", "reason", "distance_m", "emergency_share", "standing_share", "ran_on", "cautions")
 SUCCEEDED = "succeeded"
 METRICS = (SUCCEEDED, "distance_m", "emergency_share", "standing_share")
 
+S = TypeVar("S")
+T = TypeVar("T")
+S_contra = TypeVar("S_contra", contravariant=True)
+T_co = TypeVar("T_co", covariant=True)
+Progress = Callable[[float], None]
 Summary = dict[str, Any]  # entries of an account, then numbers (None where not defined), by their names
 
 
@@ -50,60 +61,142 @@ class Account:
         return headline(succeeded=self.succeeded, reason=self.reason)
 
 
-class System(Protocol):
-    """A robot in its world, as the command line and studies see it.
+class Run(Protocol[S_contra, T_co]):
+    """Runs a scenario; `progress` is told the share that is done."""
 
-    summary: a line of what it is; success: a sentence, when a run of it has succeeded; metrics: names of the
-    numbers that a study can ask of a run, those of `METRICS` among them; yes_no: those that are 1 or 0, for
-    yes or no, `SUCCEEDED` among them; study_metrics: those it measures unless asked for others.
+    def __call__(self, scenario: S_contra, progress: Progress | None = None) -> T_co:
+        """The run's trace."""
+
+
+def _always(_: Any) -> str:
+    return ""
+
+
+def _nothing(_: Any) -> dict[str, Any]:
+    return {}
+
+
+def _no_lines(_: Any) -> tuple[str, ...]:
+    return ()
+
+
+def _unchecked(_: Any) -> None:
+    pass
+
+
+def _no_circuits() -> tuple[Circuit, ...]:
+    return ()
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Output(Generic[T]):
+    """A file that `noctule run` leaves of a run, as an option of that name says.
+
+    help, metavar : of the option.
+    check : refuses a path before the run, by a `ParameterError`.
+    write : writes the file.
     """
 
-    @property
-    def name(self) -> str:
-        """Name on the command line."""
+    help: str
+    check: Callable[[str], None]
+    write: Callable[[str, T], None]
+    metavar: str = "FILE"
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class System(Generic[S, T]):
+    """A robot in its world, as the command line, studies and Python see it.
+
+    Attributes
+    ----------
+    name, summary : on the command line, and a line of what it is.
+    about : what it does, the first line of its `--help`.
+    success : a sentence, when a run of it has succeeded.
+    kind : dataclass of its scenarios, whose fields carry their options (`system.option`); it has `seed`, and
+        `die` and `temperature_c` (degC) where it runs on silicon.
+    run : runs a scenario; what it leaves is the trace that the rest takes.
+    account, numbers : what a run says of itself, and its other numbers by name, None where not defined.
+    draw : fills a figure with a run; its title has the reason.
+    metrics : names of the numbers that a study can ask of a run, `METRICS` among them.
+    yes_no : those that are 1 or 0, for yes or no, `SUCCEEDED` among them.
+    study_metrics : those that a study measures unless asked for others.
+    study : options of a study's scenarios over which those that are given go; it sees the latter.
+    check_study : refuses a study's scenario that the scenario's own rules let pass, as for a missing file.
+    check_run : refuses what is of no use in a scenario that is asked for at the command line.
+    no_silicon : of a scenario without a chip in the loop, what puts one there; "" where there is one.
+    more, make : options that set no single field, and what makes fields of them.
+    document : entries of a run's JSON besides those of its scenario and its summary.
+    title, before, after : heading of a run's table, and lines over and under it.
+    outputs : files that a run can leave, by the name of their option.
+    circuits : what it is made of; a study's identity has them.
+    """
+
+    name: str
+    summary: str
+    success: str
+    kind: type[S]
+    run: Run[S, T]
+    account: Callable[[T], Account]
+    numbers: Callable[[T], Mapping[str, float | None]]
+    draw: Callable[[T, Figure], None]
+    metrics: tuple[str, ...]
+    yes_no: tuple[str, ...] = (SUCCEEDED,)
+    study_metrics: tuple[str, ...] = ()
+    about: str = ""
+    study: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
+    check_study: Callable[[S], None] = _unchecked
+    check_run: Callable[[S], None] = _unchecked
+    no_silicon: Callable[[S], str] = _always
+    more: Mapping[str, Option] = field(default_factory=dict)
+    make: Make = keep
+    document: Callable[[T], Mapping[str, Any]] = _nothing
+    title: Callable[[T], str] = _always
+    before: Callable[[T], Iterable[str]] = _no_lines
+    after: Callable[[T], Iterable[str]] = _no_lines
+    outputs: Mapping[str, Output[T]] = field(default_factory=dict)
+    circuits: Callable[[], tuple[Circuit, ...]] = _no_circuits
 
     @property
-    def summary(self) -> str:
-        """A line of what it is."""
+    def settings(self) -> dict[str, Setting]:
+        """Its options by the names that users have for them, with underscores."""
+        return all_settings(self.kind, self.more)
 
-    @property
-    def success(self) -> str:
-        """When a run has succeeded."""
+    def scenario(self, **given: Any) -> S:
+        """A scenario of these fields and options; see `system.scenario.scenario_of`."""
+        return scenario_of(self.name, self.kind, given, self.more, self.make)
 
-    @property
-    def metrics(self) -> tuple[str, ...]:
-        """Numbers that a study can ask for."""
-
-    @property
-    def yes_no(self) -> tuple[str, ...]:
-        """Those that are 1 or 0, for yes or no."""
-
-    @property
-    def study_metrics(self) -> tuple[str, ...]:
-        """Those that it measures unless asked for others."""
-
-    def scenario(self, **options: Any) -> Any:
-        """A scenario; raises `UnknownNameError` for an option that is not taken."""
+    def summarise(self, trace: T) -> Summary:
+        """The account's entries, and the numbers of a run."""
+        return summary_of(self.account(trace), self.numbers(trace))
 
     def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
+        self, level: str, bias_kind: BiasKind | None, given: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Options of a study's scenarios; raises `ParameterError` for those that it does not take."""
+        """Options of a study's scenarios, `given` by name, texts or values.
 
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of."""
-
-    def run(self, scenario: Any, progress: Callable[[float], None] | None = None) -> Any:
-        """Run a scenario; returns what `account`, `summarise` and `draw` take."""
-
-    def account(self, trace: Any) -> Account:
-        """What a run says of itself."""
-
-    def summarise(self, trace: Any) -> Summary:
-        """The account's entries, and the numbers of a run."""
-
-    def draw(self, trace: Any, figure: Figure) -> None:
-        """Fill a figure with a run; its title has the reason."""
+        Raises `ParameterError` for those that a study of the system does not take, or whose text is none.
+        """
+        options = {name: one for name, one in self.settings.items() if one.option.study}
+        names = {one.field: name for name, one in options.items() if one.part is None}
+        asked: dict[str, Any] = {}
+        for name, value in given.items():
+            one = options.get(names.get(name, name))
+            if one is None:
+                known = ", ".join(shown(n) for n in options)
+                raise ParameterError(
+                    f"{name}: not an option of {self.name}, its study has {known}; leave it out"
+                )
+            asked[name if one.part else one.field] = read_texts({name: one}, {name: value})[name]
+        for name, value, usual in (("bias_kind", bias_kind, None), ("level", level, "behavioural")):
+            if name in self.settings:
+                asked |= {} if value is None else {name: value}
+            elif value != usual:
+                raise ParameterError(f"{name}: {value}, is no choice of {self.name}; leave it out")
+        found = {**self.study(asked), **asked}
+        self.check_study(self.scenario(**found))
+        return found
 
 
 def headline(*, succeeded: bool, reason: str) -> str:

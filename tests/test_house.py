@@ -4,6 +4,7 @@ import ast
 import re
 import tomllib
 from collections import Counter
+from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from importlib.util import find_spec
 from pathlib import Path
@@ -126,3 +127,35 @@ def _texts() -> list[Path]:
     inside = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*")]
     files = [path for path in [*ROOT.iterdir(), *inside] if path.is_file() and path.suffix in TEXTS]
     return sorted(path for path in files if "__pycache__" not in path.parts)
+
+
+OPTION = re.compile(r"(?:^|[\s`'\"(])--[a-z]")
+
+
+def _strings(path: Path) -> Iterator[tuple[int, str]]:
+    """Strings of a module, those of formatted ones too, but no docstrings."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    told = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        and ast.get_docstring(node) is not None
+        if isinstance(node.body[0], ast.Expr)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in told:
+            yield node.lineno, node.value
+
+
+def test_options_are_named_by_the_command_line_alone() -> None:
+    """Below it errors name fields (`ping_rate: ...`), which the command line turns into its options."""
+    spoken = ("system/cli/", "system/papers/")
+    found = [
+        f"{path.relative_to(ROOT)}:{line}: {text}"
+        for package in ("circuits", "chips", "netlists", "system")
+        for path in sorted((ROOT / package).rglob("*.py"))
+        if not str(path.relative_to(ROOT)).startswith(spoken)
+        for line, text in _strings(path)
+        if OPTION.search(text)
+    ]
+    assert found == []

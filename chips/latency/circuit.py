@@ -276,7 +276,7 @@ def outcome(result: Result) -> str:
 
 CHIP = Block(
     name="latency-chip",
-    summary="33 latency memories, a delay line and two racing layers; a part: --param paths=2 --param taps=2",
+    summary="33 latency memories, a delay line and two racing layers; a part: paths=2, taps=2",
     params=Params,
     build=build,
     stimuli=(

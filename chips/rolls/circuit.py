@@ -202,5 +202,5 @@ CHIP = Chip(
     "rolls",
     "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses",
     lambda: (chip(),),
-    "show rolls, run rolls, or export rolls --at row[0] for a neuron with its synapses",
+    "show rolls, run rolls, or export rolls at row[0] for a neuron with its synapses",
 )

@@ -266,7 +266,7 @@ def _simulate(library: Any, deck: str, deadline_s: float | None) -> None:
         library.command("bg_run")
     if not library.finished.wait(deadline_s):
         raise SimulatorError(
-            f"ngspice: not done after {deadline_s:g} s of wall clock, the deadline; give more by --deadline"
+            f"ngspice: not done after {deadline_s:g} s of wall clock, the deadline; give more by `deadline`"
             " (deadline_s), or a shorter run"
         )
     # "Error:" alone is no end: ngspice goes on after an expression out of range in one Newton iteration.

@@ -42,7 +42,7 @@ class Notes:
     def leave_out(self, card: Card, name: str, what: str, remedy: str, *, under: str = "") -> None:
         """Drop `what` if the user named it, as `name` or `under`; raises `DataError` otherwise."""
         if not self.drop & {name, under}:
-            raise card.error(f"{what}: not honoured; {remedy}, or leave it out by --drop {shown(name)}")
+            raise card.error(f"{what}: not honoured; {remedy}, or leave it out by `drop={shown(name)}`")
         self.gone.setdefault(what, {})[card.place] = None
 
     def dropped(self) -> tuple[Note, ...]:

@@ -15,13 +15,12 @@ them are models.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.boards.centroid.model import CentroidModel
 from chips.boards.isolation.model import IsolationModel
@@ -41,7 +40,7 @@ from circuits.blocks.sonar import (
     onset_neuron,
     vocalization_controller,
 )
-from circuits.circuit import BiasKind, Circuit
+from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.place import circuit_at
 from circuits.silicon.silicon import Silicon
@@ -54,19 +53,19 @@ from system.approach.trace import (
     Trace,
     account,
     air_of,
+    document,
     draw,
     estimated_range,
     summarise,
+    title,
 )
 from system.loop import AnalogWire, EventWire, Loop, Round
 from system.options.noise import silicon_noise
-from system.reader import Readers, read_route, seconds
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.system import System, metrics_with
 from system.worlds.sound.ear import SAMPLE_RATE, Ear
 from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import Microphone
-from system.worlds.sound.targets import range_at
+from system.worlds.sound.targets import describe, range_at
 
 # Longest round, s; ours, a matter of speed only.
 HORIZON = 4e-3
@@ -79,7 +78,6 @@ CHIP_RTOL = 3e-4
 BOARD_RTOL = 1e-3
 
 STUDY_DURATION = 4.0  # s, unless asked
-STUDIED: Readers = {"duration": seconds}
 
 
 @dataclass(slots=True)
@@ -348,52 +346,30 @@ def _analog_wires(parts: dict[str, Part[Any]]) -> list[AnalogWire]:
     return wires
 
 
-@dataclass(frozen=True, slots=True)
-class ApproachSystem:
-    """The system as the command line sees it."""
-
-    name: str = "approach"
-    summary: str = "bat-like sonar that closes in on a moving target, at transistor or behavioural level"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED,)
-    study_metrics: tuple[str, ...] = ("held_fraction", "range_error_mean_m")  # unless others are asked for
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields."""
-        return scenario_of(self.name, Scenario, options)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario; raises `ParameterError` for a kind: boards have their own."""
-        if bias_kind is not None:
-            raise ParameterError(f"--bias-kind: {bias_kind}, the boards have their own; leave it out")
-        return {"level": level, "duration": STUDY_DURATION, **read_route(self.name, route, STUDIED)}
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of."""
-        blocks = (
-            centroid_board, vocalization_controller, envelope_detector, onset_neuron, high_threshold_neuron,
-            first_target_isolation,
-        )  # fmt: skip
-        return (ranging_chip.build(), *(block.build() for block in blocks))
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run."""
-        draw(trace, figure)
+def circuits() -> tuple[Circuit, ...]:
+    """What the system is made of."""
+    blocks = (
+        centroid_board, vocalization_controller, envelope_detector, onset_neuron, high_threshold_neuron,
+        first_target_isolation,
+    )  # fmt: skip
+    return (ranging_chip.build(), *(block.build() for block in blocks))
 
 
-SYSTEM = ApproachSystem()
+SYSTEM = System(
+    name="approach",
+    summary="bat-like sonar that closes in on a moving target, at transistor or behavioural level",
+    about="A bat's sonar closes in on targets (Cheely & Horiuchi 2003).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    study_metrics=("held_fraction", "range_error_mean_m"),
+    study=lambda _: {"duration": STUDY_DURATION},
+    document=document,
+    title=title,
+    before=lambda trace: [describe(target) for target in trace.scenario.targets],
+    circuits=circuits,
+)

@@ -5,9 +5,8 @@ The picture is that of Figure 11 of Cheely & Horiuchi 2003.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,24 +14,26 @@ from matplotlib.figure import Figure
 from chips.ranging import circuit as ranging_chip
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
-from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ZERO_CELSIUS
+from system.option import check_options, die_option, option, seed_option, temperature_option
 from system.options.block import describe_run
-from system.options.noise import Noisy, check_noise
+from system.options.noise import Noisy, check_noise, noise_option
 from system.plot import COLOURS, PALE
 from system.system import Account
 from system.worlds.sound.acoustics import Air, speed_of_sound
 from system.worlds.sound.microphone import Microphone
-from system.worlds.sound.targets import Target, default_scene, range_at
+from system.worlds.sound.targets import Target, default_scene, range_at, read_targets
 
 Law = Literal["linear", "d4"]
-LAWS: tuple[Law, ...] = ("linear", "d4")
 Level = Literal["transistor", "behavioural"]
-LEVELS: tuple[Level, ...] = ("transistor", "behavioural")
 Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
 LONGEST = 3600.0  # s, of a run; ours
 BOXES: tuple[Box, ...] = ("chip", "centroid", "vocalization", "hearing", "isolation")
+
+
+def _read_targets(text: str, _: str) -> tuple[Target, ...]:
+    return read_targets(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,31 +45,26 @@ class Scenario:
     `noisy_boxes`; `off`, `white`, or `all` with flicker too; the seed chooses it.
     """
 
-    targets: tuple[Target, ...] = field(default_factory=default_scene)
-    duration: float = 4.0
-    temperature_c: float = 27.0
-    isolation: bool = True
-    amplitude_law: Law = "linear"
-    noise_rms: float = 0.0
-    seed: int = 0
-    die: Die = NOMINAL
-    level: Level = "transistor"
-    transistors: frozenset[Box] = frozenset()
-    silicon_noise: Noisy = "off"
+    targets: tuple[Target, ...] = option(
+        default_scene, "CSV of moving targets", read=_read_targets, metavar="FILE"
+    )
+    duration: float = option(4.0, "Length of the run", unit="s", above=0.0, most=LONGEST, study=True)
+    temperature_c: float = temperature_option(27.0)
+    isolation: bool = option(default=True, about="First-target isolation")
+    amplitude_law: Law = option("linear", "Of the call: linear or d4")
+    noise_rms: float = option(0.0, "Rms at a microphone, as 1mV", name="noise", unit="V", least=0.0)
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    level: Level = option("transistor", "Of all boxes")
+    transistors: frozenset[Box] = option(
+        frozenset(), "A box kept as transistors, repeatable", choices=BOXES, collect=frozenset, metavar="BOX"
+    )
+    silicon_noise: Noisy = noise_option(study=False)
 
     def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the option that breaks its rule."""
-        _check_word("--level", self.level, LEVELS)
-        _check_word("--amplitude-law", self.amplitude_law, LAWS)
-        for box in sorted(self.transistors):
-            _check_word("--transistors", box, BOXES)
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
         check_noise(self.silicon_noise, None)
-        if not 0.0 < self.duration <= LONGEST:
-            raise ParameterError(
-                f"--duration: {self.duration:g} s, must be above 0 and at most {LONGEST:g} s"
-            )
-        if not 0.0 <= self.noise_rms < math.inf:
-            raise ParameterError(f"--noise: {self.noise_rms:g} V, must be >= 0")
 
     def level_of(self, box: Box) -> Level:
         """Level of a box."""
@@ -103,11 +99,6 @@ class Trace:
     echoes: F64
     spikes: tuple[tuple[float, int], ...]
     counts: dict[str, int]
-
-
-def _check_word(option: str, value: str, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise ParameterError(f"{option}: {value}, must be {' or '.join(known)}")
 
 
 def estimated_range(proximity: F64, scenario: Scenario) -> F64:
@@ -196,6 +187,27 @@ def account(trace: Trace) -> Account:
             **describe_run(s.die, s.temperature_c),
         },
     )
+
+
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the run's own; its counters stand with the summary."""
+    arrays = ("time_s", "range_m", "estimate_m", "proximity_V", "call_rate_Hz", "call_amplitude_V")
+    return {
+        "noisy_boxes": trace.scenario.noisy_boxes,
+        "targets": [t.name for t in trace.scenario.targets],
+        **{name: getattr(trace, name) for name in arrays},
+        "calls_s": trace.calls[:, 0],
+        "pulses_s": trace.pulses,
+        "echoes_s": trace.echoes,
+        "spikes": [{"time_s": time, "neuron": neuron} for time, neuron in trace.spikes],
+        "counts": trace.counts,
+    }
+
+
+def title(trace: Trace) -> str:
+    """Heading of a run's numbers."""
+    s = trace.scenario
+    return f"{s.level} level, {s.temperature_c:g} degC, {s.die}"
 
 
 def air_of(scenario: Scenario) -> Air:

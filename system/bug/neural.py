@@ -90,11 +90,11 @@ def network_of(agent: str, design: str = "published", neurons: int | None = None
         "bug2": {**bug_neural2.DESIGNS},
     }
     if agent not in known:
-        raise ParameterError(f"--agent: {agent}, has no network; use --brain reference, or bug0 or bug2")
+        raise ParameterError(f"agent: {agent}, has no network; use `brain=reference`, or bug0 or bug2")
     if design not in known[agent]:
-        raise unknown_name(f"--design of {agent}", design, known[agent])
+        raise unknown_name(f"design of {agent}", design, known[agent])
     if neurons is not None and not FEWEST <= neurons <= MOST:
-        raise ParameterError(f"--neurons: {neurons}, must be from {FEWEST} to {MOST}")
+        raise ParameterError(f"neurons: {neurons}, must be from {FEWEST} to {MOST}")
     size = known[agent][design]
     make: Any = {"bug0": bug_neural0.bug0_network, "bug2": bug_neural2.bug2_network}[agent]
     network: Network = make(size)

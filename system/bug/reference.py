@@ -52,7 +52,7 @@ def reference_brain(agent: str, diagonal: float) -> Brain:
 
 def no_agent(agent: str) -> UnknownNameError:
     """The error for an agent that is none."""
-    return unknown_name("--agent", agent, AGENTS)
+    return unknown_name("agent", agent, AGENTS)
 
 
 class Bug0:

@@ -8,7 +8,7 @@ goal cannot be reached, or with the time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,8 +20,8 @@ from chips.nef.chip import REFERENCE_C, NefChip
 from chips.nef.network.curves import IdealCurves
 from chips.noise import SiliconNoise
 from circuits.arrays import F64, I64
-from circuits.circuit import BiasKind, Circuit
-from circuits.errors import ParameterError, unknown_name
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import check_temperature
 from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot
@@ -30,13 +30,20 @@ from system.bug.map import Point, load_map, pick
 from system.bug.neural import NeuralBug0, NeuralBug2, network_of, neural_brain
 from system.bug.path import path_length, shortest_path
 from system.bug.picture import draw_run
-from system.bug.reference import no_agent, reference_brain
+from system.bug.reference import reference_brain
 from system.bug.world import World, build_world, check_place
+from system.option import (
+    bias_kind_option,
+    check_options,
+    die_option,
+    option,
+    refuse_silicon,
+    seed_option,
+    temperature_option,
+)
 from system.options.block import describe_run
-from system.options.noise import Noisy, check_noise, silicon_noise
-from system.reader import In, Readers, number, read_route, read_texts, seconds, whole, words
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, share_standing
 
 BRAINS = ("reference", "ideal", "chip")
@@ -46,12 +53,6 @@ SUMMARY = (
 SUCCESS = "it reaches the goal, or says that none can be reached where no way leads there"
 DEFAULT_MAP = "bug-spiral"
 DURATION = 200.0  # s, after which a run ends; ours
-QUANTITIES: Readers = {"area": number, "calibrated": In("degC"), "solved": In("degC"), "duration": seconds}
-STUDIED: Readers = {
-    **QUANTITIES, "map": words, "start": words, "goal": words, "agent": words, "design": words,
-    "neurons": whole, "silicon_noise": words, "noise_seed": whole,
-}  # fmt: skip
-PARTS = {"calibrated_c": ("calibrated",), "solved_c": ("solved",)}  # options of these fields
 _SIGN_OF_LIFE = 100  # steps
 
 
@@ -66,42 +67,44 @@ class Scenario:
     area of its devices, relative, and their noise, whose seed is `seed` unless `noise_seed` is given.
     """
 
-    agent: str = "bug2"
-    brain: str = "reference"
-    design: str = "published"
-    neurons: int | None = None
-    map: str = DEFAULT_MAP
-    start: str = "0"
-    goal: str = "0"
-    duration: float = DURATION
-    seed: int = 0
-    die: Die = NOMINAL
-    temperature_c: float = REFERENCE_C
-    calibrated_c: float = REFERENCE_C
-    solved_c: float | None = None
-    bias_kind: BiasKind = "gate"
-    area: float = 1.0
-    silicon_noise: Noisy = "off"
-    noise_seed: int | None = None
+    agent: str = option("bug2", "Which of the three", choices=AGENTS, study=True)
+    brain: str = option("reference", "A program, or neurons: ideal, or chip", choices=BRAINS)
+    design: str = option("published", "Of Bug 2's neurons: published or improved", study=True)
+    neurons: int | None = option(None, "How many in all, about; the design's unless given", study=True)
+    map: str = option(DEFAULT_MAP, "Or a file of # S G and spaces", metavar="MAP", study=True)
+    start: str = option("0", "Number of the S, from 0, or a place", metavar="N|X,Y", study=True)
+    goal: str = option("0", "As the start, of a G", metavar="N|X,Y", study=True)
+    duration: float = option(
+        DURATION, "After which the run ends", unit="s", least=STEP, below=1e6, study=True
+    )
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(REFERENCE_C)
+    calibrated_c: float = option(
+        REFERENCE_C, "Where the chip's biases were trimmed", name="calibrated", unit="degC", study=True,
+        silicon=True, key="calibrated_C",
+    )  # fmt: skip
+    solved_c: float | None = option(
+        None, "Where its decoders were solved; where biases were trimmed unless given", name="solved",
+        unit="degC", study=True, silicon=True, key="solved_C",
+    )  # fmt: skip
+    bias_kind: BiasKind = bias_kind_option("gate")
+    area: float = option(1.0, "Of the chip's devices, relative", unit="", study=True, silicon=True)
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
 
     def __post_init__(self) -> None:
-        if self.agent not in AGENTS:
-            raise no_agent(self.agent)
-        if self.brain not in BRAINS:
-            raise unknown_name("--brain", self.brain, BRAINS)
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
         if self.brain == "reference" and (self.neurons is not None or self.design != "published"):
-            option = "--design" if self.neurons is None else "--neurons"
-            raise ParameterError(f"{option}: a reference has no neurons; add --brain ideal, or leave it out")
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
-        if not STEP <= self.duration < 1e6:
-            raise ParameterError(f"--duration: {self.duration:g} s, must be at least {STEP:g} s, below 1e6 s")
+            name = "design" if self.neurons is None else "neurons"
+            raise ParameterError(f"{name}: a reference has no neurons; add `brain=ideal`, or leave it out")
         check_temperature(self.temperature_c)
         check_temperature(self.calibrated_c)
         check_temperature(self.solved)
         check_noise(self.silicon_noise, self.noise_seed)
-        if self.brain != "chip":
-            _refuse_silicon(self)
+        if no_silicon(self):
+            refuse_silicon(self, no_silicon(self))
 
     def device_noise(self) -> SiliconNoise | None:
         """Noise of the chip's devices."""
@@ -113,21 +116,9 @@ class Scenario:
         return self.calibrated_c if self.solved_c is None else self.solved_c
 
 
-def _refuse_silicon(scenario: Scenario) -> None:
-    """Refuse what only a chip has."""
-    for option, value, default in (
-        ("--temperature", scenario.temperature_c, REFERENCE_C),
-        ("--calibrated", scenario.calibrated_c, REFERENCE_C),
-        ("--solved", scenario.solved_c, None),
-        ("--bias-kind", scenario.bias_kind, "gate"),
-        ("--area", scenario.area, 1.0),
-        ("--die", scenario.die, NOMINAL),
-        ("--silicon-noise", scenario.silicon_noise, "off"),
-    ):
-        if value != default:
-            raise ParameterError(
-                f"{option}: {value}, no chip is in the loop; add --brain chip, or leave it out"
-            )
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.brain == "chip" else "add `brain=chip`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,10 +165,10 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     fit.
     """
     world = build_world(load_map(scenario.map))
-    start = pick(world.map.starts, scenario.start, "--start")
-    goal = pick(world.map.goals, scenario.goal, "--goal")
-    check_place(world, start, RADIUS, "--start")
-    check_place(world, goal, RADIUS, "--goal")
+    start = pick(world.map.starts, scenario.start, "start")
+    goal = pick(world.map.goals, scenario.goal, "goal")
+    check_place(world, start, RADIUS, "start")
+    check_place(world, goal, RADIUS, "goal")
     robot = Robot(world, start, goal)
     brain = make_brain(scenario, world)
     path, states = drive(robot, brain, round(scenario.duration / STEP), progress)
@@ -271,65 +262,71 @@ def account(trace: Trace) -> Account:
 
 def goal_of(trace: Trace) -> Point:
     """The goal of a run."""
-    return pick(trace.world.map.goals, trace.scenario.goal, "--goal")
+    return pick(trace.world.map.goals, trace.scenario.goal, "goal")
 
 
-def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario from the command line's, where `calibrated` and `solved` are temperatures."""
-    fields = read_texts(options, QUANTITIES)
-    for name in ("calibrated", "solved"):
-        if name in fields:
-            fields[f"{name}_c"] = fields.pop(name)
-    return fields
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the run's own; lengths in map units."""
+    s = trace.scenario
+    network = s.brain != "reference"
+    chip = {} if trace.chip is None else {"solved_C": s.solved, "chip": dict(trace.chip)}
+    return {
+        "design": s.design if network else None,
+        "neurons": network_of(s.agent, s.design, s.neurons).neurons if network else None,
+        **chip,
+        "map": trace.world.map.name,
+        "start": trace.path[0],
+        "goal": goal_of(trace),
+        "reached": trace.reached,
+        "ended": trace.reason,
+        "time_s": trace.time,
+        "step_s": STEP,
+        "path": trace.path,
+        "state": [STATES[k] for k in trace.state],
+        "shortest_path": trace.shortest,
+    }
 
 
-@dataclass(frozen=True, slots=True)
-class BugSystem:
-    """The system as the command line sees it."""
-
-    name: str = "bug"
-    summary: str = "robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED, "reached", "unreachable")
-    study_metrics: tuple[str, ...] = ("reached", "time_s", "path_length", "path_ratio")
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields, or of options as the command line has them."""
-        return scenario_of(self.name, Scenario, options, read_options, PARTS)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario, on the chip."""
-        if level != "behavioural":
-            raise ParameterError("--level: transistor, a brain's neurons are models; leave it out")
-        fields = {"brain": "chip", **read_options(read_route(self.name, route, STUDIED))}
-        if bias_kind is not None:
-            fields["bias_kind"] = bias_kind
-        return fields
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of: none."""
-        return ()
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run."""
-        s = trace.scenario
-        title = f"{s.agent}, {s.brain}, {trace.world.map.name}; {account(trace).headline}"
-        draw_run(trace.world, trace.path, trace.shortest, title, figure)
+def told(trace: Trace) -> Iterator[str]:
+    """What a run says before its numbers."""
+    s = trace.scenario
+    if trace.shortest is None:
+        yield f"{trace.world.map.name}: no way leads from the start to the goal"
+    if trace.chip is not None:
+        counts = ", ".join(f"{name.replace('_', ' ')} {k}" for name, k in trace.chip.items())
+        yield f"chip on {s.die} at {s.temperature_c:g} degC: {counts}"
 
 
-SYSTEM = BugSystem()
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill a figure with a run."""
+    s = trace.scenario
+    title = f"{s.agent}, {s.brain}, {trace.world.map.name}; {account(trace).headline}"
+    draw_run(trace.world, trace.path, trace.shortest, title, figure)
+
+
+def check_seed(scenario: Scenario) -> None:
+    """Refuse a seed of a program, which draws nothing."""
+    if scenario.brain == "reference" and scenario.seed != 0:
+        raise ParameterError(f"seed: {scenario.seed}, a reference has no neurons to draw; leave it out")
+
+
+SYSTEM = System(
+    name="bug",
+    summary="robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons",
+    about="A robot with a compass and contact follows walls to its goal (Stöckel 2017).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    yes_no=(SUCCEEDED, "reached", "unreachable"),
+    study_metrics=("reached", "time_s", "path_length", "path_ratio"),
+    study=lambda _: {"brain": "chip"},
+    check_run=check_seed,
+    no_silicon=no_silicon,
+    document=document,
+    title=lambda trace: f"{trace.world.map.name}, {trace.scenario.agent}, {trace.scenario.brain}",
+    before=told,
+)

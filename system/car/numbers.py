@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 
 from circuits.errors import ParameterError
 from system.openspace.choice import SIGNED, check_number
+from system.option import option
 
 ARCS, DIRECTIONS = 15, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
@@ -54,8 +55,8 @@ class Robot:
     most_steering: float = math.radians(30.0)
     steering_step: float = math.radians(1.0)
     head_ahead: float = 0.06
-    max_speed: float = 0.08
-    ping_rate: float = 12.0
+    max_speed: float = option(0.08, "Straight ahead", name="vmax", unit="m/s", above=0.0, study=True)
+    ping_rate: float = option(12.0, "Head at rest", unit="Hz", above=0.0, study=True)
     direction_step: float = math.radians(30.0)
     neck_speed: float = math.radians(480.0)
     beam: float = math.radians(60.0)

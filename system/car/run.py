@@ -1,4 +1,4 @@
-"""Robot: a car with a narrow sonar drives through a forest of pipes (Wen & Horiuchi 2022, Figures 14 and 15).
+"""A car with a narrow sonar drives through a forest of pipes (Wen & Horiuchi 2022, Figures 14 and 15).
 
 pings of a head that turns -> echoes in three envelopes -> ranges and directions -> memory of the risk of each
 of 15 arcs -> most desirable arc -> head, wheels. With `exact` ranges the places of the pipes in the field of
@@ -9,8 +9,7 @@ A run of the system is one drive through a forest that the seed draws.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from circuits.circuit import BiasKind, Circuit
+from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
@@ -40,26 +39,27 @@ from system.car.world import (
 )
 from system.openspace.reader import CALIBRATIONS, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
+from system.option import (
+    bias_kind_option,
+    check_options,
+    die_option,
+    option,
+    refuse_silicon,
+    seed_option,
+    temperature_option,
+)
 from system.options.block import AS_BUILT, describe_run
-from system.options.noise import Noisy, check_noise, silicon_noise
-from system.reader import In, Readers, place, read_route, read_texts, switch, whole, words
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.reader import place
+from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
 ROOM_TEMPERATURE = 27.0
-PARTS = {"robot": ("vmax", "ping_rate")}  # options of this field
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
-QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz")}
 SUCCESS = "it comes out at the far end of the forest without having touched a pipe"
-STUDIED: Readers = {
-    **QUANTITIES, "forest": words, "ranges": words, "pings": whole,
-    "occlusion": switch, "multipath": switch, "soft_pings": switch, "reader": words,
-    "silicon_noise": words, "noise_seed": whole,
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,53 +73,38 @@ class Scenario:
 
     robot: Robot = field(default_factory=Robot)
     mind: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
-    forest: str = FORESTS[0]
-    ranges: str = RANGES[0]
-    occlusion: bool | None = None
-    multipath: bool | None = None
-    soft_pings: bool | None = None
-    reader: Calibration | None = None
-    bias_kind: BiasKind | None = None
-    silicon_noise: Noisy = "off"
-    noise_seed: int | None = None
-    start: tuple[float, float] | None = None
-    pings: int = PINGS
-    seed: int = 0
-    die: Die = NOMINAL
-    temperature_c: float = ROOM_TEMPERATURE
+    forest: str = option(FORESTS[0], "As corridor, open, dense, or a FILE", metavar="FOREST", study=True)
+    ranges: str = option(
+        RANGES[0], "Of the echoes' flight, exact places, or chip to time echoes", choices=RANGES, study=True
+    )
+    occlusion: bool | None = option(None, "Pipes hide those behind; they do", study=True)
+    multipath: bool | None = option(None, "Echoes by way of two pipes; there are", study=True)
+    soft_pings: bool | None = option(None, "A softer ping where something is near; there is", study=True)
+    reader: Calibration | None = option(
+        None, "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True, silicon=True,
+        choices=CALIBRATIONS,
+    )  # fmt: skip
+    bias_kind: BiasKind | None = bias_kind_option(None)
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
+    start: tuple[float, float] | None = option(
+        None, "As 40m,25m; drawn unless given", read=place, metavar="X,Y", key="start_m"
+    )
+    pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
 
     def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the option that breaks its rule."""
+        """Raise `ParameterError` naming the field that breaks its rule."""
         check_forest(self.forest)
-        if self.ranges not in RANGES:
-            raise ParameterError(f"--ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
-        if self.reader is not None and self.reader not in CALIBRATIONS:
-            raise ParameterError(f"--reader: {self.reader}, must be {' or '.join(CALIBRATIONS)}")
+        check_options(self)
         check_noise(self.silicon_noise, self.noise_seed)
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
-        if self.pings < 1:
-            raise ParameterError(f"--pings: {self.pings}, must be at least 1")
-        self._check_use()
-
-    def _check_use(self) -> None:
-        """Refuse options of a sonar or of silicon that are not there."""
         for name in ("occlusion", "multipath", "soft_pings"):
             if getattr(self, name) and self.ranges == "exact":
-                shown = name.replace("_", "-")
-                raise ParameterError(f"--{shown}: not with --ranges exact; give --ranges flight or chip")
-        if self.silicon:
-            return
-        asked = {
-            "reader": self.reader is not None,
-            "bias-kind": self.bias_kind is not None,
-            "silicon-noise": self.silicon_noise != "off",
-            "temperature": self.temperature_c != ROOM_TEMPERATURE,
-            "die": self.die != NOMINAL,
-        }
-        for name, given in asked.items():
-            if given:
-                raise ParameterError(f"--{name}: no chip is in the loop; give --ranges chip, or leave it out")
+                raise ParameterError(f"{name}: not with `ranges=exact`; give `ranges=flight` or chip")
+        if no_silicon(self):
+            refuse_silicon(self, no_silicon(self))
 
     @property
     def silicon(self) -> bool:
@@ -133,6 +118,11 @@ class Scenario:
         if self.ranges == "exact":
             return dict.fromkeys(names, False)
         return {name: getattr(self, name) is not False for name in names}
+
+
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.silicon else "give `ranges=chip`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,20 +167,6 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[Sonar | N
         reader = reader_of(silicon, values, noisy, bias_kind=s.bias_kind)
     noise = noise_of(s.robot, random)
     return Sonar(s.robot, trained(s.robot), noise, reading, **s.senses, reader=reader), unsure
-
-
-def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario from those of the command line: start is `X,Y`, speed and rate are the robot's."""
-    fields = read_texts(options, {**QUANTITIES, "start": place})
-    numbers = {}
-    for option, name, unit in (("vmax", "max_speed", "m/s"), ("ping_rate", "ping_rate", "Hz")):
-        if option in fields:
-            value = float(fields.pop(option))
-            if not 0.0 < value < math.inf:
-                shown = option.replace("_", "-")
-                raise ParameterError(f"--{shown}: {value:g} {unit}, must be above 0 and finite")
-            numbers[name] = value
-    return {**fields, "robot": Robot(**numbers)}
 
 
 def side_share(drive: Drive) -> float:
@@ -238,61 +214,80 @@ def account(trace: Trace) -> Account:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class RobotSystem:
-    """The system as the command line sees it."""
-
-    name: str = "robot"
-    summary: str = "car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED, *ENDS)
-    study_metrics: tuple[str, ...] = ("collided", "through", "side_share")  # unless others are asked for
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields, or of options as the command line has them."""
-        return scenario_of(self.name, Scenario, options, read_options, PARTS)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario: a die's ranging chip times the echoes unless told otherwise."""
-        if level != "behavioural":
-            raise ParameterError("--level: the robot's chip is a behavioural model; leave it out")
-        given = {"ranges": "chip", **read_route(self.name, route, STUDIED)}
-        if is_file(given.get("forest", FORESTS[0])):
-            read_pipes(given["forest"])  # what is wrong with it is said before the study
-        return given if bias_kind is None else {**given, "bias_kind": bias_kind}
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What its chip is made of: nothing that deviates in every one of its runs."""
-        return ()
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run, as in Figure 15."""
-        s, d, said = trace.scenario, trace.drive, account(trace)
-        die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
-        title = (
-            f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
-            f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
-        )
-        figure.set_size_inches(8.0, 5.9)
-        ax = figure.subplots()
-        draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax, succeeded=said.succeeded)
-        ax.set_title(title, fontsize=9)
-        figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=8)
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the drive's own."""
+    s, log = trace.scenario, trace.drive.log
+    chip = {"reader": s.reader or CALIBRATIONS[0], "unsure_delays": trace.unsure} if s.silicon else {}
+    return {
+        **s.senses,
+        **chip,
+        "zone_m": s.robot.zone,
+        "steering_deg": np.degrees(trace.arcs.steering),
+        "curvature_per_m": trace.arcs.curvature,
+        "ping_direction_of_arc": trace.arcs.group,
+        "ping_directions_deg": np.degrees(trace.arcs.direction),
+        "start_m": trace.path[0],
+        "ended": account(trace).reason,
+        "pipes_m": trace.forest.place,
+        "time_s": log[:, 0],
+        "path_m": trace.path,
+        "heading_rad": log[:, 3],
+        "ping_direction": log[:, 4].astype(int),
+        "arc": log[:, 5].astype(int),
+        "scanning": log[:, 6].astype(bool),
+        "soft_ping": log[:, 7].astype(bool),
+    }
 
 
-SYSTEM = RobotSystem()
+def told(trace: Trace) -> Iterator[str]:
+    """What a drive says under its numbers."""
+    s, path = trace.scenario, trace.path
+    where = [f"{x:.2f},{y:.2f} m" for x, y in (path[0], path[-1])]
+    yield f"from {where[0]} to {where[1]}"
+    if s.silicon:
+        yield "the chip gives ranges only: directions are those of the three envelopes"
+    if trace.drive.ended == "undecided":
+        yield "`pings=N` drives on"
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill a figure with a run, as in Figure 15."""
+    s, d, said = trace.scenario, trace.drive, account(trace)
+    die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
+    title = (
+        f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
+        f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
+    )
+    figure.set_size_inches(8.0, 5.9)
+    ax = figure.subplots()
+    draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax, succeeded=said.succeeded)
+    ax.set_title(title, fontsize=9)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=8)
+
+
+def check_pipes(scenario: Scenario) -> None:
+    """Raise `DataError` for a file of pipes that is none."""
+    if is_file(scenario.forest):
+        read_pipes(scenario.forest)
+
+
+SYSTEM = System(
+    name="car",
+    summary="car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs",
+    about="A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    yes_no=(SUCCEEDED, *ENDS),
+    study_metrics=("collided", "through", "side_share"),
+    study=lambda _: {"ranges": "chip"},
+    check_study=check_pipes,
+    no_silicon=no_silicon,
+    document=document,
+    title=lambda trace: f"{trace.scenario.forest}, ranges {trace.scenario.ranges}",
+    after=told,
+)

@@ -51,7 +51,7 @@ def check_forest(name: str) -> None:
     """Raise `ParameterError` unless it is a forest's name, or that of a file as `own.csv`."""
     if name not in FORESTS and not is_file(name):
         known = f"{', '.join(FORESTS[:-1])} or {FORESTS[-1]}"
-        raise ParameterError(f"--forest: {name}, must be {known}; or a file as own.csv")
+        raise ParameterError(f"forest: {name}, must be {known}; or a file as own.csv")
 
 
 def is_file(name: str) -> bool:
@@ -104,7 +104,7 @@ def start_of(
     room = clearance(forest, *at)
     if room < radius:
         raise ParameterError(
-            f"--start: {at[0]:g},{at[1]:g}, a pipe's surface is {room:.3g} m away, must be at least"
+            f"start: {at[0]:g},{at[1]:g}, a pipe's surface is {room:.3g} m away, must be at least"
             f" {radius:g} m, the body's radius; start elsewhere"
         )
     return *at, heading

@@ -15,6 +15,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.cli.exit_status import DONE, NO
+from system.cli.option_names import words_of
 from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
@@ -273,7 +274,7 @@ def document(result: Result) -> dict[str, Any]:
             {"name": k.name, "unit": k.unit, "before": k.value, "after": v, "change": k.change(v)}
             for k, v in zip(result.knobs, result.values, strict=True)
         ],
-        "options": options_of(result.subject),
+        "options": words_of(options_of(result.subject)),
         "search": search,
         "fresh": [
             {
@@ -321,7 +322,7 @@ def _print(result: Result) -> None:
         print_line(f"{found.impossible} candidates were no circuit, and counted as failing")
     for report in result.reports:
         _print_report(result, report)
-    print_line(f"{' '.join(options_of(result.subject))}")
+    print_line(f"{' '.join(words_of(options_of(result.subject)))}")
 
 
 def _print_report(result: Result, report: Report) -> None:

@@ -9,7 +9,9 @@ from typing import Any, final
 import typer
 from typer.core import TyperCommand
 
-from circuits.errors import ParameterError
+from circuits.errors import CircuitError, ParameterError
+from system.cli.former import check_former
+from system.cli.option_names import as_options
 
 
 @final
@@ -18,10 +20,28 @@ class OnceCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; raises `ParameterError` for what is there twice."""
+        check_former(self.name, args)
         given, _, order = self.make_parser(ctx).parse_args(args=list(args))
         for option, count in Counter(id(p) for p in order).items():
             _check(next(p for p in order if id(p) == option), given, count)
         return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; errors that name a field name the option that sets it."""
+        try:
+            return super().invoke(ctx)
+        except CircuitError as error:
+            text = str(error)
+            told = as_options(text, self._names(ctx))
+            if told == text:
+                raise
+            raise ParameterError(told) from error
+
+    def _names(self, ctx: Any) -> dict[str, str]:
+        """Names of fields and parameters, and the options that stand for them."""
+        own = {p.name: p.opts[0] for p in self.params if p.param_type_name == "option"}
+        named = getattr(self.callback, "said", dict)
+        return {**named(ctx.params), **own}
 
 
 @final

@@ -17,6 +17,7 @@ from circuits.units import parse_quantity
 from system.cli.beginning_output import told, told_lines
 from system.cli.contributions import breakdown_document, check_pareto, print_breakdown, save_pareto
 from system.cli.exit_status import DONE, NO
+from system.cli.option_names import replay_of
 from system.cli.output import print_json, print_line, progress_bar, working
 from system.cli.rare import check_rare, print_rare
 from system.cli.study_output import document, print_study
@@ -108,7 +109,6 @@ def montecarlo_command(
             ("--at", silicon.at)),
         )  # fmt: skip
         system, params = loaded.study_options(level, bias_kind, with_params(given, params)), ()
-        loaded.scenario(**system)  # what is wrong with it is said before the study
         measured = tuple(dict.fromkeys((SUCCEEDED, *(measured or loaded.study_metrics))))
     elif given:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
@@ -152,7 +152,7 @@ def measure(request: Request, *, as_json: bool) -> int:
         save_picture(
             request.plot, lambda figure: draw_study(result.table, target.quantities, specifications, figure)
         )
-    page = write_report(Path(request.output), result, found) if request.output else None
+    page = write_report(Path(request.output), result, replay_of, found) if request.output else None
     for note in outcome.chunks_redone:
         say(note)
     nominal = _nominal_run(study, target)

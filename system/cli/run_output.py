@@ -9,7 +9,7 @@ from system.cli.output import print_line, print_table
 from system.system import ENTRIES, METRICS, System, headline
 
 
-def print_run(title: str, system: System, summary: Mapping[str, Any]) -> None:
+def print_run(title: str, system: System[Any, Any], summary: Mapping[str, Any]) -> None:
     """Print whether and why a run ended as it did, what it was on, its numbers, and what to be careful of."""
     if "reason" in summary:
         print_line(headline(succeeded=summary["succeeded"], reason=summary["reason"]))

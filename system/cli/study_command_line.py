@@ -32,6 +32,7 @@ from system.cli.command_options import (
     call,
     kind_name,
 )
+from system.cli.run_command_line import names_in_study
 from system.options.begin import begin_choice
 from system.options.silicon import SiliconChoice
 
@@ -66,6 +67,7 @@ StudyOut = Annotated[
 
 def add_to(app: typer.Typer) -> None:
     """Register the commands."""
+    montecarlo.said = names_in_study  # type: ignore[attr-defined]
     app.command()(montecarlo)
     app.command()(replay)
     app.command()(centre)

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.files.writing import check_folder
-from system.forest.run import Trace, account
-from system.openspace.law import arcs_of
+from system.openspace.flight import Run
+from system.openspace.law import Bat, arcs_of
 from system.openspace.map import SIDE
 from system.openspace.picture import draw_discs, draw_path, draw_sight
 
@@ -34,21 +34,25 @@ def check_animation(path: str) -> None:
     Raises `ParameterError` for another suffix than .gif, `DataError` where there is no such folder.
     """
     if Path(path).suffix.lower() != ".gif":
-        raise ParameterError(f"--animate: {path}, must end with .gif; choose another name")
+        raise ParameterError(f"animate: {path}, must end with .gif; choose another name")
     check_folder(path)
 
 
-def save_animation(path: str, trace: Trace, frames: int = FRAMES) -> int:
-    """Write the first pings of a trace's first run; returns how many frames there are."""
-    log = trace.first.log[:frames]
+def save_animation(path: str, bat: Bat, run: Run, end: str = "", frames: int = FRAMES) -> int:
+    """Write the first pings of a bat's run; returns how many frames there are.
+
+    end: what the frame of the run's last ping says, empty where the run goes on after it.
+    """
+    log = run.log[:frames]
     figure = Figure(figsize=(4.6, 4.8), dpi=80, layout="constrained")
     FigureCanvasAgg(figure)
     ax = figure.subplots()
-    place = _around(trace.first.forest.place)
+    place = _around(run.forest.place)
 
     def frame(k: int) -> tuple[Any, ...]:
         ax.clear()
-        _draw(trace, place, log, k, ax)
+        last = end if k + 1 == len(run.log) else ""
+        _draw(bat, place, log, k, ax, last)
         return ()
 
     shown = animation.FuncAnimation(figure, frame, frames=len(log), blit=False)
@@ -56,9 +60,8 @@ def save_animation(path: str, trace: Trace, frames: int = FRAMES) -> int:
     return len(log)
 
 
-def _draw(trace: Trace, place: F64, log: F64, k: int, ax: Axes) -> None:
+def _draw(bat: Bat, place: F64, log: F64, k: int, ax: Axes, end: str) -> None:
     """Fill the axes with one ping."""
-    bat = trace.scenario.bat
     time, x, y, heading = log[k, :4]
     near = np.abs(place - np.array([x, y])).max(axis=1) < HALF + bat.zone
     draw_discs(place[near], bat.zone, ax)
@@ -68,8 +71,7 @@ def _draw(trace: Trace, place: F64, log: F64, k: int, ax: Axes) -> None:
     ax.set(xlim=(x - HALF, x + HALF), ylim=(y - HALF, y + HALF), xlabel="x (m)", ylabel="y (m)")
     ax.set_aspect("equal")
     title = f"{time:.1f} s{', scanning' if log[k, 7] else ''}"
-    ended = f"\n{account(trace).headline}" if k + 1 == trace.sample.pings else ""
-    ax.set_title(title + ended, fontsize=9)
+    ax.set_title(f"{title}\n{end}" if end else title, fontsize=9)
 
 
 def _unbroken(path: F64) -> F64:

@@ -10,27 +10,26 @@ A run of the system is one sample: flights until a collision, or a number of pin
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from circuits.circuit import BiasKind, Circuit
+from chips.selection.model import selection_errors
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
+from system.forest.animation import check_animation, save_animation
 from system.forest.weights import WEIGHTS, weighted
 from system.openspace.flight import SUCCESS, Planter, Run, Sample, ended_because, fly_sample, gets_on, planter
 from system.openspace.law import Bat, arcs_of
-from system.openspace.map import OBSTACLES, SIDE, Forest, check_count, read_forest
+from system.openspace.map import OBSTACLES, Forest, check_count, read_forest, read_place
 from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, Sensing, senses_of, with_area
+from system.option import Option, check_options, die_option, option, seed_option, temperature_option
 from system.options.block import AS_BUILT, describe_run
-from system.reader import In, Readers, number, place, read_route, read_texts, whole, words
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Output, System, metrics_with
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
@@ -41,18 +40,8 @@ PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
 CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
 ROOM_TEMPERATURE = 27.0
-SENSES = (
-    "ranges", "selection", "occlusion", "multipath", "azimuth_noise", "reader", "bias_kind", "silicon_noise",
-    "noise_seed",
-)  # fmt: skip
-PARTS = {"bat": ("vmax", "ping_rate", "weights"), "sensing": (*SENSES, "area")}  # options of these fields
-
-QUANTITIES: Readers = {"vmax": In("m/s"), "ping_rate": In("Hz"), "area": number, "azimuth_noise": In("deg")}
-STUDIED: Readers = {
-    "map": words, "obstacles": whole, "vmax": In("m/s"), "ping_rate": In("Hz"), "ranges": words,
-    "selection": words, "reader": words, "area": number, "weights": words, "pings": whole,
-    "silicon_noise": words, "noise_seed": whole,
-}  # fmt: skip
+AREA = "area"  # options that set no single field
+KINDS = "weights"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,33 +54,38 @@ class Scenario:
 
     bat: Bat = field(default_factory=Bat)
     sensing: Sensing = IDEAL
-    map: str | None = None
-    obstacles: int = OBSTACLES
-    start: tuple[float, float] | None = None
-    pings: int = PINGS
+    map: str | None = option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
+    obstacles: int = option(OBSTACLES, "How many are planted from the seed", study=True)
+    start: tuple[float, float] | None = option(
+        None, "As 40m,25m; drawn unless given", read=read_place, metavar="X,Y", key="start_m"
+    )
+    pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
     rows: int = PINGS
-    seed: int = 0
-    die: Die = NOMINAL
-    temperature_c: float = ROOM_TEMPERATURE
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
 
     def __post_init__(self) -> None:
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
-        if self.pings < 1:
-            raise ParameterError(f"--pings: {self.pings}, must be at least 1")
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
         way = self.bat.max_speed / self.bat.ping_rate
         if way > self.bat.max_range:
             raise ParameterError(
-                f"--vmax: {self.bat.max_speed:g} m/s at {self.bat.ping_rate:g} Hz is {way:.3g} m between"
+                f"vmax: {self.bat.max_speed:g} m/s at {self.bat.ping_rate:g} Hz is {way:.3g} m between"
                 f" pings, must be at most the {self.bat.max_range:g} m that a ping shows; fly slower"
             )
         if self.temperature_c != ROOM_TEMPERATURE and not self.sensing.silicon:
             raise ParameterError(
-                f"--temperature: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
-                " loop; give --ranges chip or --selection chip, or leave it out"
+                f"temperature_c: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
+                f" loop; {no_silicon(self)}, or leave it out"
             )
         if self.map is None:
             check_count(self.obstacles)
+
+
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.sensing.silicon else "give `ranges=chip` or `selection=chip`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,45 +124,19 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     return Trace(scenario, sample, first)
 
 
-def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario from those of the command line; start is `X,Y`, speed and rate are the bat's."""
-    fields = read_texts(options, {**QUANTITIES, "start": read_place})
-    if "map" in fields and "obstacles" in fields:
-        raise ParameterError("--obstacles: not with --map, which has its own; leave one out")
-    numbers = {}
-    for option, name, unit in (("vmax", "max_speed", "m/s"), ("ping_rate", "ping_rate", "Hz")):
-        if option in fields:
-            value = fields.pop(option)
-            if not 0.0 < value < float("inf"):
-                shown = option.replace("_", "-")
-                raise ParameterError(f"--{shown}: {value:g} {unit}, must be above 0 and finite")
-            numbers[name] = value
-    weights = fields.pop("weights", WEIGHTS[0])
-    sensing = read_sensing(fields)
-    return {**fields, "sensing": sensing, "bat": weighted(Bat(**numbers), weights)}
-
-
-def read_sensing(fields: dict[str, Any]) -> Sensing:
-    """Take the options of the senses out of `fields`; `azimuth_noise` is in degrees, `area` of both chips."""
-    given = {name: fields.pop(name) for name in SENSES if name in fields}
-    if "azimuth_noise" in given:
-        given["azimuth_noise"] = math.radians(given["azimuth_noise"])
-    sensing = Sensing(**given)
-    if "area" not in fields:
-        return sensing
-    if not sensing.silicon:
-        raise ParameterError("--area: no chip is in the loop; give --ranges chip or --selection chip")
-    return with_area(sensing, fields.pop("area"))
-
-
-def read_place(text: str, option: str) -> tuple[float, float]:
-    """Place of `X,Y`, m; raises `ParameterError` naming the option."""
-    x, y = place(text, option)
-    if not (0.0 <= x < SIDE and 0.0 <= y < SIDE):
-        raise ParameterError(
-            f'{option}: "{text}", must be from 0m to below {SIDE:g}m; write as in {option}=40m,25m'
-        )
-    return x, y
+def make(fields: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario with the bat's weights by its speed, and the area of both chips."""
+    if fields.get("map") is not None and "obstacles" in fields:
+        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
+    found = dict(fields)
+    if KINDS in more:
+        found["bat"] = weighted(fields.get("bat", Bat()), more[KINDS])
+    if AREA in more:
+        sensing = fields.get("sensing", IDEAL)
+        if not sensing.silicon:
+            raise ParameterError("area: no chip is in the loop; give `ranges=chip` or `selection=chip`")
+        found["sensing"] = with_area(sensing, more[AREA])
+    return found
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -230,52 +198,88 @@ def _forests(scenario: Scenario) -> Planter:
     return same
 
 
-@dataclass(frozen=True, slots=True)
-class ForestSystem:
-    """The system as the command line sees it."""
-
-    name: str = "forest"
-    summary: str = "bat that flies through a dense forest by pings in five directions and a choice of arcs"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED, "collided")
-    study_metrics: tuple[str, ...] = ("avoided", "collided")  # unless others are asked for
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields, or of options as the command line has them."""
-        return scenario_of(self.name, Scenario, options, read_options, PARTS)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario: a forest a die, with chips its silicon too."""
-        if level != "behavioural":
-            raise ParameterError("--level: the forest's chips are behavioural models; leave it out")
-        given = read_route(self.name, route, STUDIED)
-        if bias_kind is not None:
-            given["bias_kind"] = bias_kind
-        silicon = read_options(given)["sensing"].silicon
-        return {"pings": CHIP_STUDY_PINGS if silicon else STUDY_PINGS, "rows": 0, **given}
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What its chips are made of: nothing that deviates in every one of its runs."""
-        return ()
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run."""
-        draw(trace, figure)
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the sample's own; rows are those of its first run."""
+    s, first = trace.scenario, trace.first
+    log, sensing = first.log, s.sensing
+    return {
+        "obstacles": len(first.forest.place),
+        "silicon_noise": sensing.silicon_noise,
+        "ping_bias": s.bat.ping_bias,
+        "immediacy_range_m": s.bat.immediacy_range,
+        **({AREA: sensing.ranging_area} if sensing.silicon else {}),
+        **({"selection_errors": dict(selection_errors())} if sensing.selection == "chip" else {}),
+        "zone_m": s.bat.zone,
+        "start_m": first.start,
+        "ended": account(trace).reason,
+        "obstacles_m": first.forest.place,
+        "time_s": log[:, 0],
+        "path_m": trace.path,
+        "heading_rad": log[:, 3],
+        "ping_direction": log[:, 4].astype(int),
+        "arc": log[:, 5].astype(int),
+        "scanning": log[:, 7].astype(bool),
+    }
 
 
-SYSTEM = ForestSystem()
+def title(trace: Trace) -> str:
+    """Heading of a sample's numbers."""
+    bat, sensing = trace.scenario.bat, trace.scenario.sensing
+    flight = f"{len(trace.first.forest.place)} obstacles, {bat.max_speed:g} m/s, {bat.ping_rate:g} Hz"
+    return f"{flight}, ranges {sensing.ranges}, selection {sensing.selection}"
+
+
+def first_run(trace: Trace) -> tuple[str, ...]:
+    """Where the first run began and ended."""
+    (x, y), (end_x, end_y) = trace.first.start, trace.first.end
+    return (f"first of {trace.sample.runs} runs from {x:.2f},{y:.2f} m to {end_x:.2f},{end_y:.2f} m",)
+
+
+def told(trace: Trace) -> Iterator[str]:
+    """What a sample says under its numbers."""
+    if trace.scenario.sensing.ranges == "chip":
+        yield "the chip gives ranges only: azimuths are the true ones, with `azimuth_noise` if any"
+    if not trace.sample.collided:
+        yield "`pings=N` flies on"
+
+
+def animate(path: str, trace: Trace) -> None:
+    """Write the first pings of the first run as an animation."""
+    end = account(trace).headline if trace.sample.pings == len(trace.first.log) else ""
+    save_animation(path, trace.scenario.bat, trace.first, end)
+
+
+def of_study(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Pings of a study's samples, fewer with chips; no rows of a path are kept."""
+    silicon = "chip" in (given.get("ranges"), given.get("selection"))
+    return {"pings": CHIP_STUDY_PINGS if silicon else STUDY_PINGS, "rows": 0}
+
+
+SYSTEM = System(
+    name="forest",
+    summary="bat that flies through a dense forest by pings in five directions and a choice of arcs",
+    about="A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    yes_no=(SUCCEEDED, "collided"),
+    study_metrics=("avoided", "collided"),
+    study=of_study,
+    no_silicon=no_silicon,
+    more={
+        KINDS: Option(help="Fixed, or by the speed straight ahead", choices=WEIGHTS, study=True),
+        AREA: Option(help="Of a chip's devices, over the circuits'", unit="", study=True, silicon=True),
+    },
+    make=make,
+    document=document,
+    title=title,
+    before=first_run,
+    after=told,
+    outputs={
+        "animate": Output(help="Draw the first pings into a .gif file.", check=check_animation, write=animate)
+    },
+)

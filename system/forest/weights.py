@@ -27,7 +27,7 @@ PING_BIAS = (1.2, 2.0, 2.45)
 def weighted(bat: Bat, weights: str) -> Bat:
     """A bat with its weights as they are, or by its V_MAX; raises `ParameterError` for no such kind."""
     if weights not in WEIGHTS:
-        raise ParameterError(f"--weights: {weights}, must be {' or '.join(WEIGHTS)}")
+        raise ParameterError(f"weights: {weights}, must be {' or '.join(WEIGHTS)}")
     if weights == "fixed":
         return bat
     return replace(bat, ping_bias=float(np.interp(bat.max_speed, SPEEDS, PING_BIAS)))

@@ -12,9 +12,14 @@ from dataclasses import dataclass, fields
 
 from chips.lso.measure import LEVELS
 from circuits.errors import ParameterError
+from system.option import option
 
 BEHIND = 0.5 * math.pi  # rad from straight ahead: what is further is behind the head
 _NOT_NEGATIVE = ("gain", "ear_noise", "glint", "swing", "azimuth")
+
+
+def _radians(degrees: float) -> float:
+    return degrees * math.radians(1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +61,15 @@ class SonarHead:
     lowest: float = 80e-3
     level_step: float = 3.0
     blanking: float = 3e-3
-    ear_noise: float = 0.1
+    ear_noise: float = option(
+        0.1, "Of each ear's echo, relative rms", name="noise", unit="", least=0.0, study=True, key=""
+    )
     glint: float = 0.2
-    ping_rate: float = 10.0
+    ping_rate: float = option(10.0, "Of pings", unit="Hz", above=0.0, study=True)
     decision: float = 0.6
-    gain: float = math.radians(1.5)
+    gain: float = option(
+        math.radians(1.5), "Of the neck a spike", unit="deg", to_field=_radians, least=0.0, study=True, key=""
+    )
     neck_speed: float = math.radians(480.0)
     neck_step: float = math.radians(0.5)
     neck_most: float = math.radians(80.0)
@@ -102,13 +111,15 @@ class Motion:
     =============  =====  ==============================================================================
     """
 
-    azimuth: float = math.radians(40.0)
-    period: float = 10.0
+    azimuth: float = option(
+        math.radians(40.0), "Of the target", unit="deg", to_field=_radians, least=0.0, study=True, key=""
+    )
+    period: float = option(10.0, "Of the sine", unit="s", above=0.0, study=True, key="")
     step_at: float = 1.0
     walk_rate: float = math.radians(20.0)
     walk_time: float = 1.0
-    distance: float = 1.0
-    swing: float = 0.4
+    distance: float = option(1.0, "Of the target, mean", unit="m", above=0.0, study=True)
+    swing: float = option(0.4, "Of the distance", unit="m", least=0.0, study=True)
     swing_period: float = 7.0
 
     def __post_init__(self) -> None:

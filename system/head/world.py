@@ -40,7 +40,7 @@ class Way(NamedTuple):
 def way_of(kind: str, motion: Motion, duration: float, random: np.random.Generator) -> Way:
     """Way of a motion of `MOTIONS` for a time (s); raises `ParameterError` for another."""
     if kind not in MOTIONS:
-        raise ParameterError(f"--motion: {kind}, must be {', '.join(MOTIONS[:-1])} or {MOTIONS[-1]}")
+        raise ParameterError(f"motion: {kind}, must be {', '.join(MOTIONS[:-1])} or {MOTIONS[-1]}")
     time = EVERY * np.arange(math.ceil(duration / EVERY) + 2)
     if kind == "walk":
         azimuth = _walk(time.size, motion.walk_rate, motion.walk_time, random)

@@ -133,7 +133,7 @@ def fly_sample(
     Returns the sample and its first run. Raises `ParameterError` for a start inside a zone of collision.
     """
     if pings < 1:
-        raise ParameterError(f"--pings: {pings}, must be at least 1")
+        raise ParameterError(f"pings: {pings}, must be at least 1")
     first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress, senses)
     flights, used, trapped = [flight], int(flight.counts[PINGS]), int(ended == TRAPPED)
     left = first.start[0] - float(flight.pose[LAPS_X])
@@ -203,7 +203,7 @@ def begin(
         room = clearance(forest, *start)
         if room < arcs.zone:
             raise ParameterError(
-                f"--start: {start[0]:g},{start[1]:g}, an obstacle is {room:.3g} m away, must be at least"
+                f"start: {start[0]:g},{start[1]:g}, an obstacle is {room:.3g} m away, must be at least"
                 f" {arcs.zone:g} m, the zone of collision; start elsewhere"
             )
         return start
@@ -211,7 +211,7 @@ def begin(
         x, y = SIDE * random.random(), SIDE * random.random()
         if clearance(forest, x, y) >= max(CLEAR, arcs.zone):
             return x, y
-    raise ParameterError(f"{forest.name}: no start with {CLEAR:g} m free about it was found; give --start")
+    raise ParameterError(f"{forest.name}: no start with {CLEAR:g} m free about it was found; give `start`")
 
 
 def _sum_up(done: list[Flight], trapped: int, left: float, *, collided: bool) -> Sample:

@@ -22,6 +22,7 @@ import numpy as np
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
 from system.openspace.choice import SIGNED, check_number, grouped, ping_directions, weights
+from system.option import option
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
@@ -71,8 +72,8 @@ class Bat:
     ===================  =====  ===========================================================================
     """
 
-    max_speed: float = 2.0
-    ping_rate: float = 5.0
+    max_speed: float = option(2.0, "Straight ahead", name="vmax", unit="m/s", above=0.0, study=True)
+    ping_rate: float = option(5.0, "Of pings", unit="Hz", above=0.0, study=True)
     max_range: float = 5.0
     view_sigma: float = math.radians(30.0)
     max_risk: float = 10.0

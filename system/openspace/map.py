@@ -19,6 +19,7 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
+from system.reader import place
 from system.worlds.place_file import read_places
 
 SIDE = 50.0  # m, the paper's
@@ -81,7 +82,7 @@ def plant(obstacles: int, random: np.random.Generator, spacing: float = SPACING)
 def check_count(obstacles: int, spacing: float = SPACING) -> None:
     """Raise `ParameterError` unless so many obstacles may find a place."""
     if obstacles < 1:
-        raise ParameterError(f"--obstacles: {obstacles}, must be at least 1; the paper has 500 to 1700")
+        raise ParameterError(f"obstacles: {obstacles}, must be at least 1; the paper has 500 to 1700")
     if obstacles > densest(spacing):
         raise _too_dense(obstacles, spacing)
 
@@ -89,6 +90,16 @@ def check_count(obstacles: int, spacing: float = SPACING) -> None:
 def densest(spacing: float = SPACING) -> int:
     """How many obstacles can be placed one after the other, on average: discs cover 0.547 of a plane."""
     return int(_FULL * 4.0 * SIDE**2 / (math.pi * spacing**2))
+
+
+def read_place(text: str, option: str) -> tuple[float, float]:
+    """Place of `X,Y`, m; raises `ParameterError` naming the option."""
+    x, y = place(text, option)
+    if not (0.0 <= x < SIDE and 0.0 <= y < SIDE):
+        raise ParameterError(
+            f'{option}: "{text}", must be from 0m to below {SIDE:g}m; write as in `{option}=40m,25m`'
+        )
+    return x, y
 
 
 def read_forest(path: str) -> Forest:
@@ -172,6 +183,6 @@ def _is_free(x: float, y: float, i: int, j: int, place: F64, held: I64, spacing:
 
 def _too_dense(obstacles: int, spacing: float) -> ParameterError:
     return ParameterError(
-        f"--obstacles: {obstacles}, must fit {SIDE:g} x {SIDE:g} m at least {spacing:g} m apart; up to about"
+        f"obstacles: {obstacles}, must fit {SIDE:g} x {SIDE:g} m at least {spacing:g} m apart; up to about"
         f" {int(0.9 * densest(spacing))} do"
     )

@@ -144,7 +144,7 @@ def values_of(
     Raises `ParameterError` for a calibration that is none.
     """
     if calibration not in CALIBRATIONS:
-        raise ParameterError(f"--reader: {calibration}, must be {' or '.join(CALIBRATIONS)}")
+        raise ParameterError(f"reader: {calibration}, must be {' or '.join(CALIBRATIONS)}")
     values = _nominal_lookup(silicon.process)
     if calibration == "nominal":
         return values

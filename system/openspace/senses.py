@@ -40,7 +40,8 @@ from system.openspace.law import ARCS, Bat
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.openspace.senses_kernel import Senses
-from system.options.noise import Noisy, check_noise, silicon_noise
+from system.option import bias_kind_option, option
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.worlds.sound.acoustics import AIR_TEMPERATURE, speed_of_sound
 from system.worlds.sound.ear import CALL_DURATION
 
@@ -61,30 +62,33 @@ class Sensing:
     silicon_noise: of both chips' devices, by noise_seed (or the run's).
     """
 
-    ranges: str = "exact"
-    selection: str = "ideal"
-    occlusion: bool = False
-    multipath: bool = False
-    azimuth_noise: float = 0.0
-    reader: Calibration = "nominal"
-    bias_kind: BiasKind | None = None
+    ranges: str = option("exact", "Exact places, of a sonar, or of a chip", choices=RANGES, study=True)
+    selection: str = option("ideal", "Ideal, or a die's", choices=SELECTIONS, study=True)
+    occlusion: bool = option(default=False, about="Obstacles hide those behind them")
+    multipath: bool = option(default=False, about="Echoes by way of two obstacles")
+    azimuth_noise: float = option(0.0, "Of every echo, standard deviation", unit="deg", to_field=math.radians)
+    reader: Calibration = option(
+        "nominal", "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True,
+        silicon=True, choices=CALIBRATIONS,
+    )  # fmt: skip
+    bias_kind: BiasKind | None = bias_kind_option(None)
     ranging_area: float = 1.0
     selection_area: float = 1.0
-    silicon_noise: Noisy = "off"
-    noise_seed: int | None = None
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the option that breaks its rule."""
         if self.ranges not in RANGES:
-            raise ParameterError(f"--ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
+            raise ParameterError(f"ranges: {self.ranges}, must be {', '.join(RANGES[:-1])} or {RANGES[-1]}")
         if self.selection not in SELECTIONS:
-            raise ParameterError(f"--selection: {self.selection}, must be {' or '.join(SELECTIONS)}")
+            raise ParameterError(f"selection: {self.selection}, must be {' or '.join(SELECTIONS)}")
         check_noise(self.silicon_noise, self.noise_seed)
         if self.reader not in CALIBRATIONS:
-            raise ParameterError(f"--reader: {self.reader}, must be {' or '.join(CALIBRATIONS)}")
+            raise ParameterError(f"reader: {self.reader}, must be {' or '.join(CALIBRATIONS)}")
         if not 0.0 <= self.azimuth_noise < math.pi:
             degrees = math.degrees(self.azimuth_noise)
-            raise ParameterError(f"--azimuth-noise: {degrees:g} degrees, must be from 0 to below 180")
+            raise ParameterError(f"azimuth_noise: {degrees:g} degrees, must be from 0 to below 180")
         self._check_use()
 
     def _check_use(self) -> None:
@@ -92,17 +96,17 @@ class Sensing:
         asked = {
             "occlusion": (self.occlusion, self.ranges != "exact"),
             "multipath": (self.multipath, self.ranges != "exact"),
-            "azimuth-noise": (self.azimuth_noise > 0.0, self.ranges != "exact"),
+            "azimuth_noise": (self.azimuth_noise > 0.0, self.ranges != "exact"),
             "reader": (self.reader != "nominal", self.ranges == "chip"),
-            "bias-kind": (self.bias_kind is not None, self.ranges == "chip"),
+            "bias_kind": (self.bias_kind is not None, self.ranges == "chip"),
         }
         for name, (given, used) in asked.items():
             if given and not used:
-                wanted = "chip" if name in {"reader", "bias-kind"} else "sonar or chip"
-                raise ParameterError(f"--{name}: not with --ranges {self.ranges}; give --ranges {wanted}")
+                wanted = "chip" if name in {"reader", "bias_kind"} else "sonar` or `ranges=chip"
+                raise ParameterError(f"{name}: not with `ranges={self.ranges}`; give `ranges={wanted}`")
         if self.silicon_noise != "off" and not self.silicon:
             raise ParameterError(
-                "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"
+                "silicon_noise: no chip is in the loop; give `ranges=chip` or `selection=chip`"
             )
 
     @property

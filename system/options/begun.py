@@ -19,7 +19,7 @@ def begun(testbench: Testbench, choice: BeginChoice) -> Testbench:
     """
     if choice == FREE:
         return testbench
-    voltages = read_voltages(choice.held, "--ic")
+    voltages = read_voltages(choice.held, "ic")
     flat = flatten(testbench.circuit)
     for node in voltages:
         flat.node(node)

@@ -154,14 +154,14 @@ def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:
     chip = chip_block.build(chip_block.params())
     if not parts:
         known = ", ".join(instance_names(chip)) or "none"
-        raise ParameterError(f"--at: {text}, must be CHIP/INSTANCE; instances of {name} are {known}")
+        raise ParameterError(f"at: {text}, must be CHIP/INSTANCE; instances of {name} are {known}")
     try:
         path = [split_reference(part) for part in parts]
     except TopologyError as error:
-        raise ParameterError(f"--at: {error}") from None
+        raise ParameterError(f"at: {error}") from None
     circuit, place = circuit_at(chip, path)
     if circuit.name != wanted.name:
-        raise ParameterError(f"--at: {text} is a {circuit.name}, must be a {wanted.name}; name another place")
+        raise ParameterError(f"at: {text} is a {circuit.name}, must be a {wanted.name}; name another place")
     return circuit, place
 
 
@@ -196,7 +196,7 @@ def read_params(params: Any, texts: Iterable[str]) -> Any:
     """Return `params` with the values of `texts` set."""
     known = {p.name: p for p in parameters(params)}
     for text in texts:
-        name, value = split_assignment(text, "--param")
+        name, value = split_assignment(text, "param")
         if name not in known:
             raise unknown_name("parameter", name, known)
         params = _set(params, name, _like(known[name], value))
@@ -209,7 +209,7 @@ def read_bias_set(block: Block, name: str) -> Mapping[str, float]:
     Raises `UnknownNameError` with the names that there are, `ParameterError` for a block without any.
     """
     if not block.bias_sets:
-        raise ParameterError(f"--bias-set: {name}, {block.name} has no named sets; set biases by --bias")
+        raise ParameterError(f"bias_set: {name}, {block.name} has no named sets; set biases by `bias`")
     if name not in block.bias_sets:
         raise unknown_name(f"{block.name} bias set", name, block.bias_sets)
     return block.bias_sets[name]
@@ -220,7 +220,7 @@ def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
     known = {b.name: b for b in circuit.biases}
     values: dict[str, Value] = {}
     for text in texts:
-        name, value = split_assignment(text, "--bias")
+        name, value = split_assignment(text, "bias")
         element = _ELEMENT.fullmatch(name)
         name = element.group(1) if element else name
         if name not in known:
@@ -249,7 +249,7 @@ def read_stimuli(known: Iterable[Stimulus], texts: Iterable[str]) -> dict[str, f
     by_name = {s.name: s for s in known}
     values = {s.name: s.default for s in by_name.values()}
     for text in texts:
-        name, value = split_assignment(text, "--stimulus")
+        name, value = split_assignment(text, "stimulus")
         if name not in by_name:
             raise unknown_name("stimulus", name, by_name)
         values[name] = _stimulus(by_name[name], value)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from chips.noise import SiliconNoise
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
+from system.option import option
 
 Noisy = Literal["off", "white", "all"]
 NOISY: tuple[Noisy, ...] = ("off", "white", "all")
@@ -15,7 +16,7 @@ NOISY: tuple[Noisy, ...] = ("off", "white", "all")
 def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
     """Noise of a run's seed: `white`, or `all` with flicker too; None for `off`."""
     if noisy not in NOISY:
-        raise ParameterError(f"--silicon-noise: {noisy}, must be {' or '.join(NOISY)}")
+        raise ParameterError(f"silicon_noise: {noisy}, must be {' or '.join(NOISY)}")
     if noisy == "off":
         return None
     return SiliconNoise(seed, flicker=WHITE_ONLY if noisy == "white" else None)
@@ -25,4 +26,15 @@ def check_noise(noisy: str, seed: int | None) -> None:
     """Refuse what is no noise, and a seed of noise (None for the run's own) that is off."""
     silicon_noise(noisy, 0)
     if seed is not None and noisy == "off":
-        raise ParameterError(f"--noise-seed: {seed}, there is no noise; give --silicon-noise white or all")
+        raise ParameterError(f"noise_seed: {seed}, there is no noise; give `silicon_noise=white` or all")
+
+
+def noise_option(**stated: Any) -> Any:
+    """The field of a scenario for the noise of its chips' devices, of the scenario's seed."""
+    about = "Of the chip's devices, by the seed: off, white, or all with flicker"
+    return option("off", about, **{"study": True, "silicon": True, **stated})
+
+
+def noise_seed_option(**stated: Any) -> Any:
+    """The field of a scenario for the seed of that noise where it is another than the scenario's."""
+    return option(None, "Of the noise of the chip's devices", study=True, run=False, key="", **stated)

@@ -15,7 +15,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.process import check_temperature
 from circuits.units import parse_quantity
 
-OPTION = "--temperature"
+OPTION = "temperature"
 
 
 def read_course(text: str) -> float | Polyline:

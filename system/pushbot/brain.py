@@ -53,11 +53,11 @@ class Architecture:
     raised: bool = False
 
     def __post_init__(self) -> None:
-        for name, given in (("--frame", self.frame), ("--raise-lateral", self.raised)):
+        for name, given in (("frame", self.frame), ("raise_lateral", self.raised)):
             if given and self.modified:
-                raise ParameterError(f"{name}: with --modified, must be without; its chip is full")
+                raise ParameterError(f"{name}: with `modified`, must be without; its chip is full")
             if given and not self.target:
-                raise ParameterError(f"{name}: without a target, must have one; give --target")
+                raise ParameterError(f"{name}: without a target, must have one; give `target`")
 
 
 def brain_of(

@@ -42,17 +42,17 @@ class Readout:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise ParameterError(f"--readout: {self.kind}, must be one of {', '.join(KINDS)}")
+            raise ParameterError(f"readout: {self.kind}, must be one of {', '.join(KINDS)}")
         if self.kind == "spikes":
             if self.window != DIRECT:
                 raise ParameterError(
-                    f"--window: {self.window:g} s, must not be given with --readout spikes; leave it out"
+                    f"window: {self.window:g} s, must not be given with `readout=spikes`; leave it out"
                 )
             return
         looks = round(self.window / LOOK)
         if looks < 1 or abs(looks * LOOK - self.window) > 1e-9:
             raise ParameterError(
-                f"--window: {self.window:g} s, must be a whole number of {LOOK:g} s; the paper has 500ms and"
+                f"window: {self.window:g} s, must be a whole number of {LOOK:g} s; the paper has 500ms and"
                 " 50ms"
             )
 

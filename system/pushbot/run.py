@@ -7,7 +7,7 @@ drives and speed -> commands by equations (1) and (2) -> robot. Sensor and chip 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,36 +17,25 @@ from matplotlib.figure import Figure
 from chips.noise import SiliconNoise
 from chips.rolls import circuit as rolls_circuit
 from circuits.arrays import F64
-from circuits.circuit import BiasKind, Circuit
-from circuits.errors import ParameterError
+from circuits.circuit import BiasKind
 from circuits.silicon.die import NOMINAL, Die
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.block import describe_run
-from system.options.noise import Noisy, check_noise, silicon_noise
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import FIELD_SCENES, Architecture, brain_of
 from system.pushbot.course import Course, course_of, passage
 from system.pushbot.drive import Run, begin_run
-from system.pushbot.loop import Brain, Record, all_spikes, open_loop, rates, step
+from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop, rates, step
 from system.pushbot.network.power import activity_power
 from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
 from system.pushbot.readout import Kind as ReadoutKind
 from system.pushbot.run_picture import draw_run
-from system.reader import (
-    Readers,
-    metres,
-    number,
-    read_route,
-    read_texts,
-    seconds,
-    switch,
-    whole,
-    words,
-)
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, Output, System, metrics_with
 from system.worlds.arena.file import load_scene
 from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene, recoloured
+from system.worlds.camera.file import check_events, write_events
 from system.worlds.standing import share_standing
 
 DEFAULT_SCENE = "single-block"
@@ -70,16 +59,6 @@ SUMMARY = (
     "raised_s", "frame_spikes",
 )  # fmt: skip
 
-QUANTITIES: Readers = {
-    "speed_factor": number, "turn_factor": number, "window": seconds, "dropped": number, "duration": seconds,
-    "way": metres,
-}  # fmt: skip
-STUDIED: Readers = {
-    **QUANTITIES, "scene": words, "readout": words, "modified": switch, "colour": words, "light": words,
-    "target": switch, "exc": whole, "calibrated": switch, "frame": switch, "raise_lateral": switch,
-    "silicon_noise": words,
-}  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
@@ -94,36 +73,59 @@ class Scenario:
     the scene and the sensor.
     """
 
-    scene: str = DEFAULT_SCENE
-    speed_factor: float = 0.5
-    turn_factor: float | None = None
-    window: float | None = None
-    readout: ReadoutKind = "sliding"
-    modified: bool = False
-    dropped: float = 0.8
-    colour: str | None = None
-    light: str | None = None
-    target: bool | None = None
-    duration: float | None = None
-    way: float | None = None
-    exc: int = 16
-    seed: int = 0
-    die: Die = NOMINAL
-    temperature_c: float = 27.0
-    bias_kind: BiasKind = "generator"
-    calibrated: bool = True
-    frame: bool = False
-    raise_lateral: bool = False
-    silicon_noise: Noisy = "off"
-    noise_seed: int | None = None
+    scene: str = option(DEFAULT_SCENE, "Its name, or a FILE.toml", metavar="SCENE", study=True)
+    speed_factor: float = option(
+        0.5, "Of equation (2), the usual one about 0.35 m/s", unit="", study=True, key="speed_factor"
+    )
+    turn_factor: float | None = option(
+        None, "Of equation (1), 0.5, or 2 for the modified architecture, unless given", unit="", study=True
+    )
+    window: float | None = option(
+        None, "In which spikes are counted, 500ms unless told otherwise", unit="s", study=True
+    )
+    readout: ReadoutKind = option(
+        "sliding", "As fixed a command at each window's end, as spikes to the motors", study=True
+    )
+    modified: bool = option(
+        default=False, about="Gyro-driven suppression and graded weights (section 3.4)", study=True
+    )
+    dropped: float = option(
+        0.8, "Of events that are dropped at random", name="drop", unit="", metavar="SHARE", study=True
+    )
+    colour: str | None = option(None, "Of the blocks, as blue, red or yellow", study=True, key="")
+    light: str | None = option(None, "As normal, dark, very-dark, or 500lux", study=True, key="")
+    target: bool | None = option(
+        None, "Events to the target field; where the scene has a target", study=True, key=""
+    )
+    duration: float | None = option(
+        None, "After which the run ends; the scene's", unit="s", above=0.0, study=True, key=""
+    )
+    way: float | None = option(
+        None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
+    )
+    exc: int = option(16, "Neurons that fire constantly", study=True, key="")
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(27.0)
+    bias_kind: BiasKind = bias_kind_option("generator")
+    calibrated: bool = option(
+        default=True,
+        about="Codes of the die's own calibration; they are",
+        study=True,
+        opposite="uncalibrated",
+    )
+    frame: bool = option(
+        default=False, about="A target frame that keeps its orientation, on a second chip", study=True, key=""
+    )
+    raise_lateral: bool = option(
+        default=False, about="Stronger lateral weights while the target is lost", study=True, key=""
+    )
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
 
     def __post_init__(self) -> None:
-        if self.duration is not None and not self.duration > 0.0:
-            raise ParameterError(f"--duration: {self.duration:g} s, must be > 0")
-        if self.way is not None and not self.way > 0.0:
-            raise ParameterError(f"--way: {self.way:g} m, must be > 0")
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
         check_noise(self.silicon_noise, self.noise_seed)
 
     def device_noise(self) -> SiliconNoise | None:
@@ -222,11 +224,6 @@ def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
     return math.ceil(2.0 * course.distance / speed + MARGIN)
 
 
-def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario, whose quantities may be texts. Raises `ParameterError`."""
-    return read_texts(options, QUANTITIES)
-
-
 def summarise(trace: Trace) -> dict[str, float | None]:
     """Scalars of a run: `distance_cm` at the obstacle line, 0 after a collision, None where not crossed."""
     path = np.array(trace.drive.path)
@@ -300,52 +297,70 @@ def _cm(metres: float | None) -> float | None:
     return None if metres is None or not math.isfinite(metres) else 100.0 * metres
 
 
-@dataclass(frozen=True, slots=True)
-class PushbotSystem:
-    """The system as the command line sees it."""
-
-    name: str = "pushbot"
-    summary: str = "robot with an event camera that a network on the ROLLS chip steers round obstacles"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED, "collided", "crossed", "between")
-    study_metrics: tuple[str, ...] = ("collided", "distance_cm")  # unless others are asked for
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields, or of options as the command line has them."""
-        return scenario_of(self.name, Scenario, options, read_options)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario: the default scene unless asked; the chip's model is behavioural."""
-        if level != "behavioural":
-            raise ParameterError("--level: the robot's chip is a behavioural model; leave it out")
-        fields = {"bias_kind": bias_kind or "generator", **read_route(self.name, route, STUDIED)}
-        scenario = Scenario(**fields)
-        scenario.read()
-        scene_of(scenario)  # what is wrong with it is said before the study
-        return fields
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of: a row of the chip."""
-        return (rolls_circuit.row(),)
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run."""
-        draw_run(trace.scene, trace.drive, trace.brain, trace.record, account(trace).headline, figure)
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the run's own."""
+    s, path = trace.scenario, np.array(trace.drive.path)
+    time, found = rates(trace.brain.network, trace.record, max(float(path[-1, 0]), LOOK))
+    readout, chip = s.read(), trace.brain.chip
+    return {
+        "scene": trace.scene.name,
+        "turn_factor": readout.factors.turn,
+        "window_s": readout.window,
+        "readout": readout.kind,
+        "target_field": trace.brain.target,
+        "codes": dict(sorted(chip.program.biases.codes().items())),  # coarse and fine
+        "neurons": {p.name: len(p) for p in trace.brain.network.populations},
+        "cautions": chip.cautions(),
+        "touched": trace.drive.touched,
+        "path": path,  # s, m, m, rad
+        "commands": np.array(trace.record.commands).reshape(-1, 3),  # s, v, w
+        "rate_time_s": time,
+        "rates_Hz": found,
+        "obstacle_line_m": None if trace.course is None else trace.course.distance,
+    }
 
 
-SYSTEM = PushbotSystem()
+def title(trace: Trace) -> str:
+    """Heading of a run's numbers."""
+    s = trace.scenario
+    factors = f"speed factor {s.speed_factor:g}, turn factor {s.read().factors.turn:g}"
+    return f"{trace.scene.name}, {factors}, {s.die}"
+
+
+def check_scene(scenario: Scenario) -> None:
+    """Refuse a readout, scene, light or colour that there is none of."""
+    scenario.read()
+    scene_of(scenario)
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill a figure with a run."""
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, account(trace).headline, figure)
+
+
+SYSTEM = System(
+    name="pushbot",
+    summary="robot with an event camera that a network on the ROLLS chip steers round obstacles",
+    about="A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    yes_no=(SUCCEEDED, "collided", "crossed", "between"),
+    study_metrics=("collided", "distance_cm"),
+    study=lambda _: {"bias_kind": "generator"},
+    check_study=check_scene,
+    document=document,
+    title=title,
+    outputs={
+        "events": Output(
+            help="Write events that arrived, at their times there, into a .aedat4, .npz or .txt.",
+            check=check_events,
+            write=lambda path, trace: write_events(path, all_events(trace.record)),
+        )
+    },
+    circuits=lambda: (rolls_circuit.row(),),
+)

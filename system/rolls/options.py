@@ -26,23 +26,23 @@ def bias_table(text: str | None) -> BiasTable:
 def silicon_of(choice: SiliconChoice) -> Silicon:
     """Silicon of a whole chip; raises `ParameterError` for a place on another one, or a bad temperature."""
     if choice.at is not None:
-        raise ParameterError(f"--at: {choice.at}, the chip stands by itself; leave it out")
-    celsius = parse_quantity(choice.temperature, "degC", "--temperature")
+        raise ParameterError(f"at: {choice.at}, the chip stands by itself; leave it out")
+    celsius = parse_quantity(choice.temperature, "degC", "temperature")
     return Silicon(ROLLS_180, celsius, read_die(choice))
 
 
 def refuse_block_options(params: Collection[str], biases: Collection[str], bias_set: str | None) -> None:
     """Raise `ParameterError` for options of blocks: the chip's biases are codes."""
     for option, given in (
-        ("--param", bool(params)),
-        ("--bias", bool(biases)),
-        ("--bias-set", bool(bias_set)),
+        ("param", bool(params)),
+        ("bias", bool(biases)),
+        ("bias_set", bool(bias_set)),
     ):
         if given:
-            raise ParameterError(f"{option}: rolls has its biases by code; give --bias-file FILE")
+            raise ParameterError(f"{option}: rolls has its biases by code; give `bias_file=FILE`")
 
 
 def refuse_bias_file(block: str, bias_file: str | None) -> None:
     """Raise `ParameterError` for a bias file of anything but the chip."""
     if bias_file is not None:
-        raise ParameterError(f"--bias-file: {bias_file}, of rolls only; set biases of {block} by --bias")
+        raise ParameterError(f"bias_file: {bias_file}, of rolls only; set biases of {block} by `bias`")

@@ -9,7 +9,7 @@ where it would fire without events.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,18 +22,17 @@ from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
 from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, Bools
-from circuits.circuit import BiasKind, Circuit
+from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.block import describe_run
-from system.options.noise import Noisy, silicon_noise
+from system.options.noise import Noisy, noise_option, silicon_noise
 from system.plot import COLOURS, INK
-from system.reader import In, Readers, read_route, read_texts, seconds, words
 from system.rolls.options import bias_table
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.system import Account, System, metrics_with
 
 INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
 SETTLING = 0.1  # s, before rates are counted; ours
@@ -45,36 +44,33 @@ SUCCESS = (
     " without events no neuron fires"
 )
 STUDY_DURATION = 4.0  # s, unless asked
-STUDIED: Readers = {
-    "duration": seconds,
-    "bias_file": words,
-    "silicon_noise": words,
-    "input_rate": In("Hz"),
-}
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
     """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of events and noise."""
 
-    bias_file: str | None = None
-    input_rate: float = INPUT_RATE
-    duration: float = 1.0
-    bias_kind: BiasKind = "gate"
-    die: Die = NOMINAL
-    temperature_c: float = 27.0
-    seed: int = 0
-    silicon_noise: Noisy = "off"
+    bias_file: str | None = option(
+        None, "Codes: rolls_default, rolls_parallella or a CSV; the first unless given", metavar="FILE",
+        study=True,
+    )  # fmt: skip
+    input_rate: float = option(
+        INPUT_RATE, "Of events a neuron, 0Hz for none", unit="Hz", least=0.0, study=True
+    )
+    duration: float = option(1.0, "Of the run", unit="s", study=True)
+    bias_kind: BiasKind = bias_kind_option("gate")
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(27.0)
+    seed: int = seed_option()
+    silicon_noise: Noisy = noise_option()
 
     def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
         if not self.duration > SETTLING:
             raise ParameterError(
-                f"--duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
+                f"duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
             )
-        if not self.input_rate >= 0.0:
-            raise ParameterError(f"--input-rate: {self.input_rate:g} Hz, must be >= 0; 0 is no input")
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
         silicon_noise(self.silicon_noise, self.seed)
 
 
@@ -103,11 +99,6 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
     return Trace(s, spikes, rates, on_die.restless(), on_die.cautions())
-
-
-def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario, whose quantities may be texts. Raises `ParameterError`."""
-    return read_texts(options, STUDIED)
 
 
 def events(s: Scenario) -> Inputs:
@@ -179,53 +170,42 @@ def draw(trace: Trace, figure: Figure) -> None:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class RollsSystem:
-    """The system as the command line sees it."""
-
-    name: str = "rolls"
-    summary: str = "ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED,)
-    study_metrics: tuple[str, ...] = ("population_rate", "rate_cv", "silent", "hot")
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields, or of options as the command line has them."""
-        return scenario_of(self.name, Scenario, options, read_options)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario; raises `ParameterError` for options of another system."""
-        if level != "behavioural":
-            raise ParameterError(f"--level: {level}, a whole chip must be behavioural; export a row of it")
-        given = read_route(self.name, route, STUDIED)
-        fields = {"duration": STUDY_DURATION, "bias_kind": bias_kind or "gate", **given}
-        if "bias_file" in given:
-            bias_table(given["bias_file"])  # what is wrong with it is said before the study
-        Scenario(**fields)
-        return fields
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of."""
-        return (chip(),)
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run."""
-        draw(trace, figure)
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the run's own."""
+    return {
+        "rates_Hz": trace.rates,
+        "restless": trace.restless,
+        "spike_times_s": trace.spikes.times,
+        "spike_neurons": trace.spikes.neurons,
+    }
 
 
-SYSTEM = RollsSystem()
+def title(trace: Trace) -> str:
+    """Heading of a run's numbers."""
+    s = trace.scenario
+    return f"{s.die}, {s.temperature_c:g} degC, {s.input_rate:g} events/s a neuron"
+
+
+def check_codes(scenario: Scenario) -> None:
+    """Raise `DataError` for a bias file that is none."""
+    bias_table(scenario.bias_file)
+
+
+SYSTEM = System(
+    name="rolls",
+    summary="ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)",
+    about="All neurons of a ROLLS die under equal input.",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    study_metrics=("population_rate", "rate_cv", "silent", "hot"),
+    study=lambda _: {"duration": STUDY_DURATION, "bias_kind": "gate"},
+    check_study=check_codes,
+    document=document,
+    title=title,
+    circuits=lambda: (chip(),),
+)

@@ -110,7 +110,7 @@ def check_codes(cost_map: CostMap) -> None:
         row, column = (int(v) for v in over[0])
         raise ParameterError(
             f"{cost_map.name}[{row},{column}]: {cost_map.costs[row, column]}, must be at most {MAX_CODE} on a"
-            " chip; scale the map, or use --cells ideal"
+            " chip; scale the map, or use `cells=ideal`"
         )
 
 
@@ -143,7 +143,7 @@ def for_need(cost_map: CostMap, need: str) -> CostMap:
     Raises `ParameterError` for another need.
     """
     if need not in NEEDS:
-        raise ParameterError(f"--need: {need}, must be {' or '.join(NEEDS)}")
+        raise ParameterError(f"need: {need}, must be {' or '.join(NEEDS)}")
     if need == "energy":
         return cost_map
     drivable = (cost_map.costs > 0) & (cost_map.costs <= PASSABLE)

@@ -27,7 +27,7 @@ class OnlineMap:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.rate <= 1.0:
-            raise ParameterError(f"--learn: {self.rate:g}, must be above 0 and at most 1; 1 learns at once")
+            raise ParameterError(f"learn: {self.rate:g}, must be above 0 and at most 1; 1 learns at once")
         self.updates = np.zeros(self.delays.shape, dtype=np.int64)
 
     def learn(self, cell: tuple[int, int], cost: float) -> None:
@@ -52,5 +52,5 @@ def unknown_map(costs: I64, prior: float, rate: float) -> OnlineMap:
     Raises `ParameterError` unless the rate is above 0 and at most 1, and the prior at least 1.
     """
     if not prior >= 1.0:
-        raise ParameterError(f"--prior: {prior:g}, must be >= 1; the paper's is 5")
+        raise ParameterError(f"prior: {prior:g}, must be >= 1; the paper's is 5")
     return OnlineMap(np.where(costs > 0, prior, 0.0), rate)

@@ -64,12 +64,12 @@ def plan_path(cost_map: CostMap, start: Cell, goal: Cell, planner: Planner) -> P
     ParameterError
         Start or goal is off the map or blocked, or no way leads from one to the other.
     """
-    check_cell(cost_map, start, "--start")
-    check_cell(cost_map, goal, "--goal")
+    check_cell(cost_map, start, "start")
+    check_cell(cost_map, goal, "goal")
     best = dijkstra.plan(cost_map.costs, start, goal)
     if best is None:
         raise ParameterError(
-            f"--goal: {goal[0]},{goal[1]}, must be reachable from {start[0]},{start[1]}; blocked cells of"
+            f"goal: {goal[0]},{goal[1]}, must be reachable from {start[0]},{start[1]}; blocked cells of"
             f" {cost_map.name} lie between"
         )
     return judge(cost_map.costs, planner(cost_map.costs, start, goal), path_cost(cost_map.costs, best))
@@ -79,8 +79,8 @@ def judge(costs: I64, path: I64 | None, optimal_cost: int) -> Plan:
     """Count a path that a planner found; raises `ParameterError` where it found none."""
     if path is None:
         raise ParameterError(
-            "--planner: found no path although there is one, as the paper's may where neurons fire again"
-            " before a long delay has passed; use --planner wave"
+            "planner: found no path although there is one, as the paper's may where neurons fire again"
+            " before a long delay has passed; use `planner=wave`"
         )
     return Plan(path, path_cost(costs, path), optimal_cost)
 

@@ -12,7 +12,7 @@ the mean of the costs that were sensed there, by equation (5). A plan is judged 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -23,34 +23,37 @@ from circuits.arrays import I64
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_delay import UNIT
-from circuits.circuit import BiasKind, Circuit
+from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
+from system.option import (
+    bias_kind_option,
+    check_options,
+    die_option,
+    option,
+    refuse_silicon,
+    seed_option,
+    temperature_option,
+)
 from system.options.block import describe_run
-from system.options.noise import Noisy, silicon_noise
+from system.options.noise import Noisy, noise_option, silicon_noise
 from system.plot import INK
-from system.reader import Readers, number, read_route, read_texts, seconds, words
 from system.rover.body import Rover
-from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map, read_cell
+from system.rover.cost_map import NEEDS, Cell, CostMap, check_codes, for_need, load_map, read_cell
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover.frechet import discrete_frechet
 from system.rover.online_map import OnlineMap, unknown_map
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
-from system.rover.planner import Plan, Planner, plan_path, planner_named
+from system.rover.planner import PLANNERS, Plan, Planner, plan_path, planner_named
 from system.rover.wave_planner import ChipPlanner
-from system.scenario import scenario_of
-from system.system import SUCCEEDED, Account, Summary, metrics_with, summary_of
+from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
 DEFAULT_MAP = "map1-road-obstacles"
 ROOM_TEMPERATURE = 27.0  # degC
 CELLS = ("ideal", "chip")
 START, GOAL = (2, 10), (19, 10)  # the paper's first route
-QUANTITIES: Readers = {
-    "start": read_cell, "goal": read_cell, "unit": seconds, "learn": number, "prior": number,
-}  # fmt: skip
-STUDIED: Readers = {"map": words, "start": read_cell, "goal": read_cell, "unit": seconds}
 SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
 PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 SUMMARY = (
@@ -68,52 +71,39 @@ class Scenario:
     often the way is planned and driven; posts: unmapped obstacles; sonar: whether the rover sees them.
     """
 
-    map: str = DEFAULT_MAP
-    start: Cell = START
-    goal: Cell = GOAL
-    planner: str = "wave"
-    cells: str = "ideal"
-    need: str = "energy"
-    learn: float | None = None
-    prior: float = PRIOR
-    trips: int = 1
-    posts: bool = False
-    sonar: bool = False
-    seed: int = 0
-    die: Die = NOMINAL
-    temperature_c: float = ROOM_TEMPERATURE
-    bias_kind: BiasKind = "gate"
-    unit: float = UNIT
-    silicon_noise: Noisy = "off"
+    map: str = option(DEFAULT_MAP, "As map1-road, or a file of costs", metavar="MAP", study=True)
+    start: Cell = option(
+        START, "From 0, row 0 in the north", read=read_cell, metavar="ROW,COLUMN", study=True
+    )
+    goal: Cell = option(GOAL, "As the start", read=read_cell, metavar="ROW,COLUMN", study=True)
+    planner: str = option("wave", "What plans", choices=tuple(PLANNERS))
+    cells: str = option("ideal", "Of the wave: ideal, or a die's", choices=CELLS)
+    need: str = option("energy", "What costs stand for, energy the map itself", choices=NEEDS)
+    learn: float | None = option(None, "Learn the map, above 0 up to 1", unit="", metavar="RATE")
+    prior: float = option(PRIOR, "What unknown cells are taken for", unit="", metavar="COST", key="")
+    trips: int = option(1, "How often the way is planned and driven", least=1)
+    posts: bool = option(default=False, about="Obstacles that no map has", key="")
+    sonar: bool = option(default=False, about="Turn away from what sonars see", key="")
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    bias_kind: BiasKind = bias_kind_option("gate")
+    unit: float = option(
+        UNIT, "Of the chip: delay a unit of cost", unit="s", above=0.0, study=True, silicon=True
+    )
+    silicon_noise: Noisy = noise_option(study=False)
     rover: Rover = field(default_factory=Rover)
 
     def __post_init__(self) -> None:
-        if self.trips < 1:
-            raise ParameterError(f"--trips: {self.trips}, must be at least 1")
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
-        if self.cells == "ideal":
-            _refuse_silicon(self)
-        if not self.unit > 0.0:
-            raise ParameterError(f"--unit: {self.unit:g} s, must be > 0; the design has 100us")
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        if no_silicon(self):
+            refuse_silicon(self, no_silicon(self))
 
 
-def _refuse_silicon(scenario: Scenario) -> None:
-    """Refuse what only a chip has."""
-    for option, value, usual in (
-        ("--die", scenario.die, NOMINAL),
-        ("--temperature", scenario.temperature_c, ROOM_TEMPERATURE),
-        ("--unit", scenario.unit, UNIT),
-        ("--bias-kind", scenario.bias_kind, "gate"),
-        ("--silicon-noise", scenario.silicon_noise, "off"),
-    ):
-        if value != usual:
-            raise no_silicon(option)
-
-
-def no_silicon(option: str) -> ParameterError:
-    """The error for an option of silicon where cells are ideal."""
-    return ParameterError(f"{option}: ideal cells have no silicon; add --cells chip, or leave it out")
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.cells == "chip" else "add `cells=chip`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,11 +141,6 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     return Trace(scenario, cost_map, tuple(trips))
 
 
-def read_options(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario; cells (`ROW,COLUMN`) and quantities may be texts. Raises `ParameterError`."""
-    return read_texts(options, QUANTITIES)
-
-
 def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
     """The planner that a scenario asks for.
 
@@ -163,13 +148,11 @@ def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
     for a map that has no codes on it.
     """
     planner = planner_named(scenario.planner)
-    if scenario.cells not in CELLS:
-        raise ParameterError(f"--cells: {scenario.cells}, must be {' or '.join(CELLS)}")
     if scenario.cells == "ideal":
         return planner
     if scenario.planner != "wave":
         raise ParameterError(
-            f"--cells: chip, must be ideal with --planner {scenario.planner}; a chip runs a wave"
+            f"cells: chip, must be ideal with `planner={scenario.planner}`; a chip runs a wave"
         )
     check_codes(cost_map)
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
@@ -277,49 +260,69 @@ def draw(trace: Trace, figure: Figure) -> None:
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
-@dataclass(frozen=True, slots=True)
-class RoverSystem:
-    """The system as the command line sees it."""
-
-    name: str = "rover"
-    summary: str = "robot that plans on a cost map by a wave of spikes, and drives by GPS and compass"
-    success: str = SUCCESS
-    metrics: tuple[str, ...] = metrics_with(SUMMARY)
-    yes_no: tuple[str, ...] = (SUCCEEDED, "arrived")
-    study_metrics: tuple[str, ...] = ("regret_share", "frechet_m")  # unless others are asked for
-
-    def scenario(self, **options: Any) -> Scenario:
-        """A scenario of these fields, or of options as the command line has them."""
-        return scenario_of(self.name, Scenario, options, read_options)
-
-    def study_options(
-        self, level: str, bias_kind: BiasKind | None, route: Mapping[str, Any]
-    ) -> dict[str, Any]:
-        """Fields of a study's scenario: a route on chips, whose model is behavioural."""
-        if level != "behavioural":
-            raise ParameterError("--level: the rover's cells are behavioural models; leave it out")
-        given = read_route(self.name, route, STUDIED)
-        return {"cells": "chip", "bias_kind": bias_kind or "gate", **read_options(given)}
-
-    def circuits(self) -> tuple[Circuit, ...]:
-        """What it is made of."""
-        return (axon_delay.build(), wavefront_cell.build())
-
-    def run(self, scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-        """Run a scenario."""
-        return run(scenario, progress)
-
-    def account(self, trace: Trace) -> Account:
-        """What a run says of itself."""
-        return account(trace)
-
-    def summarise(self, trace: Trace) -> Summary:
-        """Account and scalars of a run."""
-        return summary_of(account(trace), summarise(trace))
-
-    def draw(self, trace: Trace, figure: Figure) -> None:
-        """Fill a figure with a run."""
-        draw(trace, figure)
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the run's own; planned and driven way are those of the last trip."""
+    last = trace.trips[-1]
+    return {
+        "map": trace.cost_map.name,
+        "rows": trace.cost_map.shape[0],
+        "columns": trace.cost_map.shape[1],
+        "cell_width_m": trace.cost_map.cell_width,
+        "cell_height_m": trace.cost_map.cell_height,
+        "planned_path": last.plan.path,
+        "time_s": last.drive.time,
+        "driven_path_m": last.drive.place,
+        "gps_path_m": last.drive.fix,
+        "trips": [_described(trip) for trip in trace.trips],
+    }
 
 
-SYSTEM = RoverSystem()
+def _described(trip: Trip) -> dict[str, Any]:
+    return {
+        "planned_path": trip.plan.path,
+        "length": trip.plan.length,
+        "cost": trip.plan.cost,
+        "regret": trip.plan.regret,
+        "interventions": trip.drive.interventions,
+        "arrived": trip.drive.arrived,
+        "map_error": trip.map_error,
+    }
+
+
+def told(trace: Trace) -> Iterator[str]:
+    """The last way, and a line a trip where there are several."""
+    way = " ".join(f"{row},{column}" for row, column in trace.trips[-1].plan.path.tolist())
+    yield f"planned on {trace.cost_map.name}: {way}"
+    for k, trip in enumerate(trace.trips if len(trace.trips) > 1 else ()):
+        plan = trip.plan
+        costs = f"length {plan.length}, cost {plan.cost}, regret {plan.regret}"
+        yield f"trip {k}: {costs}, map error {trip.map_error:.3g}"
+
+
+def title(trace: Trace) -> str:
+    """Heading of a run's numbers."""
+    s = trace.scenario
+    die = "" if s.cells == "ideal" else f", {s.temperature_c:g} degC, {s.die}"
+    return f"{s.planner} on {s.cells} cells{die}"
+
+
+SYSTEM = System(
+    name="rover",
+    summary="robot that plans on a cost map by a wave of spikes, and drives by GPS and compass",
+    about="A rover plans on a delay-line chip and drives the way (Hwu et al. 2018).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with(SUMMARY),
+    yes_no=(SUCCEEDED, "arrived"),
+    study_metrics=("regret_share", "frechet_m"),
+    study=lambda _: {"cells": "chip", "bias_kind": "gate"},
+    no_silicon=no_silicon,
+    document=document,
+    title=title,
+    before=told,
+    circuits=lambda: (axon_delay.build(), wavefront_cell.build()),
+)

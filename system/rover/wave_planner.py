@@ -39,7 +39,7 @@ def plan_discrete(costs: I64, start: Cell, goal: Cell) -> I64 | None:
     """
     if costs.size > MOST_NEURONS:
         raise ParameterError(
-            f"--planner: paper on {costs.size} cells, must be at most {MOST_NEURONS}; use --planner wave"
+            f"planner: paper on {costs.size} cells, must be at most {MOST_NEURONS}; use `planner=wave`"
         )
     try:
         return plan_in_two_passes(costs, start, goal).second_path

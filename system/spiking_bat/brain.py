@@ -93,30 +93,30 @@ def check_timing(arcs: Arcs, numbers: Numbers) -> None:
     s = numbers
     if s.paths != arcs.curvature.size:
         raise ParameterError(
-            f"--paths: {s.paths} memories, must be {arcs.curvature.size}, the arcs of the bat; build the chip"
+            f"paths: {s.paths} memories, must be {arcs.curvature.size}, the arcs of the bat; build the chip"
             " for them"
         )
     echo, latency = longest_latency(arcs, s)
     rate = 1.0 / s.ping_period
     if s.ping_period < echo:
         raise ParameterError(
-            f"--ping-rate: {rate:g} Hz, a period of {1e3 * s.ping_period:.3g} ms is shorter than the longest"
+            f"ping_rate: {rate:g} Hz, a period of {1e3 * s.ping_period:.3g} ms is shorter than the longest"
             f" echo, {1e3 * echo:.3g} ms; ping at most {1.0 / echo:.3g} times a second"
         )
     for name, least in (("delay line", s.taps * s.tap_delay), ("emergency neuron", s.emergency)):
         if not least < s.reset_at:
             raise ParameterError(
-                f"--ping-rate: {rate:g} Hz, the {name} takes {1e3 * least:.3g} ms, must be less than the"
+                f"ping_rate: {rate:g} Hz, the {name} takes {1e3 * least:.3g} ms, must be less than the"
                 f" {1e3 * s.reset_at:.3g} ms until the reset; ping more slowly,"
                 " or use fewer taps"
             )
     if s.ping_period > s.memory:
         raise ParameterError(
-            f"--ping-rate: {rate:g} Hz, a period of {1e3 * s.ping_period:.3g} ms is longer than a memory"
+            f"ping_rate: {rate:g} Hz, a period of {1e3 * s.ping_period:.3g} ms is longer than a memory"
             f" lasts, {1e3 * s.memory:.3g} ms; ping at least {1.0 / s.memory:.3g} times a second"
         )
     if s.taps * s.tap_delay < latency:
         raise ParameterError(
-            f"--taps: {s.taps}, a delay line of {1e3 * s.taps * s.tap_delay:.3g} ms, must reach the longest"
+            f"taps: {s.taps}, a delay line of {1e3 * s.taps * s.tap_delay:.3g} ms, must reach the longest"
             f" latency of {1e3 * latency:.3g} ms; use at least {int(-(-latency // s.tap_delay))}"
         )

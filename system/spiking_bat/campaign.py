@@ -46,7 +46,7 @@ from system.spiking_bat.chip_brain import brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.loop import WINDOW, stays
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import LatencyScenario, place
+from system.spiking_bat.run import Scenario, place
 from system.study.campaign import Campaign, Numbered
 
 CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s
@@ -121,7 +121,7 @@ def network_maker() -> Maker:
 def crossed(make: Maker, seed: int) -> Crossed:
     """Fly the forest of a seed."""
     arcs = _arcs()
-    forest, start = place(LatencyScenario(seed=seed), arcs)
+    forest, start = place(Scenario(seed=seed), arcs)
     return judged(seed, fly(make(seed), arcs, forest, start, PINGS, CROSSINGS, patience=WINDOW))
 
 
@@ -133,7 +133,7 @@ def judged(seed: int, flown: Flown) -> Crossed:
 def crossed_by_analog(seed: int) -> Crossed:
     """Fly the forest of a seed with the analog model at ten pings a second."""
     arcs = _arcs()
-    forest, start = place(LatencyScenario(seed=seed), arcs)
+    forest, start = place(Scenario(seed=seed), arcs)
     flight = new_flight(*start, -np.pi, DIRECTIONS, len(forest.place), 0)
     cells, ended = cells_of(forest, margin_of(arcs)), GOING
     been = []

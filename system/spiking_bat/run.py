@@ -1,4 +1,6 @@
-"""A flight through a forest steered by spikes, as `noctule run forest --model` runs it.
+"""Spiking bat: a flight through a forest steered by spike latencies (Wen & Horiuchi 2022, sections 3 and 5).
+
+The brain is a network of ideal neurons, one of integrate-and-fire neurons, or the latency chip of a die.
 
 The forest and the start are those of the analog model's first run with the same seed, so that models can be
 compared on the same forests. A run is one flight: until a collision, or so many pings.
@@ -7,7 +9,7 @@ compared on the same forests. A run is one flight: until a collision, or so many
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from matplotlib.figure import Figure
 from chips.latency.calibration import calibrated
 from chips.latency.chip import LatencyChip
 from chips.latency.design import Design
+from chips.latency.measure import circuits
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
@@ -23,20 +26,29 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
-from system.openspace.flight import begin, ended_because, gets_on
+from system.openspace.flight import SUCCESS, begin, ended_because, gets_on
 from system.openspace.law import Arcs, Bat, arcs_of
-from system.openspace.map import OBSTACLES, SIDE, Forest, check_count, plant, read_forest
+from system.openspace.map import OBSTACLES, SIDE, Forest, check_count, plant, read_forest, read_place
 from system.openspace.picture import draw_view_of_run
-from system.options.block import describe_die, describe_run
-from system.options.noise import Noisy, silicon_noise
+from system.option import (
+    bias_kind_option,
+    check_options,
+    die_option,
+    option,
+    refuse_silicon,
+    seed_option,
+    temperature_option,
+)
+from system.options.block import describe_run
+from system.options.noise import Noisy, noise_option, silicon_noise
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
-from system.system import Account, summary_of
+from system.system import SUCCEEDED, Account, System, metrics_with
 
-MODELS = ("analog", "latency-network", "latency-chip", "latency-lif")  # of the bat's mind
+BRAINS = ("network", "chip", "lif")
 CODES = ("usual", "calibrated")  # of a chip's biases
 PING_RATE = 10.0  # Hz; the paper's in Figure 13
 PINGS = 1000  # of a flight: 100 s, or some 40 s of computing the network; ours
@@ -44,59 +56,69 @@ ROOM_TEMPERATURE = 27.0  # degC
 SUMMARY = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
 
 
-@dataclass(frozen=True, slots=True)
-class ChipChoice:
-    """Which latency chip: its silicon, biases, and units at transistor level.
+def read_unit(text: str, name: str) -> tuple[int, int]:
+    """Memory and number of a unit from `MEMORY,UNIT`; raises `ParameterError`."""
+    parts = text.split(",")
+    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
+        raise ParameterError(f'{name}: "{text}", must be MEMORY,UNIT; write as in `{name}=16,5`')
+    return int(parts[0]), int(parts[1])
 
-    codes: `usual`, or `calibrated` on its die at 27 degC; area: of its devices, over the circuits'; units: by
-    memory and number; course: pairs of time (s) and degC that the temperature follows after its beginning;
-    silicon_noise: of its devices, by the scenario's seed.
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a bat that thinks in spikes is asked to do.
+
+    brain: one of `BRAINS`; max_speed: m/s, straight ahead; ping_rate: Hz; paths, taps: memories, and taps of
+    a delay line; map: file of obstacles, None to plant `obstacles` from the seed; start: x, y in m, drawn
+    unless given; pings: after which a flight ends undecided. Of a chip: its silicon, codes (`usual`, or
+    `calibrated` on its die at 27 degC), area of its devices, over the circuits', and units at transistor
+    level, by memory and number; course: pairs of time (s) and degC that the temperature follows after its
+    beginning, `temperature_c`; silicon_noise: of its devices, by the seed.
     """
 
-    die: Die = NOMINAL
-    temperature_c: float = ROOM_TEMPERATURE
-    bias_kind: BiasKind = "gate"
-    codes: str = CODES[0]
-    area: float = 1.0
-    units: tuple[tuple[int, int], ...] = ()
-    course: tuple[tuple[float, float], ...] = ()
-    silicon_noise: Noisy = "off"
+    brain: str = option(BRAINS[0], "Ideal neurons, a die's, or integrate-and-fire ones", choices=BRAINS)
+    max_speed: float = option(
+        Bat().max_speed, "Straight ahead", name="vmax", unit="m/s", above=0.0, study=True
+    )
+    ping_rate: float = option(PING_RATE, "Of pings", unit="Hz", above=0.0, study=True)
+    paths: int = option(PATHS, "Memories", study=True)
+    taps: int = option(UNITS, "Of a delay line", study=True)
+    map: str | None = option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
+    obstacles: int = option(OBSTACLES, "How many are planted from the seed", study=True)
+    start: tuple[float, float] | None = option(
+        None, "As 40m,25m; drawn unless given", read=read_place, metavar="X,Y", key="start_m"
+    )
+    pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    course: tuple[tuple[float, float], ...] = option((), run=False, silicon=True, key="")
+    bias_kind: BiasKind = bias_kind_option("gate")
+    codes: str = option(
+        CODES[0], "Of the chip's biases: usual, or calibrated on its die at 27 degC", choices=CODES,
+        study=True, silicon=True,
+    )  # fmt: skip
+    area: float = option(1.0, "Of the chip's devices, over the circuits'", unit="", study=True, silicon=True)
+    units: tuple[tuple[int, int], ...] = option(
+        (), "A chip's unit at transistor level, repeatable", name="unit", read=read_unit, collect=tuple,
+        metavar="MEMORY,UNIT", silicon=True, key="transistor_units",
+    )  # fmt: skip
+    silicon_noise: Noisy = noise_option()
 
     def __post_init__(self) -> None:
-        if silicon_noise(self.silicon_noise, 0) is not None and self.units:
-            raise ParameterError(
-                f"--silicon-noise: {self.silicon_noise}, not with --unit, whose transistors make none here;"
-                " leave one out"
-            )
-        if self.codes not in CODES:
-            raise ParameterError(f"--codes: {self.codes}, must be {' or '.join(CODES)}")
-        if self.area != 1.0 and self.units:
-            raise ParameterError("--area: not with --unit, whose devices are the circuit's; leave one out")
-
-
-@dataclass(frozen=True, slots=True)
-class LatencyScenario:
-    """What a bat that thinks in spikes is asked to do; fields as of `system.forest.run.Scenario`."""
-
-    model: str = MODELS[1]
-    max_speed: float = Bat().max_speed
-    ping_rate: float = PING_RATE
-    paths: int = PATHS
-    taps: int = UNITS
-    map: str | None = None
-    obstacles: int = OBSTACLES
-    start: tuple[float, float] | None = None
-    pings: int = PINGS
-    seed: int = 0
-    chip: ChipChoice = field(default_factory=ChipChoice)
-
-    def __post_init__(self) -> None:
-        if self.seed < 0:
-            raise ParameterError(f"--seed: {self.seed}, must be >= 0")
-        if self.pings < 1:
-            raise ParameterError(f"--pings: {self.pings}, must be at least 1")
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
         if self.map is None:
             check_count(self.obstacles)
+        if no_silicon(self):
+            refuse_silicon(self, no_silicon(self))
+        if silicon_noise(self.silicon_noise, 0) is not None and self.units:
+            raise ParameterError(
+                f"silicon_noise: {self.silicon_noise}, not with `unit`, whose transistors make none here;"
+                " leave one out"
+            )
+        if self.area != 1.0 and self.units:
+            raise ParameterError("area: not with `unit`, whose devices are the circuit's; leave one out")
 
     @property
     def bat(self) -> Bat:
@@ -109,39 +131,30 @@ class LatencyScenario:
         return numbers_at(self.ping_rate, self.taps, self.paths)
 
 
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.brain == "chip" else "add `brain=chip`"
+
+
+def make(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields as they are; a map has its own obstacles."""
+    if fields.get("map") is not None and "obstacles" in fields:
+        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
+    return fields
+
+
 @dataclass(frozen=True, slots=True)
-class LatencyTrace:
+class Trace:
     """A flight and where it was."""
 
-    scenario: LatencyScenario
+    scenario: Scenario
     forest: Forest
     start: tuple[float, float]
     flown: Flown = field(repr=False)
     counts: Mapping[str, int] = field(default_factory=dict)
 
 
-def scenario_of(options: Mapping[str, Any]) -> LatencyScenario:
-    """A scenario of these options; raises `ParameterError` naming one that its model does not have."""
-    known = {f.name for f in fields(LatencyScenario)} | {"vmax"}
-    of_chip = {f.name for f in fields(ChipChoice)}
-    given = dict(options)
-    chip = {name: given.pop(name) for name in of_chip & set(options)}
-    if chip and options["model"] != MODELS[2]:
-        name = min(chip).replace("_", "-")
-        raise ParameterError(f"--{name}: only with --model {MODELS[2]}, which is silicon; leave it out")
-    for name in given:
-        if name not in known:
-            shown = name.replace("_", "-")
-            raise ParameterError(
-                f"--{shown}: not with --model {options['model']}, whose ranges are exact and weights fixed;"
-                " leave it out, or take --model analog"
-            )
-    if "vmax" in given:
-        given["max_speed"] = given.pop("vmax")
-    return LatencyScenario(chip=ChipChoice(**chip), **given)
-
-
-def run(scenario: LatencyScenario, progress: Callable[[float], None] | None = None) -> LatencyTrace:
+def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Fly once.
 
     Raises `DataError` for a map that is none, `ParameterError` for a forest too dense, a start inside a zone
@@ -152,68 +165,64 @@ def run(scenario: LatencyScenario, progress: Callable[[float], None] | None = No
     forest, start = place(scenario, arcs)
     flown = fly(brain, arcs, forest, start, scenario.pings, progress=progress)
     counts = brain.counts() if isinstance(brain, ChipBrain) else {}
-    return LatencyTrace(scenario, forest, start, flown, counts)
+    return Trace(scenario, forest, start, flown, counts)
 
 
-def brain_of(scenario: LatencyScenario, arcs: Arcs) -> Brain:
-    """The brain of a scenario's model."""
-    if scenario.model == MODELS[1]:
+def brain_of(scenario: Scenario, arcs: Arcs) -> Brain:
+    """The brain of a scenario."""
+    if scenario.brain == "network":
         return network_brain(arcs, scenario.numbers)
-    if scenario.model == MODELS[3]:
+    if scenario.brain == "lif":
         return network_brain(arcs, scenario.numbers, all_lif)
     check_timing(arcs, scenario.numbers)
     design = design_of(arcs, scenario.numbers)
-    course = np.array(scenario.chip.course).T if scenario.chip.course else None
+    course = np.array(scenario.course).T if scenario.course else None
     temperature = None if course is None else (course[0], course[1])
-    chip = chip_of(design, scenario.chip, scenario.seed)
-    return brain_with(chip, arcs, scenario.numbers, temperature)
+    return brain_with(chip_of(design, scenario), arcs, scenario.numbers, temperature)
 
 
-def chip_of(design: Design, choice: ChipChoice, seed: int = 0) -> LatencyChip:
-    """The chip of a choice; raises `ParameterError` for silicon or codes that there are none of.
-
-    seed: of its devices' noise.
-    """
-    silicon = Silicon(temperature_c=choice.temperature_c, die=choice.die)
-    if choice.codes == CODES[1]:
+def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
+    """The chip of a scenario; raises `ParameterError` for silicon or codes that there are none of."""
+    s = scenario
+    silicon = Silicon(temperature_c=s.temperature_c, die=s.die)
+    if s.codes == CODES[1]:
         at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
-        biases = calibrated(design, at, choice.bias_kind, area=choice.area)
+        biases = calibrated(design, at, s.bias_kind, area=s.area)
     else:
-        biases = usual_biases(design, choice.bias_kind)
-    bare = LatencyChip(design, biases, silicon, area=choice.area)
-    for memory, unit in choice.units:
+        biases = usual_biases(design, s.bias_kind)
+    bare = LatencyChip(design, biases, silicon, area=s.area)
+    for memory, unit in s.units:
         bare.check_unit(memory, unit)
-    units = {(p, u): TransistorUnit(biases, silicon, p, u) for p, u in choice.units}
-    noise = silicon_noise(choice.silicon_noise, seed)
-    return LatencyChip(design, biases, silicon, area=choice.area, units=units, noise=noise)
+    units = {(p, u): TransistorUnit(biases, silicon, p, u) for p, u in s.units}
+    noise = silicon_noise(s.silicon_noise, s.seed)
+    return LatencyChip(design, biases, silicon, area=s.area, units=units, noise=noise)
 
 
-def place(scenario: LatencyScenario, arcs: Arcs) -> tuple[Forest, tuple[float, float]]:
+def place(scenario: Scenario, arcs: Arcs) -> tuple[Forest, tuple[float, float]]:
     """Forest and start, those of the analog model's first run with this seed."""
     random = np.random.default_rng((scenario.seed, 0, 0))
     forest = plant(scenario.obstacles, random) if scenario.map is None else read_forest(scenario.map)
     return forest, begin(arcs, forest, random, scenario.start)
 
 
-def summarise(trace: LatencyTrace) -> dict[str, float]:
+def summarise(trace: Trace) -> dict[str, float]:
     """Scalars of a flight; where `collided` is 0 it would have gone on."""
     found = {name: float(getattr(trace.flown, name)) for name in SUMMARY}
     found["progress_m"] = progress(trace.flown.path)
     return found | {name: float(count) for name, count in trace.counts.items()}
 
 
-def account(trace: LatencyTrace) -> Account:
+def account(trace: Trace) -> Account:
     """What a flight says of itself, as of `system.forest.run`."""
     s, flown = trace.scenario, trace.flown
-    on: dict[str, Any] = {"model": s.model}
-    if s.model == MODELS[2]:
-        chip = s.chip
+    on: dict[str, Any] = {"brain": s.brain}
+    if s.brain == "chip":
         on |= {
-            "codes": chip.codes,
-            "area": chip.area,
-            "transistor_units": len(chip.units),
-            "silicon_noise": chip.silicon_noise,
-            **describe_run(chip.die, chip.temperature_c, chip.bias_kind),
+            "codes": s.codes,
+            "area": s.area,
+            "transistor_units": len(s.units),
+            "silicon_noise": s.silicon_noise,
+            **describe_run(s.die, s.temperature_c, s.bias_kind),
         }
     return Account(
         succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),
@@ -230,21 +239,13 @@ def progress(path: F64) -> float:
     return float(-(steps - SIDE * np.round(steps / SIDE)).sum())
 
 
-def document(trace: LatencyTrace) -> dict[str, Any]:
-    """A flight by the names that JSON has for its parts; a row is a stretch of one arc."""
+def document(trace: Trace) -> dict[str, Any]:
+    """Entries of JSON that are the flight's own; a row is a stretch of one arc."""
     s, log = trace.scenario, trace.flown.log
     return {
-        "system": "forest",
-        "model": s.model,
-        "map": s.map,
+        **({"temperature_C": s.course or s.temperature_c} if s.brain == "chip" else {}),
         "obstacles": len(trace.forest.place),
-        "max_speed_m_per_s": s.max_speed,
-        "ping_rate_Hz": s.ping_rate,
-        "paths": s.paths,
-        "taps": s.taps,
-        **(_of_chip(s.chip) if s.model == MODELS[2] else {}),
         "zone_m": s.bat.zone,
-        "seed": s.seed,
         "start_m": trace.start,
         "ended": account(trace).reason,
         "obstacles_m": trace.forest.place,
@@ -254,38 +255,62 @@ def document(trace: LatencyTrace) -> dict[str, Any]:
         "ping_direction": log[:, 4].astype(int),
         "winner": log[:, 6].astype(int),
         "scanning": log[:, 7].astype(bool),
-        "summary": summary_of(account(trace), summarise(trace)),
     }
 
 
-def _of_chip(choice: ChipChoice) -> dict[str, Any]:
-    return {
-        "temperature_C": choice.course or choice.temperature_c,
-        **describe_die(choice.die),
-        "bias_kind": choice.bias_kind,
-        "codes": choice.codes,
-        "area": choice.area,
-        "transistor_units": choice.units,
-        "silicon_noise": choice.silicon_noise,
-    }
-
-
-def _warmth(choice: ChipChoice) -> str:
-    if not choice.course:
-        return f"{choice.temperature_c:g}"
-    return f"{min(c for _, c in choice.course):g} to {max(c for _, c in choice.course):g}"
-
-
-def draw(trace: LatencyTrace, figure: Figure) -> None:
-    """Fill `figure` with the path in its forest."""
+def title(trace: Trace) -> str:
+    """Heading of a flight's numbers."""
     s = trace.scenario
-    title = (
-        f"{s.model}: {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz:"
-        f" {trace.flown.avoided} avoided"
-    )
-    if s.model == MODELS[2]:
-        title += f"\n{s.chip.die}, {_warmth(s.chip)} degC, biases by {s.chip.bias_kind}, {s.chip.codes}"
-    said = account(trace)
-    title += f"\n{said.headline}"
+    return f"{s.brain}, {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz"
+
+
+def where(trace: Trace) -> tuple[str, ...]:
+    """Where the flight began and ended."""
+    begin_at, end_at = ("{:.2f},{:.2f}".format(*at) for at in (trace.start, trace.flown.end))
+    return (f"flight from {begin_at} m to {end_at} m",)
+
+
+def told(trace: Trace) -> tuple[str, ...]:
+    """How a flight that did not end goes on."""
+    return () if trace.flown.collided else ("`pings=N` flies on",)
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` with the path in its forest."""
+    s, said = trace.scenario, account(trace)
+    heading = f"{title(trace)}: {trace.flown.avoided} avoided"
+    if s.brain == "chip":
+        heading += f"\n{s.die}, {_warmth(s)} degC, biases by {s.bias_kind}, {s.codes}"
+    heading += f"\n{said.headline}"
     place, path = trace.forest.place, trace.flown.path
-    draw_view_of_run(place, s.bat.zone, path, figure, title, succeeded=said.succeeded)
+    draw_view_of_run(place, s.bat.zone, path, figure, heading, succeeded=said.succeeded)
+
+
+def _warmth(scenario: Scenario) -> str:
+    if not scenario.course:
+        return f"{scenario.temperature_c:g}"
+    return f"{min(c for _, c in scenario.course):g} to {max(c for _, c in scenario.course):g}"
+
+
+SYSTEM = System(
+    name="spiking-bat",
+    summary="bat that flies through a dense forest by spike latencies, of a network or of a die's neurons",
+    about="A bat flies through a dense forest by spike latencies (Wen & Horiuchi 2022).",
+    success=SUCCESS,
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=summarise,
+    draw=draw,
+    metrics=metrics_with((*SUMMARY, "progress_m")),
+    yes_no=(SUCCEEDED, "collided"),
+    study_metrics=("avoided", "collided"),
+    study=lambda _: {"brain": "chip"},
+    no_silicon=no_silicon,
+    make=make,
+    document=document,
+    title=title,
+    before=where,
+    after=told,
+    circuits=circuits,
+)

@@ -72,7 +72,7 @@ class CampaignFile(Generic[Key, Result]):
         """Take the file for this process, and cut off half a last line."""
         _lock(self._path, self._descriptor)
         if os.fstat(self._descriptor).st_size != self._size:
-            raise ParameterError(f"--output: {self._path}, another process wrote to it just now; try again")
+            raise ParameterError(f"output: {self._path}, another process wrote to it just now; try again")
         if not os.access(self._path, os.W_OK):
             raise DataError(f"{self._path}: cannot be written, permission denied; name another file")
         if self._whole != self._size:
@@ -105,9 +105,9 @@ def open_runs(
     if os.path.lexists(path):
         _check_kind(path)
         if not resume:
-            raise ParameterError(f"--output: {path} is there; add --resume to go on with it, or name another")
+            raise ParameterError(f"output: {path} is there; add `resume` to go on with it, or name another")
     elif resume:
-        raise ParameterError(f"--resume: {path} is not there, nothing to go on with; leave it out")
+        raise ParameterError(f"resume: {path} is not there, nothing to go on with; leave it out")
     else:
         _begin(path, header)
     descriptor = _opened(path)
@@ -122,7 +122,7 @@ def _check_kind(path: Path) -> None:
     if not stat.S_ISREG(mode):
         kinds = {stat.S_IFDIR: "a folder", stat.S_IFLNK: "a link"}
         kind = kinds.get(stat.S_IFMT(mode), "a device or a pipe")
-        raise ParameterError(f"--output: {path} is {kind}, must be a file of its own; name another")
+        raise ParameterError(f"output: {path} is {kind}, must be a file of its own; name another")
 
 
 def _begin(path: Path, header: Header) -> None:
@@ -130,7 +130,7 @@ def _begin(path: Path, header: Header) -> None:
     try:
         descriptor = os.open(path, _OPEN | os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
     except FileExistsError:
-        raise ParameterError(f"--output: {path} is there by now; name another file") from None
+        raise ParameterError(f"output: {path} is there by now; name another file") from None
     except OSError as error:
         raise _unwritable(path, error) from None
     try:
@@ -162,7 +162,7 @@ def _lock(path: Path, descriptor: int) -> None:
     try:
         take(descriptor)
     except BlockingIOError:
-        raise ParameterError(f"--output: {path}, another process is writing it; name another file") from None
+        raise ParameterError(f"output: {path}, another process is writing it; name another file") from None
 
 
 def _runs(path: Path, data: bytes, header: Header, line: type[_Line[Key, Result]]) -> dict[Key, Result]:
@@ -170,7 +170,7 @@ def _runs(path: Path, data: bytes, header: Header, line: type[_Line[Key, Result]
     first, *rest = data.split(b"\n")[:-1] or [b""]
     if not _is_header(first, header):
         raise ParameterError(
-            f"--resume: {path} is not of this campaign, or has other numbers; name another file"
+            f"resume: {path} is not of this campaign, or has other numbers; name another file"
         )
     read = [
         from_json(text, line, f"{path}: line {number}", "delete it, or name another file")

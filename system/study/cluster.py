@@ -41,18 +41,18 @@ def on_cluster(address: str | None, workers: int | None = None) -> Iterator[Work
 def _clients(address: str | None, workers: int | None) -> Iterator[tuple[Any, int]]:
     """A client of a cluster, and the number of its workers."""
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise ParameterError(f"--workers: {workers}, must be at least 1 and at most {MOST_WORKERS}")
+        raise ParameterError(f"workers: {workers}, must be at least 1 and at most {MOST_WORKERS}")
     with _local(workers) if address is None else nullcontext(address) as cluster, _client(cluster) as client:
         count = len(client.scheduler_info()["workers"])
         if count == 0:
-            raise ParameterError(f"--scheduler: {address} has no workers; start some (dask worker {address})")
+            raise ParameterError(f"scheduler: {address} has no workers; start some (dask worker {address})")
         if address is None:  # they write on this command's stderr
             client.run(warn_in_a_line)
         try:
             yield client, count
         except KilledWorker:
             raise SolverError(
-                "--workers: a process was killed each time at one piece of work; if that needs more memory,"
+                "workers: a process was killed each time at one piece of work; if that needs more memory,"
                 " take fewer workers or smaller chunks"
             ) from None
 
@@ -76,4 +76,4 @@ def _client(cluster: Any) -> Any:
         return Client(cluster, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         reason = " ".join(str(error).split())[:100]
-        raise ParameterError(f"--scheduler: {cluster}, no answer ({reason}); start it first") from None
+        raise ParameterError(f"scheduler: {cluster}, no answer ({reason}); start it first") from None

@@ -162,7 +162,7 @@ def on_threads(workers: int | None = None) -> Iterator[Workers]:
     """Hand chunks to threads of this process, all cores unless given; the solver lets them run at once."""
     threads = os.cpu_count() or 1 if workers is None else workers
     if not 1 <= threads <= MOST_WORKERS:
-        raise ParameterError(f"--threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")
+        raise ParameterError(f"threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")
     executor = ThreadPoolExecutor(threads)
 
     def submit(one: Callable[[range], Table], dies: range) -> Work[Table]:

@@ -90,7 +90,7 @@ def open_folder(
         The folder cannot be written.
     """
     if resume and not (folder / FILE).exists():
-        raise ParameterError(f"--resume: {folder} has no study to go on with; leave it out")
+        raise ParameterError(f"resume: {folder} has no study to go on with; leave it out")
     document = describe(study, command)
     _make(folder)
     with ExitStack() as stack:
@@ -98,14 +98,14 @@ def open_folder(
             stack.enter_context(claimed(folder.resolve()))
         except BlockingIOError:
             raise ParameterError(
-                f"--output: {folder}, another process is at work in it; wait for its end, or name another"
+                f"output: {folder}, another process is at work in it; wait for its end, or name another"
             ) from None
         if not (folder / FILE).exists():
             _check_free(folder)
         elif resume:
             check_same(folder, study, document)
         else:
-            raise ParameterError(f"--output: {folder} has a study; add --resume to go on, or name another")
+            raise ParameterError(f"output: {folder} has a study; add `resume` to go on, or name another")
         for each in (folder, folder / CHUNKS):
             sweep_hidden(each)
         write_manifest(folder, document)
@@ -128,7 +128,7 @@ def _check_free(folder: Path) -> None:
     if chunks.is_symlink() or (chunks.exists() and (not chunks.is_dir() or any(chunks.iterdir()))):
         taken.append(CHUNKS)
     if taken:
-        raise ParameterError(f"--output: {folder} has {taken[0]} of no study; name another folder")
+        raise ParameterError(f"output: {folder} has {taken[0]} of no study; name another folder")
 
 
 def keep_samples(files: StudyFiles, table: Table) -> None:

@@ -55,7 +55,7 @@ class Study:
                 "subject.silicon: names a die, must leave it to the plan; set neither die nor study"
             )
         if self.chunk < 1:
-            raise ParameterError(f"--chunk: {self.chunk}, must be at least 1")
+            raise ParameterError(f"chunk: {self.chunk}, must be at least 1")
         if not self.conditions:
             raise ParameterError("conditions: none, must be at least one; give a temperature and a corner")
         check_samples(self.plan.count, len(self.conditions))
@@ -82,7 +82,7 @@ def check_samples(dies: int, conditions: int) -> None:
     """Raise `ParameterError` for more samples than a table holds."""
     if max(dies, 1) * conditions > MOST:
         raise ParameterError(
-            f"--samples: {dies} dies at {conditions} conditions (corners, temperatures, trials),"
+            f"samples: {dies} dies at {conditions} conditions (corners, temperatures, trials),"
             f" must be at most {MOST} samples; take fewer, or several studies"
         )
 
@@ -140,7 +140,7 @@ def read_study(folder: Path, own: Collection[str] = ()) -> Study:
     for name in filter(is_own, study.subject.metrics):
         if name not in own:
             raise ParameterError(
-                f"--metric: {folder} was measured with {name}, code that no file loads; add --metric {name}"
+                f"metric: {folder} was measured with {name}, code that no file loads; add `metric={name}`"
             )
     return study
 
@@ -169,7 +169,7 @@ def check_same(folder: Path, study: Study, document: Mapping[str, Any]) -> None:
     if study.plan.extensible and study.plan.count >= old["plan"]["count"]:
         new["plan"] = old["plan"] | {k: v for k, v in new["plan"].items() if k != "count"}
     for name, before, now in _differences(old, new):
-        raise ParameterError(f"--resume: {folder} has {name} {before}, asked for {now}; begin another study")
+        raise ParameterError(f"resume: {folder} has {name} {before}, asked for {now}; begin another study")
 
 
 def _read(folder: Path) -> _Manifest:

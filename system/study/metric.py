@@ -128,13 +128,13 @@ def _loaded(name: str) -> Callable[[Machine], float]:
         function: Callable[[Machine], float] = loaded(name)
     except Exception as error:  # noqa: BLE001 - a module may raise anything
         told = " ".join(str(error).split()) or type(error).__name__
-        raise ParameterError(f"--metric: {name}, {told}; give MODULE:FUNCTION of a machine") from None
+        raise ParameterError(f"metric: {name}, {told}; give MODULE:FUNCTION of a machine") from None
     finally:
         sys.path.remove("")
         if sys.path[-1] != "":
             sys.path.append("")
     if not callable(function):
-        raise ParameterError(f"--metric: {name}, is no function; give MODULE:FUNCTION of a machine")
+        raise ParameterError(f"metric: {name}, is no function; give MODULE:FUNCTION of a machine")
     return function
 
 

@@ -45,16 +45,16 @@ class Plan:
     def __post_init__(self) -> None:
         """Check the numbers."""
         if self.method not in METHODS:
-            raise ParameterError(f"--plan: {self.method}, must be {', '.join(METHODS)}")
+            raise ParameterError(f"plan: {self.method}, must be {', '.join(METHODS)}")
         if not 0 <= self.seed < _SEEDS:
-            raise ParameterError(f"--seed: {self.seed}, must be a whole number from 0 to {_SEEDS - 1}")
+            raise ParameterError(f"seed: {self.seed}, must be a whole number from 0 to {_SEEDS - 1}")
         if self.count < 0 or self.first < 0:
             raise ParameterError(
-                f"--samples: {self.count} from die {self.first}, must be 0 or more from die 0 on"
+                f"samples: {self.count} from die {self.first}, must be 0 or more from die 0 on"
             )
         if self.first + self.count > _DIES:
             raise ParameterError(
-                f"--first-die: {self.count} dies from {self.first} on, must end before {_DIES}"
+                f"first_die: {self.count} dies from {self.first} on, must end before {_DIES}"
             )
 
     @property
@@ -77,7 +77,7 @@ def sampling(plan: Plan, labels: Sequence[str], start: int, stop: int) -> Sampli
     if plan.method == "random":
         return None
     if not labels:
-        raise ParameterError(f"--plan: {plan.method}, nothing varies; use random")
+        raise ParameterError(f"plan: {plan.method}, nothing varies; use random")
     columns = {label: k for k, label in enumerate(labels)}
     rows = _rows(plan, len(labels), start - plan.first, stop - plan.first)
     return Sampling(plan.name, start, columns, ndtri(np.clip(rows, _EDGE, 1.0 - _EDGE)))
@@ -88,7 +88,7 @@ def _rows(plan: Plan, dimensions: int, start: int, stop: int) -> F64:
         # all of it belongs together, so that a part needs the whole
         return _hypercube(dimensions, plan.seed, plan.count)[start:stop]
     if dimensions > _LARGEST:
-        raise ParameterError(f"--plan: sobol, {dimensions} draws, must be at most {_LARGEST}; use lhs")
+        raise ParameterError(f"plan: sobol, {dimensions} draws, must be at most {_LARGEST}; use lhs")
     points = qmc.Sobol(dimensions, scramble=True, rng=plan.seed)
     with warnings.catch_warnings():
         # balance needs powers of two, which a part of the sequence need not be; the command says so

@@ -85,7 +85,7 @@ def die_of(folder: Path, number: int) -> Die:
     study = read_dies(folder)
     if number not in study.dies:
         last = study.dies.stop - 1
-        raise ParameterError(f"--die: {number}, must be {study.dies.start} to {last}, the study's dies")
+        raise ParameterError(f"die: {number}, must be {study.dies.start} to {last}, the study's dies")
     (die,) = dies_of(study, open_target(study.subject), range(number, number + 1))
     return die
 
@@ -100,7 +100,7 @@ def _condition(study: Study, corner: str | None, temperature_c: float | None, tr
         if all(wanted):
             return condition
     known = ", ".join(f"{c.corner} {c.temperature_c:g} degC trial {c.trial}" for c in study.conditions)
-    raise ParameterError(f"--corner, --temperature, --trial: no such condition; the study has {known}")
+    raise ParameterError(f"corner, temperature and trial: no such condition; the study has {known}")
 
 
 def _kept(folder: Path, number: int, condition: Condition) -> tuple[Measurement | None, str]:

@@ -107,14 +107,14 @@ def parse_spec(
     """
     match = _GRAMMAR.fullmatch(text)
     if match is None:
-        raise ParameterError(f'--spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {_HELP}')
+        raise ParameterError(f'spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {_HELP}')
     name, verb, rest = match.group(1).replace("-", "_"), match.group(2), match.group(3)
     if name == CLASS:
         return _classes(text, rest, known_classes)
     if name not in known_metrics:
-        raise UnknownNameError(f"--spec: {unknown_name('metric', name, [*known_metrics, CLASS])}")
+        raise UnknownNameError(f"spec: {unknown_name('metric', name, [*known_metrics, CLASS])}")
     if verb == "is" or rest.count(":") != 1:
-        raise ParameterError(f'--spec: "{text}", must be {name} in LOW:HIGH; {_HELP}')
+        raise ParameterError(f'spec: "{text}", must be {name} in LOW:HIGH; {_HELP}')
     return _limits(text, name, rest, known_metrics[name])
 
 
@@ -155,19 +155,19 @@ def _causes(each: Specification, outcomes: Sequence[str], values: Mapping[str, F
 def _limits(text: str, name: str, rest: str, unit: str) -> Limits:
     low, high = (part.strip() for part in rest.split(":"))
     if not low and not high:
-        raise ParameterError(f'--spec: "{text}", must have a limit; {_HELP}')
-    least = parse_quantity(low, unit, f"--spec: {name}") if low else -math.inf
-    most = parse_quantity(high, unit, f"--spec: {name}") if high else math.inf
+        raise ParameterError(f'spec: "{text}", must have a limit; {_HELP}')
+    least = parse_quantity(low, unit, f"spec: {name}") if low else -math.inf
+    most = parse_quantity(high, unit, f"spec: {name}") if high else math.inf
     if least > most:
-        raise ParameterError(f'--spec: "{text}", must have low <= high; write {name} in {high}:{low}')
+        raise ParameterError(f'spec: "{text}", must have low <= high; write {name} in {high}:{low}')
     return Limits(name, least, most, unit)
 
 
 def _classes(text: str, rest: str, known: Collection[str]) -> Classes:
     words = tuple(dict.fromkeys(word.strip() for word in rest.split("|")))
     if not all(words):
-        raise ParameterError(f'--spec: "{text}", must have a word on each side of "|"; {_HELP}')
+        raise ParameterError(f'spec: "{text}", must have a word on each side of "|"; {_HELP}')
     for word in words:
         if known and word not in known:
-            raise UnknownNameError(f"--spec: {unknown_name('class', word, known)}")
+            raise UnknownNameError(f"spec: {unknown_name('class', word, known)}")
     return Classes(words)

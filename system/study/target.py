@@ -271,18 +271,18 @@ class SystemTarget(Target):
 
     def labels(self) -> tuple[str, ...]:
         """A system's draws are not listed: it takes its dies as they are."""
-        raise ParameterError("--plan: a system takes every die's own draws; use random")
+        raise ParameterError("plan: a system takes every die's own draws; use random")
 
     def draws(self, die: Die) -> F64:
         """As `labels`."""
-        raise ParameterError("--contributions: not for a system; study its chips")
+        raise ParameterError("contributions: not for a system; study its chips")
 
     def run(self, die: Die, condition: Condition) -> Any:
         """Run the system; `trial` is the seed of noise and worlds."""
-        scenario = self._system.scenario(
-            **self._options, die=die, temperature_c=condition.temperature_c, seed=condition.trial
-        )
-        return self._system.run(scenario)
+        known = self._system.settings
+        silicon = {"die": die, "temperature_c": condition.temperature_c}
+        on_die = {name: value for name, value in silicon.items() if name in known}
+        return self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
 
     def draw(self, trace: Any, figure: Figure) -> None:
         """Fill a figure with a run."""

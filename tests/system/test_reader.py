@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Iterator
-from importlib import import_module
 from typing import Any
 
 import pytest
@@ -13,41 +12,33 @@ from typer.main import get_command
 
 from circuits.errors import ParameterError
 from system.cli.command_line import app, main
-from system.reader import In, metres, read_route, seconds, switch, whole, with_params, words
-from system.registry import SYSTEMS
-from system.rover.cost_map import read_cell
+from system.reader import with_params
+from system.registry import SYSTEMS, load_system
+from system.scenario import read_texts
 
-NOT_QUANTITIES = (words, whole, switch, read_cell)
-READERS = {
-    "map": words,
-    "soft_pings": switch,
-    "pings": whole,
-    "vmax": In("m/s"),
-    "duration": seconds,
-    "way": metres,
-}
+OPTIONS = load_system("car").settings
 
 
 def test_text_is_read_and_values_stay() -> None:
-    text = {"map": "a", "soft_pings": "No", "pings": "12", "vmax": "0.5m/s", "duration": "20ms", "way": "3m"}
-    found = {"map": "a", "soft_pings": False, "pings": 12, "vmax": 0.5, "duration": 0.02, "way": 3.0}
-    assert read_route("robot", text, READERS) == found
-    assert read_route("robot", found, READERS) == found
+    text = {"forest": "open", "soft_pings": "No", "pings": "12", "vmax": "0.5m/s"}
+    found = {"forest": "open", "soft_pings": False, "pings": 12, "vmax": 0.5}
+    assert read_texts(OPTIONS, text) == found
+    assert read_texts(OPTIONS, found) == found
 
 
 @pytest.mark.parametrize(
     ("name", "text", "says"),
     [
-        ("soft_pings", "perhaps", '--soft-pings: "perhaps", must be yes or no'),
-        ("pings", "1.5", '--pings: "1.5", must be a whole number'),
-        ("vmax", "fast", "--vmax: "),
-        ("vmax", "0.5", "--vmax: .*must be a speed in m/s; write the unit too, as in 0.5m/s"),
-        ("unit", "1us", "--unit: not an option of robot, its study has map, soft-pings, pings"),
+        ("soft_pings", "perhaps", 'soft_pings: "perhaps", must be yes or no'),
+        ("pings", "1.5", 'pings: "1.5", must be a whole number'),
+        ("vmax", "fast", "vmax: "),
+        ("vmax", "0.5", "vmax: .*must be a speed in m/s; write the unit too, as in 0.5m/s"),
+        ("unit", "1us", "unit: not an option of car, its study has vmax, ping-rate, forest"),
     ],
 )
 def test_what_cannot_be_read_is_refused(name: str, text: str, says: str) -> None:
     with pytest.raises(ParameterError, match=says):
-        read_route("robot", {name: text}, READERS)
+        load_system("car").study_options("behavioural", None, {name: text})
 
 
 def test_parameters_are_options() -> None:
@@ -58,12 +49,12 @@ def test_parameters_are_options() -> None:
         with_params({}, ["map"])
 
 
-def test_a_study_of_the_robot_in_another_forest(capsys: pytest.CaptureFixture[str]) -> None:
-    study = ("montecarlo", "robot", "-n", "1", "--metric", "collided", "--param", "pings=3", "--json")
+def test_a_study_of_the_car_in_another_forest(capsys: pytest.CaptureFixture[str]) -> None:
+    study = ("montecarlo", "car", "-n", "1", "--metric", "collided", "--param", "pings=3", "--json")
     assert main([*study, "--param", "forest=open"]) == 0
     assert json.loads(capsys.readouterr().out)["failed"] == []
     assert main([*study, "--param", "forest=wood"]) == 2
-    assert "--forest: wood, must be corridor, open or dense" in capsys.readouterr().err
+    assert "--param forest: wood, must be corridor, open or dense" in capsys.readouterr().err
 
 
 def test_a_duration_that_a_system_has_not_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
@@ -85,12 +76,13 @@ def test_a_study_of_the_pushbot_on_another_scene(capsys: pytest.CaptureFixture[s
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_number_of_every_system_states_its_unit(name: str) -> None:
-    module = import_module(SYSTEMS[name].partition(":")[0])
-    assert all(isinstance(reader, In) or reader in NOT_QUANTITIES for reader in module.STUDIED.values())
-    for option, text in (("vmax", "1"), ("ping_rate", "5"), ("duration", "2"), ("window", "1"), ("way", "1")):
-        if option in module.STUDIED:
-            with pytest.raises(ParameterError, match=f"--{option.replace('_', '-')}: .*write the unit too"):
-                read_route(name, {option: text}, module.STUDIED)
+    for option, one in load_system(name).settings.items():
+        if not (one.option.run or one.option.study):
+            continue
+        assert (one.option.unit is not None) == (one.kind is float or option == "area"), option
+        if one.option.unit and one.option.unit != "degC":  # which is no other than its number
+            with pytest.raises(ParameterError, match=f"{option}: .*write the unit too"):
+                load_system(name).scenario(**{option: "1"})
 
 
 def test_no_option_of_the_command_line_is_read_without_its_unit() -> None:
@@ -100,7 +92,8 @@ def test_no_option_of_the_command_line_is_read_without_its_unit() -> None:
 
 
 def commands(group: Any) -> Iterator[Any]:
-    for command in getattr(group, "commands", {}).values():
+    for name in group.list_commands(None):
+        command = group.get_command(None, name)
         yield from commands(command) if hasattr(command, "commands") else (command,)
 
 

@@ -36,11 +36,16 @@ FIELDS: dict[str, dict[str, Any]] = {
         **WARM, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
         "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5,
     },
-    "robot": {
+    "car": {
         **WARM, "robot": Robot(max_speed=0.1), "mind": OpenspaceNumbers(retreat=0.1), "forest": "open",
-        "ranges": "chip",
-        "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
+        "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
         "bias_kind": "gate", "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
+    },
+    "spiking-bat": {
+        **WARM, "brain": "chip", "max_speed": 1.0, "ping_rate": 8.0, "paths": 30, "taps": 20,
+        "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "bias_kind": "generator",
+        "codes": "calibrated", "area": 2.0, "units": ((16, 5),), "course": ((0.0, 27.0), (60.0, 44.0)),
+        "silicon_noise": "white",
     },
     "head": {
         **WARM, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
@@ -69,13 +74,15 @@ NEEDED: dict[str, dict[str, Any]] = {
     "approach": {},
     "rover": {"cells": "chip"},
     "forest": {"sensing": Sensing(ranges="chip")},
-    "robot": {"ranges": "chip", "silicon_noise": "all"},
+    "spiking-bat": {"brain": "chip"},
+    "car": {"ranges": "chip", "silicon_noise": "all"},
     "head": {"silicon_noise": "white"},
     "bug": {"brain": "chip", "silicon_noise": "white"},
     "pushbot": {"silicon_noise": "white"},
     "rolls": {},
 }
-APART = {("forest", "obstacles")}  # a map has its own
+# a map has its own obstacles, and a unit at transistor level neither noise nor another area
+APART = {("forest", "obstacles"), ("spiking-bat", "obstacles"), ("spiking-bat", "units")}
 EACH = [(name, field) for name in FIELDS for field in FIELDS[name]]
 
 
@@ -128,7 +135,7 @@ def test_options_of_the_command_line_are_taken_too() -> None:
             "forest.scenario.ranges: chip, not with sensing",
         ),
         ("forest", {"bat": Bat(), "vmax": 1.0}, "forest.scenario.vmax: 1.0, not with bat"),
-        ("robot", {"robot": Robot(), "ping_rate": 3.0}, "robot.scenario.ping_rate: 3.0, not with robot"),
+        ("car", {"robot": Robot(), "ping_rate": 3.0}, "car.scenario.ping_rate: 3.0, not with robot"),
         ("head", {"target": Motion(), "swing": 0.1}, "head.scenario.swing: 0.1, not with target"),
         ("bug", {"calibrated": 30.0, "calibrated_c": 20.0}, "bug.scenario.calibrated: 30.0, not with"),
         ("forest", {"sensing": "chip"}, "forest.scenario.sensing: 'chip', must be a Sensing"),
@@ -157,9 +164,7 @@ def test_a_word_that_is_none_of_a_few_is_refused(name: str, field: str) -> None:
         load_system(name).scenario(**{**NEEDED[name], field: "loud"})
 
 
-@pytest.mark.parametrize(
-    ("name", "field"), [("robot", "occlusion"), ("pushbot", "target"), ("rover", "posts")]
-)
+@pytest.mark.parametrize(("name", "field"), [("car", "occlusion"), ("pushbot", "target"), ("rover", "posts")])
 def test_what_is_yes_or_no_is_no_word(name: str, field: str) -> None:
     with pytest.raises(ParameterError, match=rf"{name}\.scenario\.{field}: 'maybe', must be True or False"):
         load_system(name).scenario(**{field: "maybe"})
@@ -180,7 +185,7 @@ def test_a_study_takes_level_and_kind_of_biases_or_refuses_them(name: str, field
         found = system.scenario(**system.study_options(level, kind, {}))  # type: ignore[arg-type]
         assert getattr(found, field) == value
     else:
-        with pytest.raises(ParameterError, match=f"--{field.replace('_', '-')}: "):
+        with pytest.raises(ParameterError, match=f"{field}: "):
             system.study_options(level, kind, {})  # type: ignore[arg-type]
 
 

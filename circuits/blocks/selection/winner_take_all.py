@@ -279,7 +279,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="winner-take-all",
-    summary="9 of 33 directions: Gaussian inhibition, and the best raises its line; all: --param cells=33",
+    summary="9 of 33 directions: Gaussian inhibition, and the best raises its line; all: cells=33",
     params=Params,
     build=build,
     stimuli=(

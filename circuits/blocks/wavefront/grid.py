@@ -175,7 +175,7 @@ def _whole(stimuli: Values, name: str) -> int:
 
 CHIP = Block(
     name="wavefront-chip",
-    summary="20 x 20 wavefront cells with axons; simulate a part: --param rows=2 --param columns=3",
+    summary="20 x 20 wavefront cells with axons; simulate a part: rows=2, columns=3",
     params=Params,
     build=build,
     stimuli=(

@@ -43,7 +43,7 @@ def inside(path: Path, root: Path, name: str, place: str) -> Path:
     except (OSError, RuntimeError, ValueError):  # a loop of links, or a NUL in the name
         raise DataError(f"{place}: {shown(name)}: no such file; correct the name") from None
     if not resolved.is_relative_to(root):
-        raise DataError(f"{place}: {shown(name)} lies outside the root folder; copy it inside, or set --root")
+        raise DataError(f"{place}: {shown(name)} lies outside the root folder; copy it inside, or set `root`")
     return resolved
 
 

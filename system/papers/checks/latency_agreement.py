@@ -29,7 +29,7 @@ from system.spiking_bat.chip_brain import chip_brain
 from system.spiking_bat.flight import fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import LatencyScenario, place
+from system.spiking_bat.run import Scenario, place
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
@@ -98,7 +98,7 @@ def fly_one(key: Numbered) -> Winners:
 def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
     """Fly the network through a forest, and record what it heard and answered."""
     recorder = Recorder(network_brain(arcs, numbers))
-    forest, start = place(LatencyScenario(seed=seed), arcs)
+    forest, start = place(Scenario(seed=seed), arcs)
     fly(recorder, arcs, forest, start, pings)
     return recorder
 

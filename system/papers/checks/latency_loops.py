@@ -35,7 +35,7 @@ from system.spiking_bat.flight import Flown, Standing, fly, fly_from
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.loop import REACH, WINDOW, stays
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import LatencyScenario, place
+from system.spiking_bat.run import Scenario, place
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import share_where
@@ -104,7 +104,7 @@ def reproduce(
 
 def _flight(seed: int) -> tuple[Forest, Flown]:
     """The chip's flight through the forest of a seed."""
-    forest, start = place(LatencyScenario(seed=seed), _arcs())
+    forest, start = place(Scenario(seed=seed), _arcs())
     return forest, fly(_chip()(seed), _arcs(), forest, start, PINGS, CROSSINGS, patience=WINDOW)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from system.study.manifest import read_manifest
 from system.study.report.page import add, add_picture, add_table, code, page, write
 from system.study.report.picture import histogram, normal_quantiles
 from system.study.report.result import Result, groups, study_yield, summary, varied
-from system.study.report.worst import replay_command, worst
+from system.study.report.worst import replay_options, worst
 from system.study.search.breakdown import BY, Breakdown, share_rows
 from system.study.specification import Specification
 from system.study.statistics.contribution import grouped, pareto
@@ -41,15 +41,25 @@ DEVICES = 12  # of a table of contributions
 _INTERVAL = "95 % interval"
 
 
-def write_report(folder: Path, result: Result, breakdowns: Sequence[Breakdown] = ()) -> Path:
-    """Write the report into a study's folder, whole or not at all, and give its path."""
+Replay = Callable[[str, Sequence[tuple[str, str]]], str]  # folder, options: a command
+
+
+def write_report(folder: Path, result: Result, replay: Replay, breakdowns: Sequence[Breakdown] = ()) -> Path:
+    """Write the report into a study's folder, whole or not at all, and give its path.
+
+    replay: the command that measures a sample again, of the study's folder and the sample's options.
+    """
     path = folder / REPORT
-    write_text_atomic(path, report(folder, result, read_manifest(folder), breakdowns))
+    write_text_atomic(path, report(folder, result, read_manifest(folder), replay, breakdowns))
     return path
 
 
 def report(
-    folder: Path, result: Result, manifest: Mapping[str, Any], breakdowns: Sequence[Breakdown] = ()
+    folder: Path,
+    result: Result,
+    manifest: Mapping[str, Any],
+    replay: Replay,
+    breakdowns: Sequence[Breakdown] = (),
 ) -> str:
     """The page as text.
 
@@ -69,7 +79,7 @@ def report(
         _yield(body, result, part)
         for quantity in result.quantities:
             _metric(body, result, part, quantity)
-        _worst(body, folder, result, part)
+        _worst(body, result, part, lambda options: replay(str(folder), options))
     for each in breakdowns:
         _contributions(body, each)
     return write(root)
@@ -193,14 +203,16 @@ def _draw_pareto(each: Breakdown, figure: Figure) -> None:
     pareto(grouped(each.found, BY["device"]), figure.subplots())
 
 
-def _worst(body: Element, folder: Path, result: Result, part: Table) -> None:
+def _worst(
+    body: Element, result: Result, part: Table, replay: Callable[[Sequence[tuple[str, str]]], str]
+) -> None:
     units = {q.name: q.unit for q in result.quantities}
     rows = []
     words = [q.name for q in result.quantities if q.yes_no]
     for each in worst(part, result.specifications, WORST, words):
         k = each.row
         values = [_number(float(x), units[m]) for m, x in zip(part.metrics, part.values[k], strict=True)]
-        command = code(replay_command(folder, result.study, part, k))
+        command = code(replay(replay_options(result.study, part, k)))
         rows.append((int(part.die[k]), part.outcome[k], *values, each.why, command))
     add(body, "h3", "Worst samples")
     kinds = "that failed, that are not defined, of an excluded class, and farthest out"

@@ -8,10 +8,8 @@ has none from its median, in standard deviations of the samples at the same cond
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -51,22 +49,21 @@ def worst(
     return tuple(Worst(k, _why(table, k, rank[k], causes[k], distance[k], metric[k])) for k in chosen)
 
 
-def replay_command(folder: Path, study: Study, table: Table, row: int) -> str:
-    """The command that measures a sample again; corner, temperature and trial where the study has several.
+def replay_options(study: Study, table: Table, row: int) -> list[tuple[str, str]]:
+    """What names a sample, as pairs of an option of a replay and its text.
 
-    Functions of the user's that the study was measured with are named, since no file loads them.
+    Corner, temperature and trial are there where the study has several. Functions of the user's that it was
+    measured with are named, since no file loads them.
     """
     where = study.conditions
-    parts = ["noctule", "replay", str(folder), "--die", str(int(table.die[row]))]
+    found = [("die", str(int(table.die[row])))]
     if len({c.corner for c in where}) > 1:
-        parts += ["--corner", table.corner[row]]
+        found += [("corner", table.corner[row])]
     if len({c.temperature_c for c in where}) > 1:
-        parts += ["--temperature", repr(float(table.temperature_c[row]))]
+        found += [("temperature", repr(float(table.temperature_c[row])))]
     if len({c.trial for c in where}) > 1:
-        parts += ["--trial", str(int(table.trial[row]))]
-    for name in filter(is_own, study.subject.metrics):
-        parts += ["--metric", name]
-    return shlex.join(parts)
+        found += [("trial", str(int(table.trial[row])))]
+    return found + [("metric", name) for name in filter(is_own, study.subject.metrics)]
 
 
 def _rank(table: Table, specifications: Sequence[Specification]) -> list[int]:

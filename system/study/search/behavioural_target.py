@@ -40,7 +40,7 @@ class BehaviouralTarget(Target):
         proxy = _proxy_of(target)
         if proxy is None:
             raise ParameterError(
-                f"--level: behavioural, {target.choice.circuit.name} has no model with these metrics, must be"
+                f"level: behavioural, {target.choice.circuit.name} has no model with these metrics, must be"
                 f" {_known()}; use transistor"
             )
         self._target = target

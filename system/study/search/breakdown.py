@@ -85,15 +85,13 @@ def check_breakdown(study: Study, target: Target, metric: str) -> str:
     does not measure.
     """
     if not isinstance(target, BlockTarget):
-        raise ParameterError(
-            f"--contributions: {study.subject.target} is a system; study its blocks or chips"
-        )
+        raise ParameterError(f"contributions: {study.subject.target} is a system; study its blocks or chips")
     names = [q.name for q in target.quantities]
     wanted = metric.rpartition(":")[2].replace("-", "_")
     if wanted not in names:
         raise unknown_name("metric", metric, names)
     if study.plan.count < FEWEST:
-        raise ParameterError(f"--contributions: {study.plan.count} samples, must be >= {FEWEST}; take more")
+        raise ParameterError(f"contributions: {study.plan.count} samples, must be >= {FEWEST}; take more")
     return wanted
 
 
@@ -148,7 +146,7 @@ def _numbers(part: Table) -> range:
 
 def _breakdown(metric: str, parts: list[_Part]) -> Breakdown:
     corner, celsius = parts[0].condition.corner, tuple(part.condition.temperature_c for part in parts)
-    where = f"--contributions: {metric} at {', '.join(f'{t:g}' for t in celsius)} degC, {corner}"
+    where = f"contributions: {metric} at {', '.join(f'{t:g}' for t in celsius)} degC, {corner}"
     samples, parts = sum(len(part.y) for part in parts), [_defined(part) for part in parts]
     y = np.concatenate([part.y for part in parts])
     if len(y) < FEWEST:

@@ -228,7 +228,7 @@ def centre(
         There is nothing to move, or nothing to fulfil.
     """
     if problem.dimensions < 1 or not problem.specifications:
-        raise ParameterError("centre: needs a bias to move and a specification; give --move and --spec")
+        raise ParameterError("centre: needs a bias to move and a specification; give `move` and `spec`")
 
     def report(done: int) -> None:
         if progress is not None:

@@ -20,10 +20,7 @@ from system.study.target import Subject
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """A number that the search moves.
-
-    `option` is `--bias` or `--param`; `value` is where it starts, in `unit`.
-    """
+    """A number that is moved: `option` is `bias` or `param`, `value` the start, in `unit`."""
 
     option: str
     name: str
@@ -63,7 +60,7 @@ def knobs_of(choice: Choice, moves: Sequence[str], move_params: Sequence[str]) -
     for name in wanted:
         if name not in known:
             raise unknown_name("bias", name, known)
-    biases = [Knob("--bias", n, bias_unit(known[n]), _plain(known[n].value)) for n in dict.fromkeys(wanted)]
+    biases = [Knob("bias", n, bias_unit(known[n]), _plain(known[n].value)) for n in dict.fromkeys(wanted)]
     return (*biases, *_sizes(choice, move_params))
 
 
@@ -75,8 +72,8 @@ def _sizes(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
             raise unknown_name("parameter", name, sizes)
         value = sizes[name].value
         if not (isinstance(value, float) and value > 0.0):
-            raise ParameterError(f"--move-param: {name} is {value}, must be a number above 0; leave it out")
-    return [Knob("--param", n, sizes[n].unit, sizes[n].value) for n in names]
+            raise ParameterError(f"move_param: {name} is {value}, must be a number above 0; leave it out")
+    return [Knob("param", n, sizes[n].unit, sizes[n].value) for n in names]
 
 
 def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Value]) -> Subject:
@@ -84,16 +81,17 @@ def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Valu
     new = [(k, v) for k, v in zip(knobs, values, strict=True) if v != k.value]
     return replace(
         subject,
-        biases=_with(subject.biases, [(k, v) for k, v in new if k.option == "--bias"]),
-        params=_with(subject.params, [(k, v) for k, v in new if k.option == "--param"]),
+        biases=_with(subject.biases, [(k, v) for k, v in new if k.option == "bias"]),
+        params=_with(subject.params, [(k, v) for k, v in new if k.option == "param"]),
     )
 
 
-def options_of(subject: Subject) -> list[str]:
-    """List the biases and sizes of a subject as options that can be pasted."""
-    named = [] if subject.bias_set is None else ["--bias-set", subject.bias_set]
-    sizes = [x for text in subject.params for x in ("--param", text)]
-    return [*named, *sizes, *(x for text in subject.biases for x in ("--bias", text))]
+def options_of(subject: Subject) -> list[tuple[str, str]]:
+    """Biases and sizes of a subject as pairs of an option and its text."""
+    named = [] if subject.bias_set is None else [("bias_set", subject.bias_set)]
+    return [
+        *named, *(("param", text) for text in subject.params), *(("bias", text) for text in subject.biases)
+    ]  # fmt: skip
 
 
 def _with(texts: Sequence[str], new: Sequence[tuple[Knob, Value]]) -> tuple[str, ...]:

@@ -78,11 +78,11 @@ def test_files(tmp_path: Path) -> None:
 
 def test_places_by_number_and_by_coordinates() -> None:
     points = ((0.5, 0.5), (2.5, 0.5))
-    assert pick(points, "1", "--start") == (2.5, 0.5)
-    assert pick(points, "1.25,3", "--start") == (1.25, 3.0)
+    assert pick(points, "1", "start") == (2.5, 0.5)
+    assert pick(points, "1.25,3", "start") == (1.25, 3.0)
 
 
 @pytest.mark.parametrize("text", ["2", "-1", "a", "1,b", "nan,1", ""])
 def test_no_such_place(text: str) -> None:
-    with pytest.raises(ParameterError, match=r"--start: .*must be a number from 0 to 1.*or X,Y"):
-        pick(((0.5, 0.5), (2.5, 0.5)), text, "--start")
+    with pytest.raises(ParameterError, match=r"start: .*must be a number from 0 to 1.*or X,Y"):
+        pick(((0.5, 0.5), (2.5, 0.5)), text, "start")

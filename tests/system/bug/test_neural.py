@@ -39,15 +39,15 @@ def test_neurons_are_a_parameter(agent: str, design: str) -> None:
 
 
 def test_what_has_no_network() -> None:
-    with pytest.raises(ParameterError, match="--agent: bug1, has no network; use --brain reference"):
+    with pytest.raises(ParameterError, match="agent: bug1, has no network; use `brain=reference`"):
         network_of("bug1")
-    with pytest.raises(UnknownNameError, match="--design of bug0 improved: unknown; known are published"):
+    with pytest.raises(UnknownNameError, match="design of bug0 improved: unknown; known are published"):
         network_of("bug0", "improved")
-    with pytest.raises(ParameterError, match="--neurons: 10, must be from 300 to 40000"):
+    with pytest.raises(ParameterError, match="neurons: 10, must be from 300 to 40000"):
         network_of("bug0", neurons=10)
-    with pytest.raises(ParameterError, match="--neurons: a reference has no neurons"):
+    with pytest.raises(ParameterError, match="neurons: a reference has no neurons"):
         Scenario(neurons=2000)
-    with pytest.raises(ParameterError, match="--design: a reference has no neurons"):
+    with pytest.raises(ParameterError, match="design: a reference has no neurons"):
         Scenario(design="improved")
 
 

@@ -72,7 +72,7 @@ def test_a_study_runs_on_the_chip_and_resumes(tmp_path: Path, capsys: pytest.Cap
 
 
 def test_a_study_refuses_what_a_robot_has_not() -> None:
-    with pytest.raises(ParameterError, match=r"--obstacles: not an option of bug"):
+    with pytest.raises(ParameterError, match=r"obstacles: not an option of bug"):
         SYSTEM.study_options("behavioural", None, {"obstacles": "3"})
-    with pytest.raises(ParameterError, match=r"--level: transistor"):
+    with pytest.raises(ParameterError, match=r"level: transistor"):
         SYSTEM.study_options("transistor", None, {})

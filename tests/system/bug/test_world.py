@@ -59,10 +59,10 @@ def test_nothing_passes_between_walls_that_touch() -> None:
 
 def test_a_robot_must_fit() -> None:
     world = build_world(read_map(BLOCK, "block"))
-    check_place(world, (1.85, 2.0), 0.15, "--start")
-    with pytest.raises(ParameterError, match=r"--start: 1.9,2, a wall is 0.1 away, must be at least"):
-        check_place(world, (1.9, 2.0), 0.15, "--start")
+    check_place(world, (1.85, 2.0), 0.15, "start")
+    with pytest.raises(ParameterError, match=r"start: 1.9,2, a wall is 0.1 away, must be at least"):
+        check_place(world, (1.9, 2.0), 0.15, "start")
     with pytest.raises(ParameterError, match=r"a wall is 0 away"):
-        check_place(world, (3.0, 2.0), 0.15, "--start")
-    with pytest.raises(ParameterError, match=r"--goal: 9,2, must be in the map of 6 x 5"):
-        check_place(world, (9.0, 2.0), 0.15, "--goal")
+        check_place(world, (3.0, 2.0), 0.15, "start")
+    with pytest.raises(ParameterError, match=r"goal: 9,2, must be in the map of 6 x 5"):
+        check_place(world, (9.0, 2.0), 0.15, "goal")

@@ -58,12 +58,12 @@ def test_a_start_is_before_the_forest() -> None:
 def test_a_start_in_a_pipe_is_refused() -> None:
     forest = forest_of("open", np.random.default_rng(0))
     x, y = forest.place[4]
-    with pytest.raises(ParameterError, match=r"--start: .* a pipe's surface is -0\.025 m away"):
+    with pytest.raises(ParameterError, match=r"start: .* a pipe's surface is -0\.025 m away"):
         start_of(forest, np.random.default_rng(1), 0.08, (float(x), float(y)))
 
 
 def test_another_forest_is_refused() -> None:
-    with pytest.raises(ParameterError, match="--forest: wood, must be corridor, open or dense"):
+    with pytest.raises(ParameterError, match="forest: wood, must be corridor, open or dense"):
         forest_of("wood", np.random.default_rng(0))
 
 

@@ -266,12 +266,12 @@ def test_the_robust_biases_keep_the_nominal_neuron_and_work_on_fresh_dies() -> N
     ("options", "says"),
     [
         (("rolls", "--bias", "v_dc=1V"), "--bias: an option of blocks and chips, not of rolls"),
-        (("forest", "--param", "c_m=1pF"), "--c-m: not an option of forest"),
+        (("forest", "--param", "c_m=1pF"), "c_m: not an option of forest"),
         (("rover", "--stimulus", "call=1ms"), "--stimulus: an option of blocks and chips, not of rover"),
         (("bug", "--bias-set", "robust"), "--bias-set: an option of blocks and chips, not of bug"),
         (("approach", "--at", "ranging-chip/neuron[2]"), "--at: an option of blocks and chips, not of"),
-        (("rover", "--param", "obstacles=3"), "--obstacles: not an option of rover"),
-        (("approach", "--param", "map=map2"), "--map: not an option of approach"),
+        (("rover", "--param", "obstacles=3"), "obstacles: not an option of rover"),
+        (("approach", "--param", "map=map2"), "map: not an option of approach"),
     ],
 )
 def test_options_that_a_system_has_not(

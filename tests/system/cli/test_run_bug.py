@@ -66,13 +66,13 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--agent", "bug3"), "--agent bug3: unknown; known are bug0, bug1, bug2"),
-        (("--brain", "cortex"), "--brain cortex: unknown"),
+        (("--agent", "bug3"), "--agent: bug3, must be bug0, bug1 or bug2"),
+        (("--brain", "cortex"), "--brain: cortex, must be reference, ideal or chip"),
         (("--map", "bug-cop"), "did you mean bug-cup?"),
         (("--start", "1"), '--start: "1", must be a number from 0 to 0'),
         (("--start", "6.5,6.5"), "--start: 6.5,6.5, a wall is 0 away, must be at least the robot's radius"),
         (("--goal", "30,3"), "--goal: 30,3, must be in the map of 26 x 16"),
-        (("--duration", "-1s"), "--duration: -1 s, must be at least 0.01 s"),
+        (("--duration", "-1s"), "--duration: -1 s, must be >= 0.01"),
         (("--seed", "3"), "--seed: 3, a reference has no neurons"),
         (("--plot", "way.bmp"), "--plot: way.bmp, must end with"),
         (("--die", "3"), "--die: die A/3, no chip is in the loop; add --brain chip"),

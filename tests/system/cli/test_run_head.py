@@ -52,10 +52,10 @@ def test_the_table_says_what_is_lost(run: Run) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--ping-rate", "0"), "--ping-rate: 0, must be > 0"),
+        (("--ping-rate", "0"), "--ping-rate: 0 Hz, must be > 0"),
         (("--ping-rate", "90Hz"), "an echo from 1.4 m takes"),
         (("--azimuth", "100deg"), "behind the head"),
-        (("--gain=-2deg",), "--gain: -2, must be >= 0"),
+        (("--gain=-2deg",), "--gain: -2 deg, must be >= 0"),
         (("--duration", "5V"), "--duration"),
         (("--temperature", "80"), "sonar_head.temperature: 80 degC, must be -10 to 65 degC"),
     ],

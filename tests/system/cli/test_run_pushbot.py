@@ -50,7 +50,7 @@ def test_events_that_arrived_can_be_kept(capsys: pytest.CaptureFixture[str], tmp
         (("--scene", "nowhere"), "scene nowhere: unknown"),
         (("--exc", "60"), "population.target: 128 neurons, must be <= 116"),
         (("--window", "70ms"), "--window: 0.07 s"),
-        (("--readout", "mean"), "--readout: mean, must be one of fixed, sliding, spikes"),
+        (("--readout", "mean"), "--readout: mean, must be fixed, sliding or spikes"),
         (("--readout", "spikes", "--window", "50ms"), "--window: 0.05 s, must not be given"),
         (("--frame",), "--frame: without a target"),
         (("--light", "blinding"), "light: blinding"),

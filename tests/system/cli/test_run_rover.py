@@ -70,10 +70,10 @@ def test_a_map_of_ones_own(run: Run, tmp_path: Path) -> None:
         (("rover", "--plot", "way.bmp"), "--plot: way.bmp, must end with"),
         (("rovr",), "system rovr: unknown; did you mean rover?"),
         (("rover", "--temperature", "200"), "200"),
-        (("rover", "--temperature", "40"), "--temperature: ideal cells have no silicon; add --cells chip"),
-        (("rover", "--die", "3"), "--die: ideal cells have no silicon"),
-        (("rover", "--unit", "20us", "--cells", "ideal"), "--unit: ideal cells have no silicon"),
-        (("rover", "--bias-kind", "generator"), "--bias-kind: ideal cells have no silicon"),
+        (("rover", "--temperature", "40"), "--temperature: 40.0, no chip is in the loop; add --cells chip"),
+        (("rover", "--die", "3"), "--die: die A/3, no chip is in the loop"),
+        (("rover", "--unit", "20us", "--cells", "ideal"), "--unit: 2e-05, no chip is in the loop"),
+        (("rover", "--bias-kind", "generator"), "--bias-kind: generator, no chip is in the loop"),
     ],
 )
 def test_what_is_wrong_is_one_line(run: Run, arguments: tuple[str, ...], says: str) -> None:

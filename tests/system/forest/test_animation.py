@@ -16,7 +16,7 @@ from system.forest.run import Scenario, run
 def test_a_frame_a_ping(tmp_path: Path) -> None:
     trace = run(Scenario(obstacles=300, pings=5, rows=5, seed=2))
     path = tmp_path / "flight.gif"
-    assert save_animation(str(path), trace, 4) == 4
+    assert save_animation(str(path), trace.scenario.bat, trace.first, frames=4) == 4
     with Image.open(path) as film:
         assert film.n_frames == 4  # type: ignore[attr-defined]
         one = np.asarray(film.convert("RGB"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from circuits.errors import CircuitError
 from circuits.silicon.die import Die
 from system.cli.command_line import main
-from system.forest.run import SUMMARY, SYSTEM, Scenario, Trace, read_options, run, summarise
+from system.forest.run import SUMMARY, SYSTEM, Scenario, Trace, run, summarise
 from system.openspace.map import SIDE
 from system.openspace.senses import Sensing
 from system.plot import save_picture
@@ -45,47 +46,53 @@ def test_dies_and_seeds_are_forests_of_their_own() -> None:
 
 
 def test_options_of_the_command_line() -> None:
-    fields = read_options({"vmax": 1.5, "ping_rate": 10.0, "start": "3m, 4.5m", "obstacles": 900})
-    assert fields["bat"].max_speed == 1.5
-    assert fields["bat"].ping_rate == 10.0
-    assert fields["start"] == (3.0, 4.5)
-    assert fields["obstacles"] == 900
+    found = SYSTEM.scenario(vmax=1.5, ping_rate=10.0, start="3m, 4.5m", obstacles=900)
+    assert found.bat.max_speed == 1.5
+    assert found.bat.ping_rate == 10.0
+    assert found.start == (3.0, 4.5)
+    assert found.obstacles == 900
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"vmax": 0.0}, "--vmax: 0 m/s, must be above 0"),
-        ({"vmax": float("nan")}, "--vmax: nan"),
-        ({"ping_rate": -2.0}, "--ping-rate: -2 Hz, must be above 0"),
-        ({"vmax": 30.0}, "--vmax: 30 m/s at 5 Hz is 6 m between pings, must be at most the 5 m"),
+        ({"vmax": 0.0}, "vmax: 0 m/s, must be > 0"),
+        ({"vmax": float("nan")}, "vmax: nan"),
+        ({"ping_rate": -2.0}, "ping_rate: -2 Hz, must be > 0"),
+        ({"vmax": 30.0}, "vmax: 30 m/s at 5 Hz is 6 m between pings, must be at most the 5 m"),
         ({"ping_rate": 1e-9}, "must be at most the 5 m that a ping shows"),
-        ({"start": "3"}, '--start: "3", must be X,Y'),
-        ({"start": "3m,50m"}, '--start: "3m,50m", must be from 0m to below 50m'),
-        ({"start": "3m,4"}, "--start: .*must be a length in m; write the unit too, as in 4m"),
-        ({"start": "3m,1e"}, "--start: .*must be a length in m"),
-        ({"map": "a.csv", "obstacles": 5}, "--obstacles: not with --map"),
-        ({"obstacles": 0}, "--obstacles: 0, must be at least 1"),
-        ({"obstacles": 9000}, "--obstacles: 9000, must fit"),
-        ({"pings": 0}, "--pings: 0"),
-        ({"seed": -1}, "--seed: -1"),
-        ({"temperature_c": 85.0}, "--temperature: 85 degC, must be 27: no chip is in the"),
+        ({"start": "3"}, 'start: "3", must be X,Y'),
+        ({"start": "3m,50m"}, 'start: "3m,50m", must be from 0m to below 50m'),
+        ({"start": "3m,4"}, "start: .*must be a length in m; write the unit too, as in 4m"),
+        ({"start": "3m,1e"}, "start: .*must be a length in m"),
+        ({"map": "a.csv", "obstacles": 5}, "obstacles: not with `map`"),
+        ({"obstacles": 0}, "obstacles: 0, must be at least 1"),
+        ({"obstacles": 9000}, "obstacles: 9000, must fit"),
+        ({"pings": 0}, "pings: 0"),
+        ({"seed": -1}, "seed: -1"),
+        ({"temperature_c": 85.0}, "temperature_c: 85 degC, must be 27: no chip is in the"),
     ],
 )
 def test_bad_scenarios_are_refused(options: dict[str, object], says: str) -> None:
     with pytest.raises(CircuitError, match=says):
-        Scenario(**read_options(options))
+        SYSTEM.scenario(**options)
 
 
 def test_senses_of_the_command_line() -> None:
-    options = {"ranges": "chip", "selection": "chip", "azimuth_noise": 2.0, "area": 4.0, "vmax": 1.0}
-    fields = read_options({**options, "weights": "speed"})
-    sensing = fields["sensing"]
+    options: dict[str, Any] = {
+        "ranges": "chip",
+        "selection": "chip",
+        "azimuth_noise": 2.0,
+        "area": 4.0,
+        "vmax": 1.0,
+    }
+    found = SYSTEM.scenario(**options, weights="speed")
+    sensing = found.sensing
     assert (sensing.ranges, sensing.selection, sensing.ranging_area) == ("chip", "chip", 4.0)
     assert sensing.azimuth_noise == pytest.approx(np.radians(2.0))
-    assert fields["bat"].ping_bias < read_options(options)["bat"].ping_bias
-    with pytest.raises(CircuitError, match="--area: no chip is in the loop"):
-        read_options({"area": 4.0})
+    assert found.bat.ping_bias < SYSTEM.scenario(**options).bat.ping_bias
+    with pytest.raises(CircuitError, match="area: no chip is in the loop"):
+        SYSTEM.scenario(area=4.0)
 
 
 def test_silicon_reaches_the_flight() -> None:
@@ -124,9 +131,9 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--level", "transistor"), "--level: the forest's chips are behavioural models"),
-        (("--bias-kind", "gate"), "--bias-kind: not with --ranges exact"),
-        (("--param", "unit=1us"), "--unit: not an option of forest"),
+        (("--level", "transistor"), "level: transistor, is no choice of forest"),
+        (("--bias-kind", "gate"), "--bias-kind: not with --param ranges=exact"),
+        (("--param", "unit=1us"), "unit: not an option of forest"),
     ],
 )
 def test_what_a_study_of_the_forest_has_not(

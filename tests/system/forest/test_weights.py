@@ -26,5 +26,5 @@ def test_fast_bats_have_their_own() -> None:
 
 
 def test_weights_that_are_none() -> None:
-    with pytest.raises(ParameterError, match="--weights: best"):
+    with pytest.raises(ParameterError, match="weights: best"):
         weighted(Bat(), "best")

@@ -71,19 +71,19 @@ def test_small_devices_are_deaf_and_it_is_counted() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"ping_rate": 0.0}, r"--ping-rate: 0, must be > 0"),
+        ({"ping_rate": 0.0}, r"ping_rate: 0 Hz, must be > 0"),
         (
             {"ping_rate": 100.0},
-            r"--ping-rate: 100 Hz, an echo from 1.4 m takes 0.00816 s, must be below 0.6 of",
+            r"ping_rate: 100 Hz, an echo from 1.4 m takes 0.00816 s, must be below 0.6 of",
         ),
         ({"azimuth": 120.0}, r"target\.azimuth: 120 deg, must be below 90 deg; what is further is behind"),
-        ({"gain": -1.0}, r"--gain: -1, must be >= 0"),
-        ({"noise": math.nan}, r"--noise: nan, must be >= 0"),
-        ({"area": 0.0}, r"--area: 0 times"),
-        ({"motion": "jump"}, r"--motion: jump, must be sine, step or walk"),
-        ({"wiring": "none"}, r"--wiring: none, must be lso, excitation or one-ear"),
-        ({"duration": 0.01}, r"--duration: 0.01 s, must be at least a ping's period, 0.1 s"),
-        ({"seed": -1}, r"--seed: -1, must be >= 0"),
+        ({"gain": -1.0}, r"gain: -1 deg, must be >= 0"),
+        ({"noise": math.nan}, r"noise: nan, must be >= 0"),
+        ({"area": 0.0}, r"area: 0, must be > 0"),
+        ({"motion": "jump"}, r"motion: jump, must be sine, step or walk"),
+        ({"wiring": "none"}, r"wiring: none, must be lso, excitation or one-ear"),
+        ({"duration": 0.01}, r"duration: 0.01 s, must be at least a ping's period, 0.1 s"),
+        ({"seed": -1}, r"seed: -1, must be >= 0"),
         ({"swing": 1.5}, r"target\.swing: 1.5 m, must be below the distance, 1 m"),
     ],
 )
@@ -95,9 +95,9 @@ def test_what_cannot_be_is_refused(options: dict[str, Any], says: str) -> None:
 def test_a_study_takes_the_runs_options() -> None:
     found = SYSTEM.study_options("behavioural", "generator", {"area": "0.25", "motion": "step"})
     assert found == {"area": 0.25, "motion": "step", "bias_kind": "generator"}
-    with pytest.raises(ParameterError, match=r"--map: not an option of head"):
+    with pytest.raises(ParameterError, match=r"map: not an option of head"):
         SYSTEM.study_options("behavioural", None, {"map": "x"})
-    with pytest.raises(ParameterError, match=r"--level: the head's chip is a behavioural model"):
+    with pytest.raises(ParameterError, match=r"level: transistor, is no choice of head"):
         SYSTEM.study_options("transistor", None, {})
 
 

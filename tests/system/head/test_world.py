@@ -40,5 +40,5 @@ def test_a_walk_without_room_stands() -> None:
 
 
 def test_another_motion_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"--motion: hop, must be sine, step or walk"):
+    with pytest.raises(ParameterError, match=r"motion: hop, must be sine, step or walk"):
         way_of("hop", MOTION, 1.0, rng())

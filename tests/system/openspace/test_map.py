@@ -42,7 +42,7 @@ def test_obstacles_are_spread_evenly() -> None:
 
 @pytest.mark.parametrize("obstacles", [densest() + 1, densest() - 1])
 def test_too_dense_a_forest_is_refused(obstacles: int) -> None:
-    with pytest.raises(ParameterError, match=f"--obstacles: {obstacles}, must fit 50 x 50 m"):
+    with pytest.raises(ParameterError, match=f"obstacles: {obstacles}, must fit 50 x 50 m"):
         plant(obstacles, np.random.default_rng(0))
 
 

@@ -108,5 +108,5 @@ def test_an_area_that_is_none(area: float) -> None:
 
 
 def test_a_calibration_that_is_none() -> None:
-    with pytest.raises(ParameterError, match="--reader: best"):
+    with pytest.raises(ParameterError, match="reader: best"):
         readings(NOMINAL, "best")  # type: ignore[arg-type]

@@ -18,16 +18,16 @@ from system.openspace.senses import EXACT, Sensing, projection, senses_of, with_
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"ranges": "radar"}, "--ranges: radar, must be exact, sonar or chip"),
-        ({"selection": "best"}, "--selection: best, must be ideal or chip"),
-        ({"ranges": "chip", "reader": "x"}, "--reader: x, must be nominal or calibrated"),
-        ({"ranges": "sonar", "azimuth_noise": math.nan}, "--azimuth-noise: nan degrees"),
-        ({"ranges": "sonar", "azimuth_noise": -0.1}, "--azimuth-noise: -5.7"),
-        ({"occlusion": True}, "--occlusion: not with --ranges exact; give --ranges sonar or chip"),
-        ({"multipath": True}, "--multipath: not with"),
-        ({"azimuth_noise": 0.1}, "--azimuth-noise: not with"),
-        ({"ranges": "sonar", "reader": "calibrated"}, "--reader: not with --ranges sonar; give"),
-        ({"selection": "chip", "bias_kind": "gate"}, "--bias-kind: not with --ranges exact"),
+        ({"ranges": "radar"}, "ranges: radar, must be exact, sonar or chip"),
+        ({"selection": "best"}, "selection: best, must be ideal or chip"),
+        ({"ranges": "chip", "reader": "x"}, "reader: x, must be nominal or calibrated"),
+        ({"ranges": "sonar", "azimuth_noise": math.nan}, "azimuth_noise: nan degrees"),
+        ({"ranges": "sonar", "azimuth_noise": -0.1}, "azimuth_noise: -5.7"),
+        ({"occlusion": True}, "occlusion: not with `ranges=exact`; give `ranges=sonar` or `ranges=chip`"),
+        ({"multipath": True}, "multipath: not with"),
+        ({"azimuth_noise": 0.1}, "azimuth_noise: not with"),
+        ({"ranges": "sonar", "reader": "calibrated"}, "reader: not with `ranges=sonar`; give"),
+        ({"selection": "chip", "bias_kind": "gate"}, "bias_kind: not with `ranges=exact`"),
     ],
 )  # fmt: skip
 def test_what_is_refused(options: dict[str, Any], says: str) -> None:

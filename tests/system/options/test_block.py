@@ -131,7 +131,7 @@ def test_stimuli() -> None:
 
 
 def test_voltages_keep_node_paths() -> None:
-    assert read_voltages(["axon.x=1.5V", "v[2]=-1V"], "--start") == {"axon.x": 1.5, "v[2]": -1.0}
+    assert read_voltages(["axon.x=1.5V", "v[2]=-1V"], "start") == {"axon.x": 1.5, "v[2]": -1.0}
 
 
 def test_a_choice_carries_it_all() -> None:
@@ -168,7 +168,7 @@ def test_a_named_set_of_biases_and_a_bias_on_top() -> None:
 def test_bad_sets_of_biases() -> None:
     with pytest.raises(UnknownNameError, match="known are burst, facts, robust, single-spike"):
         choose("rebound-neuron", bias_set="busrt")
-    with pytest.raises(ParameterError, match="--bias-set: robust, ranging-chip has no named sets"):
+    with pytest.raises(ParameterError, match="bias_set: robust, ranging-chip has no named sets"):
         choose("ranging-chip", bias_set="robust")
 
 
@@ -214,7 +214,7 @@ SLIPS = {
 @pytest.mark.parametrize("what", SLIPS)
 def test_a_size_that_nobody_means_is_refused_unless_it_is_meant(what: str) -> None:
     texts, says = SLIPS[what]
-    with pytest.raises(ParameterError, match=rf"{says}.*--allow-implausible"):
+    with pytest.raises(ParameterError, match=rf"{says}.*`allow_implausible`"):
         choose("rebound-neuron", **{what: texts})  # type: ignore[arg-type]
     meant = choose("rebound-neuron", silicon=SiliconChoice(allow_implausible=True), **{what: texts})  # type: ignore[arg-type]
     assert meant.testbench().circuit == meant.circuit

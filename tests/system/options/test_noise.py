@@ -14,7 +14,7 @@ from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.bug import run as bug
-from system.car import run as robot
+from system.car import run as car
 from system.car.sonar import _ranges
 from system.cli.command_line import main
 from system.forest import run as forest
@@ -99,7 +99,7 @@ def test_rolls_rates_differ_with_the_seed_of_its_noise() -> None:
     found = [run(replace(quiet, silicon_noise=noise)).spikes.times for noise in ("white", "all")]
     assert found[0].size != found[1].size or (found[0] != found[1]).any()
     assert SYSTEM.study_options("behavioural", None, {"silicon_noise": "all"})["silicon_noise"] == "all"
-    with pytest.raises(ParameterError, match="--silicon-noise: loud, must be off or white or all"):
+    with pytest.raises(ParameterError, match="silicon_noise: loud, must be off, white or all"):
         replace(quiet, silicon_noise="loud")
 
 
@@ -115,7 +115,7 @@ def test_a_bug_robots_chip_has_noise_of_its_own() -> None:
 
 
 def test_a_latency_chips_recall_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
-    flight = ["run", "forest", "--model", "latency-chip", "--pings", "12", "--seed", "900", "--json"]
+    flight = ["run", "spiking-bat", "--brain", "chip", "--pings", "12", "--seed", "900", "--json"]
     found = {}
     for noise in ("off", "all"):
         assert main([*flight, "--silicon-noise", noise]) == 0
@@ -148,10 +148,13 @@ def test_a_forests_selection_has_noise() -> None:
         (["bug", "--brain", "ideal"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
         (["forest"], "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"),
         (["forest", "--ranges", "sonar"], "--silicon-noise: no chip is in the loop; give --ranges chip"),
-        (["robot"], "--silicon-noise: no chip is in the loop; give --ranges chip, or leave it out"),
-        (["forest", "--model", "latency-lif"], "--silicon-noise: only with --model latency-chip"),
+        (["car"], "--silicon-noise: white, no chip is in the loop; give --ranges chip, or leave it out"),
         (
-            ["forest", "--model", "latency-chip", "--unit", "3,4"],
+            ["spiking-bat", "--brain", "lif"],
+            "--silicon-noise: white, no chip is in the loop; add --brain chip",
+        ),
+        (
+            ["spiking-bat", "--brain", "chip", "--unit", "3,4"],
             "--silicon-noise: white, not with --unit, whose transistors make none here; leave one out",
         ),
     ],
@@ -168,27 +171,27 @@ def test_runs_without_silicon_refuse_noise(
     [
         ["pushbot"],
         ["bug", "--brain", "chip"],
-        ["forest", "--model", "latency-chip"],
+        ["spiking-bat", "--brain", "chip"],
         ["head"],
         ["forest", "--ranges", "chip"],
-        ["robot", "--ranges", "chip"],
+        ["car", "--ranges", "chip"],
     ],
 )
 def test_a_word_that_is_no_noise_is_refused(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", *command, "--silicon-noise", "loud"]) == 2
-    assert "--silicon-noise: loud, must be off or white or all" in capsys.readouterr().err
+    assert "--silicon-noise: loud, must be off, white or all" in capsys.readouterr().err
 
 
 def test_ideal_cells_have_no_noise(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "rover", "--silicon-noise", "all"]) == 2
-    assert "--silicon-noise: ideal cells have no silicon" in capsys.readouterr().err
+    assert "--silicon-noise: all, no chip is in the loop; add --cells chip" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("level", "noise", "text"),
     [
         ("transistor", "all", "approach.silicon_noise: all, must be off"),
-        ("behavioural", "loud", "--silicon-noise: loud, must be off or white or all"),
+        ("behavioural", "loud", "--silicon-noise: loud, must be off, white or all"),
     ],
 )
 def test_what_has_no_noise_refuses_it(
@@ -199,7 +202,7 @@ def test_what_has_no_noise_refuses_it(
 
 
 def test_a_seed_of_noise_wants_noise() -> None:
-    with pytest.raises(ParameterError, match="--noise-seed: 3, there is no noise; give --silicon-noise"):
+    with pytest.raises(ParameterError, match="noise_seed: 3, there is no noise; give `silicon_noise"):
         check_noise("off", 3)
     check_noise("off", None)
     check_noise("white", 3)
@@ -219,14 +222,14 @@ def test_a_head_has_noise() -> None:
 
 
 def test_a_robots_chip_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
-    drive = ["run", "robot", "--ranges", "chip", "--pings", "20", "--seed", "3", "--json"]
+    drive = ["run", "car", "--ranges", "chip", "--pings", "20", "--seed", "3", "--json"]
     assert main([*drive, "--silicon-noise", "white"]) == 0
     assert json.loads(capsys.readouterr().out)["silicon_noise"] == "white"
-    scenario = robot.Scenario(ranges="chip", silicon_noise="white", noise_seed=4)
+    scenario = car.Scenario(ranges="chip", silicon_noise="white", noise_seed=4)
     delay = np.linspace(3e-3, 12e-3, 400)
     heard = []
     for fields in ({}, {}, {"noise_seed": 5}, {"silicon_noise": "off", "noise_seed": None}):
-        sonar, _ = robot.sonar_of(replace(scenario, **fields), np.random.default_rng(0))
+        sonar, _ = car.sonar_of(replace(scenario, **fields), np.random.default_rng(0))
         heard.append([_ranges(sonar, delay, 0.1 * k)[0] for k in range(20)])
     one, same, other, quiet = np.nan_to_num(np.array(heard))
     assert np.array_equal(one, same)

@@ -40,10 +40,10 @@ def test_a_sliding_window_forgets_at_the_rate_of_its_length() -> None:
 
 @pytest.mark.parametrize("window", [0.0, 0.07, -0.5])
 def test_a_window_is_a_whole_number_of_looks(window: float) -> None:
-    with pytest.raises(ParameterError, match="--window"):
+    with pytest.raises(ParameterError, match="window"):
         Readout(window=window)
 
 
 def test_another_kind_is_refused() -> None:
-    with pytest.raises(ParameterError, match="--readout: running, must be one of fixed, sliding, spikes"):
+    with pytest.raises(ParameterError, match="readout: running, must be one of fixed, sliding, spikes"):
         Readout(kind="running")  # type: ignore[arg-type]

@@ -176,7 +176,7 @@ def test_the_picture_can_be_drawn(trace: Trace, tmp_path: Path) -> None:
     [
         ({"speed_factor": 0.0}, "speed_factor: 0, must be above 0"),
         ({"turn_factor": -1.0}, "turn_factor"),
-        ({"way": 0.0}, "--way: 0 m, must be > 0"),
+        ({"way": 0.0}, "way: 0 m, must be > 0"),
         ({"scene": "nowhere"}, "scene nowhere: unknown"),
         ({"exc": 60}, "population.target: 128 neurons, must be <="),
         ({"dropped": 1.0}, "dropped"),

@@ -24,7 +24,7 @@ def test_silicon_is_the_whole_chip_s() -> None:
     found = silicon_of(SiliconChoice("40", "B", 3))
     assert (found.temperature_c, found.die.lot, found.die.number, found.place) == (40.0, "B", 3, None)
     assert found.process.name == "rolls-180"
-    with pytest.raises(ParameterError, match="--at: x, the chip stands by itself"):
+    with pytest.raises(ParameterError, match="at: x, the chip stands by itself"):
         silicon_of(SiliconChoice(at="x"))
 
 

@@ -126,10 +126,10 @@ def test_files(tmp_path: Path) -> None:
 
 def test_cells_and_codes_are_checked() -> None:
     small = CostMap("small", np.array([[1, 0], [31, 32]]))
-    check_cell(small, (0, 0), "--start")
+    check_cell(small, (0, 0), "start")
     for cell, says in (((2, 0), "must be in the map of 2 x 2"), ((0, -1), "must be in"), ((0, 1), "blocked")):
-        with pytest.raises(ParameterError, match=rf"^--start: {cell[0]},{cell[1]}, .*{says}"):
-            check_cell(small, cell, "--start")
+        with pytest.raises(ParameterError, match=rf"^start: {cell[0]},{cell[1]}, .*{says}"):
+            check_cell(small, cell, "start")
     with pytest.raises(CircuitError, match=r"^small\[1,1\]: 32, must be at most 31"):
         check_codes(small)
     check_codes(CostMap("fits", np.array([[0, 31]])))
@@ -141,7 +141,7 @@ def test_needs() -> None:
     speed = for_need(park, "speed").costs
     assert set(speed[park.costs <= 3].tolist()) == {1}
     assert np.array_equal(speed[park.costs > 3], park.costs[park.costs > 3])
-    with pytest.raises(ParameterError, match="--need: rest, must be energy or speed"):
+    with pytest.raises(ParameterError, match="need: rest, must be energy or speed"):
         for_need(park, "rest")
 
 

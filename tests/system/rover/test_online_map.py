@@ -43,7 +43,7 @@ def test_blocked_cells_stay_so() -> None:
 
 
 @pytest.mark.parametrize(
-    ("prior", "rate", "says"), [(5, 0, "--learn: 0"), (5, 1.5, "--learn"), (0, 1, "--prior: 0")]
+    ("prior", "rate", "says"), [(5, 0, "learn: 0"), (5, 1.5, "learn"), (0, 1, "prior: 0")]
 )
 def test_bad_numbers_are_refused(prior: float, rate: float, says: str) -> None:
     with pytest.raises(ParameterError, match=says):

@@ -54,10 +54,10 @@ def test_start_is_goal(name: str) -> None:
 def test_a_wall_is_refused(name: str) -> None:
     wall = CostMap("wall", np.array([[1, 0, 1], [1, 0, 1]]))
     with pytest.raises(
-        ParameterError, match=r"^--goal: 0,2, must be reachable from 0,0; blocked cells of wall"
+        ParameterError, match=r"^goal: 0,2, must be reachable from 0,0; blocked cells of wall"
     ):
         plan_path(wall, (0, 0), (0, 2), planner_named(name))
-    with pytest.raises(ParameterError, match=r"^--start: 0,1, must not be blocked"):
+    with pytest.raises(ParameterError, match=r"^start: 0,1, must not be blocked"):
         plan_path(wall, (0, 1), (0, 2), planner_named(name))
 
 
@@ -83,7 +83,7 @@ def test_the_discrete_model_plans_on_the_shipped_maps_and_says_where_it_cannot()
     # beside short delays a neuron of a long one fires again and again, and loses what is under way
     slow = np.ones((6, 7), dtype=np.int64)
     slow[:, 3] = 25
-    with pytest.raises(ParameterError, match=r"found no path although there is one.*use --planner wave"):
+    with pytest.raises(ParameterError, match=r"found no path although there is one.*use `planner=wave`"):
         plan_path(CostMap("slow", slow), (3, 0), (3, 6), planner_named("paper"))
 
 

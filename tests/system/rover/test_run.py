@@ -91,13 +91,13 @@ def test_the_same_seed_is_the_same_run(trace: Trace) -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"trips": 0}, "--trips: 0, must be at least 1"),
-        ({"seed": -1}, "--seed: -1"),
-        ({"learn": 2.0}, "--learn: 2"),
-        ({"planner": "magic"}, "planner magic: unknown"),
-        ({"cells": "foam"}, "--cells: foam, must be"),
-        ({"need": "rest"}, "--need: rest"),
-        ({"start": (20, 0)}, "--start: 20,0"),
+        ({"trips": 0}, "trips: 0, must be >= 1"),
+        ({"seed": -1}, "seed: -1"),
+        ({"learn": 2.0}, "learn: 2"),
+        ({"planner": "magic"}, "planner: magic, must be wave, paper"),
+        ({"cells": "foam"}, "cells: foam, must be"),
+        ({"need": "rest"}, "need: rest"),
+        ({"start": (20, 0)}, "start: 20,0"),
         ({"map": "nowhere"}, "map nowhere: unknown"),
     ],
 )

@@ -52,7 +52,7 @@ def test_walls_leave_no_path() -> None:
 
 
 def test_the_discrete_model_refuses_what_would_take_hours() -> None:
-    with pytest.raises(ParameterError, match=r"^--planner: paper on 10201 cells, must be at most 10000"):
+    with pytest.raises(ParameterError, match=r"^planner: paper on 10201 cells, must be at most 10000"):
         plan_discrete(np.ones((101, 101), dtype=np.int64), (0, 0), (100, 100))
 
 

@@ -24,9 +24,9 @@ def test_the_longest_latency_is_of_one_obstacle_at_the_end() -> None:
 @pytest.mark.parametrize(
     ("numbers", "says"),
     [
-        (replace(Numbers(), taps=13), "--taps: 13, a delay line of 39 ms, must reach"),
+        (replace(Numbers(), taps=13), "taps: 13, a delay line of 39 ms, must reach"),
         (replace(Numbers(), taps=30), "the delay line takes 90 ms, must be less than the 90 ms"),
-        (replace(Numbers(), paths=15), "--paths: 15 memories, must be 33"),
+        (replace(Numbers(), paths=15), "paths: 15 memories, must be 33"),
         (numbers_at(50.0), "a period of 20 ms is shorter than the longest echo"),
         (numbers_at(13.5), "the emergency neuron takes 68 ms"),
         (numbers_at(6.0), "is longer than a memory lasts, 150 ms"),

@@ -10,7 +10,7 @@ from system.spiking_bat.campaign import Build, chip_maker
 from system.spiking_bat.flight import Flown, fly, fly_from
 from system.spiking_bat.loop import stays
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import LatencyScenario, place
+from system.spiking_bat.run import Scenario, place
 
 ARCS = arcs_of(Bat(ping_rate=10.0))
 
@@ -32,7 +32,7 @@ def test_only_what_stays_long_enough_is_a_loop() -> None:
 @pytest.fixture(scope="module")
 def loop() -> tuple[Forest, tuple[float, float], Flown]:
     """Forest 253, a tuning one, and a flight of the nominal chip through it, which is caught in the end."""
-    forest, start = place(LatencyScenario(seed=253), ARCS)
+    forest, start = place(Scenario(seed=253), ARCS)
     return forest, start, fly(nominal(), ARCS, forest, start, 800)
 
 

@@ -114,10 +114,10 @@ def test_processes_get_runs_by_their_keys(monkeypatch: pytest.MonkeyPatch) -> No
 def test_what_is_not_its_own_is_refused(made: tuple[One, list[Numbered]], tmp_path: Path) -> None:
     one, _ = made
     file = tmp_path / "runs.jsonl"
-    with pytest.raises(ParameterError, match=r"--resume: .* is not there"):
+    with pytest.raises(ParameterError, match=r"resume: .* is not there"):
         runs(Execution(file, resume=True), one)
     runs(Execution(file), one)
-    with pytest.raises(ParameterError, match=r"--output: .* is there; add --resume"):
+    with pytest.raises(ParameterError, match=r"output: .* is there; add `resume`"):
         runs(Execution(file), one)
     with pytest.raises(ParameterError, match="other numbers; name another file"):
         runs(Execution(file, resume=True), one, mark=2)
@@ -310,18 +310,18 @@ def test_a_line_that_is_no_run_is_refused_by_its_number(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("wen2022-fig5 --resume", "--resume: wen2022-fig5 is no campaign, it has none"),
-        ("wen2022-fig5 --scheduler a:1", "--scheduler: wen2022-fig5 is no campaign, it has none"),
-        ("latency-dies --param forests=3", "--param: forests, unknown to latency-dies; known are dies=100"),
+        ("wen2022-fig5 --resume", "resume: wen2022-fig5 is no campaign, it has none"),
+        ("wen2022-fig5 --scheduler a:1", "scheduler: wen2022-fig5 is no campaign, it has none"),
+        ("latency-dies --param forests=3", "param: forests, unknown to latency-dies; known are dies=100"),
         (
             "latency-forests --param forests=0",
-            '--param: forests "0", must be a whole number from 1 to 100000',
+            'param: forests "0", must be a whole number from 1 to 100000',
         ),
         ("latency-dies --param dies=100001", 'dies "100001", must be a whole number from 1 to 100000'),
         (f"latency-dies --param dies={'9' * 5000}", f'dies "{"9" * 20}", must be a whole number from 1 to'),
         ("latency-forests --param forests=2 --param network=3", "network: 3 forests, must be at most the 2"),
-        ("latency-agreement --resume", "--resume: needs the file of --output; add it"),
-        ("latency-agreement --workers 0", "--workers: 0, must be at least 1"),
+        ("latency-agreement --resume", "resume: needs the file of --output; add it"),
+        ("latency-agreement --workers 0", "workers: 0, must be at least 1"),
     ],
 )
 def test_the_command_refuses_in_a_line(

@@ -26,11 +26,11 @@ from tests.system.study.test_engine import same, study
 def test_a_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("system.study.cluster.TIMEOUT", "1s")
     with (
-        pytest.raises(ParameterError, match=r"--scheduler: tcp://127\.0\.0\.1:9, no answer"),
+        pytest.raises(ParameterError, match=r"scheduler: tcp://127\.0\.0\.1:9, no answer"),
         on_cluster("tcp://127.0.0.1:9"),
     ):
         pass
-    with pytest.raises(ParameterError, match="--workers: 0, must be at least 1"), on_cluster(None, 0):
+    with pytest.raises(ParameterError, match="workers: 0, must be at least 1"), on_cluster(None, 0):
         pass
 
 
@@ -104,7 +104,7 @@ def test_a_worker_that_is_killed_each_time_is_told_in_a_line() -> None:
     wanted = study(metric="deadly", count=2, chunk=2)
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 0}),  # a worker takes seconds to start
-        pytest.raises(SolverError, match=r"--workers: a process was killed each time"),
+        pytest.raises(SolverError, match=r"workers: a process was killed each time"),
         on_cluster(None, 1) as workers,
     ):
         run_study(wanted, workers=workers)

@@ -247,7 +247,7 @@ def test_a_new_study_replaces_no_file_of_its_folder(tmp_path: Path, name: str) -
     note = tmp_path / name
     note.parent.mkdir(exist_ok=True)
     note.write_text("mine")
-    with pytest.raises(ParameterError, match=f"--output: .* has .*{name.partition('/')[0]}|has a study"):
+    with pytest.raises(ParameterError, match=f"output: .* has .*{name.partition('/')[0]}|has a study"):
         run(study(), tmp_path)
     assert note.read_text() == "mine"
     assert list(note.parent.iterdir()) == [note]

@@ -153,7 +153,7 @@ def test_a_second_process_is_refused_by_name(tmp_path: Path) -> None:
     try:
         assert child.stdout is not None
         assert child.stdout.readline() == "at work\n"
-        with pytest.raises(ParameterError, match=r"--output: .* another process is at work in it"):
+        with pytest.raises(ParameterError, match=r"output: .* another process is at work in it"):
             run(study(), tmp_path, resume=True)
     finally:
         child.kill()

@@ -62,7 +62,7 @@ def test_no_file_has_a_module_loaded(
 def test_dies_of_a_study_of_an_own_function_need_no_function(tmp_path: Path, method: str) -> None:
     wanted = study(3, method=method)
     run(wanted, tmp_path)
-    with pytest.raises(ParameterError, match=f"--metric: .* was measured with {OWN}"):
+    with pytest.raises(ParameterError, match=f"metric: .* was measured with {OWN}"):
         read_study(tmp_path)
     found = replay(tmp_path, 1001, own=(OWN,))
     assert found.identical
@@ -89,7 +89,7 @@ def test_an_own_function_that_is_none_is_told(
     (tmp_path / "broken_of_a_test.py").write_text("def f(:\n")
     monkeypatch.chdir(tmp_path)
     wanted = study(1)
-    with pytest.raises(ParameterError, match=f"--metric: {name}, .*give MODULE:FUNCTION"):
+    with pytest.raises(ParameterError, match=f"metric: {name}, .*give MODULE:FUNCTION"):
         run(replace(wanted, subject=replace(wanted.subject, metrics=(name,))))
 
 
@@ -97,14 +97,14 @@ def test_an_own_function_that_is_none_is_told(
     ("edit", "told"),
     [
         (lambda d: d.update(format=2), "format: Invalid enum value 2"),
-        (lambda d: d.update(chunk=0), "--chunk: 0"),
+        (lambda d: d.update(chunk=0), "chunk: 0"),
         (lambda d: d.update(chunk="3"), "chunk: Expected int, got str"),
         (lambda d: d.update(conditions=[]), "conditions: none"),
         (lambda d: d["conditions"][0].update(temperature_c=1e4), "temperature: 10000 degC"),
         (lambda d: d["conditions"][0].update(corner="xx"), "corner: xx"),
         (lambda d: d["plan"].update(count=10**9), f"at most {MOST} samples"),
-        (lambda d: d["plan"].update(first=10**30), "--first-die"),
-        (lambda d: d["plan"].update(seed=-1), "--seed: -1"),
+        (lambda d: d["plan"].update(first=10**30), "first_die"),
+        (lambda d: d["plan"].update(seed=-1), "seed: -1"),
         (lambda d: d["plan"].update(method="best"), "plan.method: Invalid enum value 'best'"),
         (lambda d: d["subject"].update(metrics="t_inh"), "subject.metrics: Expected array, got str"),
         (lambda d: d["subject"].update(system={"level": {"a": []}}), "subject.system"),
@@ -167,11 +167,11 @@ def test_spoiled_manifests_raise_errors_of_ours_alone(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("change_of", "told"),
     [
-        ({"count": -1}, "--samples: -1"),
-        ({"first": -1}, "--samples: 1 from die -1"),
-        ({"seed": -1}, "--seed: -1"),
-        ({"method": "best"}, "--plan: best"),
-        ({"first": 10**12}, "--first-die: "),
+        ({"count": -1}, "samples: -1"),
+        ({"first": -1}, "samples: 1 from die -1"),
+        ({"seed": -1}, "seed: -1"),
+        ({"method": "best"}, "plan: best"),
+        ({"first": 10**12}, "first_die: "),
     ],
 )
 def test_a_plan_of_no_dies_that_there_are_is_refused(change_of: dict[str, Any], told: str) -> None:
@@ -186,9 +186,9 @@ def test_a_plan_of_no_dies_that_there_are_is_refused(change_of: dict[str, Any], 
         ["-n", "1", "--trials", "99999999999"],
         ["-n", "1", "--threads", "99999999"],
         ["-n", "1", "--workers", "99999999"],
-        ["-n", "1", "--first-die", "9" * 40],
-        ["-n", "1", "--seed", "9" * 40],
-        ["-n", "1", "--seed", "-1"],
+        ["-n", "1", "first_die", "9" * 40],
+        ["-n", "1", "seed", "9" * 40],
+        ["-n", "1", "seed", "-1"],
         ["-n", "1", "--at", f"ranging-chip/neuron[{'9' * 5000}]"],
         ["-n", "1", "--at", f"ranging-chip/neuron[{'9' * 40}]"],
     ],

@@ -43,5 +43,5 @@ def test_only_own_draws_can_be_extended() -> None:
 
 
 def test_a_plan_over_nothing_is_refused() -> None:
-    with pytest.raises(ParameterError, match="--plan: lhs, nothing varies"):
+    with pytest.raises(ParameterError, match="plan: lhs, nothing varies"):
         sampling(Plan("lhs", 0, 0, 4), (), 0, 4)

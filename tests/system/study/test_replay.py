@@ -57,7 +57,7 @@ def test_a_changed_sample_is_told(folder: Path, tmp_path: Path) -> None:
 
 
 def test_what_the_study_does_not_have_is_refused(folder: Path, tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="--die: 1003, must be 1000 to 1002"):
+    with pytest.raises(ParameterError, match="die: 1003, must be 1000 to 1002"):
         replay(folder, 1003)
     with pytest.raises(ParameterError, match="the study has typical 27 degC trial 0, ss 35 degC trial 0"):
         replay(folder, 1000, "ff")

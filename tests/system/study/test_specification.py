@@ -63,7 +63,7 @@ def test_classes(text: str, words: tuple[str, ...]) -> None:
     ],
 )
 def test_another_form_is_refused(text: str, message: str) -> None:
-    with pytest.raises(ParameterError, match=f"^--spec: .*{message}") as caught:
+    with pytest.raises(ParameterError, match=f"^spec: .*{message}") as caught:
         parse_spec(text, METRICS)
     assert "\n" not in str(caught.value)
 
@@ -71,8 +71,8 @@ def test_another_form_is_refused(text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("best_dely in 1ms:", "--spec: metric best_dely: unknown; did you mean best_delay"),
-        ("class is work", "--spec: class work: unknown; did you mean works"),
+        ("best_dely in 1ms:", "spec: metric best_dely: unknown; did you mean best_delay"),
+        ("class is work", "spec: class work: unknown; did you mean works"),
     ],
 )
 def test_an_unknown_name_is_refused(text: str, message: str) -> None:

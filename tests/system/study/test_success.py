@@ -11,7 +11,7 @@ from system.car.run import SUCCESS
 from system.cli.command_line import main
 
 HERE = "tests.system.study.test_success"
-STUDY = ("montecarlo", "robot", "--param", "pings=10", "-n", "3", "--threads", "1")
+STUDY = ("montecarlo", "car", "--param", "pings=10", "-n", "3", "--threads", "1")
 NONE = "0 of 3 (0 to 71 %)"  # Clopper and Pearson's of none of three: 1 - 0.025^(1/3) = 0.7076
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
+from system.cli.option_names import replay_of
 from system.study.manifest import Study
 from system.study.plan import Plan
-from system.study.report.worst import replay_command, worst
+from system.study.report.worst import replay_options, worst
 from system.study.specification import Classes, Limits
 from system.study.table import FAILED, Condition, Table
 from system.study.target import Subject
@@ -55,9 +55,11 @@ def test_no_samples() -> None:
 def test_the_command_names_what_the_study_has_several_of() -> None:
     plan = Plan("random", 0, 1000, N)
     one = Study(Subject("a", ("width",)), plan, (Condition("random", 27.0, 0),), 4)
-    assert replay_command(Path("a b"), one, TABLE, 3) == "noctule replay 'a b' --die 1003"
+    found = replay_options(one, TABLE, 3)
+    assert found == [("die", "1003")]
+    assert replay_of("a b", found) == "noctule replay 'a b' --die 1003"
     several = Study(
         Subject("a", ("width",)), plan, (Condition("random", 27.0, 0), Condition("ss", -10.0, 1)), 4
     )
-    found = replay_command(Path("s"), several, TABLE, 3)
+    found = replay_of("s", replay_options(several, TABLE, 3))
     assert found == "noctule replay s --die 1003 --corner random --temperature 27.0 --trial 0"

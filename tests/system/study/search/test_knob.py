@@ -7,8 +7,8 @@ from system.study.target import BlockTarget, Subject
 
 
 def test_a_knob_moves_in_its_own_way_and_can_be_written_down() -> None:
-    current, voltage = Knob("--bias", "i", "A", 2e-9), Knob("--bias", "v", "V", 2.5)
-    array = Knob("--bias", "a", "A", (1e-9, 2e-9))
+    current, voltage = Knob("bias", "i", "A", 2e-9), Knob("bias", "v", "V", 2.5)
+    array = Knob("bias", "a", "A", (1e-9, 2e-9))
     assert current.at(1.0, 3.0, 0.1) == 6e-9
     assert current.at(-0.5, 3.0, 0.1) == 1.155e-9
     assert current.at(0.0, 3.0, 0.1) == 2e-9
@@ -24,7 +24,7 @@ def test_what_moved_replaces_the_options_of_its_name() -> None:
     assert knobs[0].value == 300e-12
     moved = moved_subject(start, knobs, (450e-12, 700e-15))
     assert options_of(moved) == [
-        "--param", "membrane_capacitance=700fF", "--bias", "i_cmp=400nA", "--bias", "i_rtau=450pA",
+        ("param", "membrane_capacitance=700fF"), ("bias", "i_cmp=400nA"), ("bias", "i_rtau=450pA"),
     ]  # fmt: skip
     assert moved_subject(start, knobs, tuple(k.value for k in knobs)) == start
 
@@ -33,4 +33,4 @@ def test_without_a_wish_every_current_moves_and_no_size() -> None:
     choice = BlockTarget(Subject("rebound-neuron", ("best_delay",))).choice
     knobs = knobs_of(choice, (), ())
     assert {k.name for k in knobs} == {b.name for b in choice.circuit.biases if b.kind != "voltage"}
-    assert all(k.option == "--bias" for k in knobs)
+    assert all(k.option == "bias" for k in knobs)

@@ -1,4 +1,4 @@
-"""`noctule run robot`: one JSON document, a table, and one line for whatever is wrong."""
+"""`noctule run car`: one JSON document, a table, and one line for whatever is wrong."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Run = Callable[..., tuple[int, str, str]]
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
     def call(*arguments: str) -> tuple[int, str, str]:
-        status = main(("run", "robot", *arguments))
+        status = main(("run", "car", *arguments))
         return status, *capsys.readouterr()
 
     return call
@@ -52,7 +52,7 @@ def test_the_document_with_a_chip(run: Run) -> None:
 def test_the_table(run: Run) -> None:
     status, out, err = run("--pings", "5", "--ranges", "exact")
     assert (status, err) == (0, "")
-    assert "robot, corridor, ranges exact" in out
+    assert "car, corridor, ranges exact" in out
     assert "failed: all 5 pings made" in out
 
 
@@ -71,15 +71,15 @@ def test_a_forest_of_ones_own(run: Run, tmp_path: Path) -> None:
         (("--forest", "wood"), "--forest: wood, must be corridor, open or dense"),
         (("--start", "0m,0.45m"), "--start: 0,0.45, a pipe's surface is -0.025 m away"),
         (("--forest", "none.csv"), "none.csv: No such file or directory, must be a readable file"),
-        (("--start", "here"), '--start: "here", must be X,Y; write as in --start=40m,25m'),
-        (("--vmax", "0"), "--vmax: 0 m/s, must be above 0"),
-        (("--ping-rate", "-12Hz"), "--ping-rate: -12 Hz, must be above 0"),
-        (("--temperature", "60"), "--temperature: no chip is in the loop"),
-        (("--die", "3"), "--die: 3, no chip is in the loop"),
+        (("--start", "here"), '--start: "here", must be X,Y; write as in --start 40m,25m'),
+        (("--vmax", "0"), "--vmax: 0 m/s, must be > 0"),
+        (("--ping-rate", "-12Hz"), "--ping-rate: -12 Hz, must be > 0"),
+        (("--temperature", "60"), "--temperature: 60.0, no chip is in the loop"),
+        (("--die", "3"), "--die: die A/3, no chip is in the loop"),
         (("--ranges", "exact", "--occlusion"), "--occlusion: not with --ranges exact"),
         (("--ranges", "sonar"), "--ranges: sonar, must be flight, exact or chip"),
         (("--plot", "way.bmp"), "--plot: way.bmp, must end with"),
-        (("--pings", "0"), "--pings: 0, must be at least 1"),
+        (("--pings", "0"), "--pings: 0, must be >= 1"),
     ],
 )
 def test_what_is_wrong_is_one_line(run: Run, arguments: tuple[str, ...], says: str) -> None:

@@ -1,0 +1,48 @@
+"""Names of fields in errors and lines, as options of the command line.
+
+What is below the command line names a field before the colon of an error (`ping_rate: 3 Hz, must be ...`),
+and others between backquotes, alone or with a value (`` `cells=chip` ``). Said at the command line these are
+`--ping-rate: ...` and `--cells chip`; names that are no option of the command stay as they are.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterable, Mapping
+
+PARAM = "--param "  # before a name of a study's system
+_HEAD = re.compile(r"(?:[a-z0-9-]+\.scenario\.)?([a-z][a-z0-9_]*)(?=: )")
+_QUOTED = re.compile(r"`([a-z][a-z0-9_]*)(?:=([^`]*))?`")
+
+
+def as_options(text: str, options: Mapping[str, str]) -> str:
+    """A text with the names in it as options; `options`: name of a field or parameter, and its option."""
+    head = _HEAD.match(text)
+    if head is not None and head[1] in options:
+        text = options[head[1]] + text[head.end() :]
+
+    def said(found: re.Match[str]) -> str:
+        name, value = found[1], found[2]
+        if name not in options:
+            return found[0]
+        if value in {None, "True"}:
+            return options[name]
+        return f"{options[name]}{'=' if options[name].startswith(PARAM) else ' '}{value}"
+
+    return _QUOTED.sub(said, text)
+
+
+def option_of(name: str) -> str:
+    """The option that stands for a field's name."""
+    return f"--{name.replace('_', '-')}"
+
+
+def words_of(options: Iterable[tuple[str, str]]) -> list[str]:
+    """Words of a command for pairs of an option and its text."""
+    return [word for name, text in options for word in (option_of(name), text)]
+
+
+def replay_of(folder: str, options: Iterable[tuple[str, str]]) -> str:
+    """The command that measures a sample of a study again."""
+    return shlex.join(["noctule", "replay", folder, *words_of(options)])

@@ -1,0 +1,108 @@
+"""`noctule run SYSTEM`: run a system's scenario once, and print, draw and write what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from circuits.errors import ParameterError
+from circuits.silicon.process import check_temperature
+from circuits.units import parse_quantity
+from system.cli.option_names import as_options
+from system.cli.output import print_json, print_line, progress_bar
+from system.cli.run_output import print_run
+from system.options.block import describe_die, read_die
+from system.options.silicon import SiliconChoice
+from system.options.temperature import read_course
+from system.plot import check_picture, save_picture
+from system.registry import load_system
+from system.scenario import read_texts
+from system.system import System
+
+COURSE = "course"  # field of scenarios whose temperature may change
+
+
+def run_system(
+    name: str,
+    silicon: SiliconChoice,
+    seed: int,
+    plot: str | None,
+    *,
+    as_json: bool,
+    options: Mapping[str, Any],
+    said: Mapping[str, str],
+) -> None:
+    """Run the system of this name.
+
+    plot: file for its picture; options: texts of its options and outputs; said: their names here.
+    """
+    system = load_system(name)
+    files = {key: value for key, value in options.items() if key in system.outputs}
+    texts = {key: value for key, value in options.items() if key not in files}
+    if plot is not None:
+        check_picture(plot)
+    for key, path in files.items():
+        system.outputs[key].check(path)
+    scenario = scenario_of(system, silicon, seed, texts)
+    with progress_bar(f"{name} (the first run compiles its kernels)") as progress:
+        trace = system.run(scenario, progress)
+    summary = system.summarise(trace)
+    if plot is not None:
+        save_picture(plot, lambda figure: system.draw(trace, figure))
+    for key, path in files.items():
+        system.outputs[key].write(path, trace)
+    if as_json:
+        entries = {**described(system, scenario), **system.document(trace)}
+        print_json({"system": name, **entries, "summary": summary})
+        return
+    for line in system.before(trace):
+        print_line(as_options(line, said))
+    print_run(f"{name}, {system.title(trace)}", system, summary)
+    for line in system.after(trace):
+        print_line(as_options(line, said))
+
+
+def scenario_of(system: System[Any, Any], silicon: SiliconChoice, seed: int, texts: Mapping[str, Any]) -> Any:
+    """The scenario that is asked for; raises `ParameterError` for what is of silicon where there is none."""
+    given = read_texts(system.settings, texts)
+    on_die = {"die": read_die(silicon), **_temperature(system, silicon.temperature)}
+    known = {key: value for key, value in on_die.items() if key in system.settings}
+    scenario = system.scenario(seed=seed, **known, **given)
+    system.check_run(scenario)
+    remedy = system.no_silicon(scenario)
+    asked = {
+        "die": silicon.die is not None,
+        "temperature": silicon.temperature != SiliconChoice().temperature,
+    }
+    about = {key for key in given if system.settings[key].option.silicon} | {k for k, v in asked.items() if v}
+    for key in sorted(about) if remedy else ():
+        raise ParameterError(f"{key}: no chip is in the loop; {remedy}, or leave it out")
+    return scenario
+
+
+def _temperature(system: System[Any, Any], text: str) -> dict[str, Any]:
+    """Temperature (degC), or a course of it for a system that takes one."""
+    if COURSE not in system.settings:
+        celsius = parse_quantity(text, "degC", "temperature")
+        check_temperature(celsius)
+        return {"temperature_c": celsius}
+    found = read_course(text)
+    if not isinstance(found, tuple):
+        return {"temperature_c": found}
+    course = tuple((float(time), float(degrees)) for time, degrees in zip(*found, strict=True))
+    return {"temperature_c": course[0][1], COURSE: course}
+
+
+def described(system: System[Any, Any], scenario: Any) -> dict[str, Any]:
+    """A scenario by the names that JSON has for its options; of a chip's only where one is in the loop."""
+    chip = not system.no_silicon(scenario)
+    found: dict[str, Any] = {}
+    for one in system.settings.values():
+        if (one.option.silicon and not chip) or one.part == "":
+            continue
+        value = getattr(scenario if one.part is None else getattr(scenario, one.part), one.field)
+        if one.field == "die" and one.part is None:
+            found |= describe_die(value)
+        elif one.key:
+            found[one.key] = sorted(value) if isinstance(value, set | frozenset) else value
+    return found

@@ -1,0 +1,240 @@
+"""An option of a run, stated once: with the field of the scenario whose value it sets.
+
+`option` makes such a field; its name, unit, help, limits, and whether a study may vary it go with it. From
+these come the options of `noctule run` and their `--help`, `montecarlo --param`, the entries of JSON, and the
+check of every scenario that is made in Python (`check_options`). A field whose type is a dataclass with
+options of its own (the bat of a forest) is a part: its options are the scenario's too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from circuits.errors import ParameterError
+from circuits.units import format_quantity
+from system.reader import In, Reader, switch, whole, words
+
+OPTION = "option"  # key of a field's metadata
+METAVARS = {
+    "s": "TIME", "m": "LENGTH", "Hz": "FREQUENCY", "V": "VOLTAGE", "m/s": "SPEED", "deg": "ANGLE",
+    "degC": "DEGC",
+}  # fmt: skip
+_PER = {"m/s": "m_per_s"}  # units as JSON's keys have them
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Option:
+    """What a user is told of an option, and what is taken for it.
+
+    Attributes
+    ----------
+    help : what it is, as `--help` has it; the default is added.
+    name : as users say it, where the field's own name is not it; with underscores.
+    unit : of its number, as texts must have it; "" for a plain number, None for what is no number.
+    to_field : makes the field's value, which is in SI units, of a number in `unit`.
+    choices : the words that are taken; those of a field's `Literal` are known without.
+    least, above, most, below : limits of its number in `unit`; the first and the third are taken themselves.
+    read : makes a value of a text, where the field's type does not say how.
+    metavar : what stands for the value in `--help`.
+    collect : of a repeatable option: makes the field's value of those of all texts.
+    run, study : whether `noctule run` and `noctule montecarlo --param` have it.
+    opposite : of what is yes or no, the option that says no; `no-NAME` unless given.
+    silicon : whether it says something of a chip, so that it has no sense where no chip is in the loop.
+    key : its entry in JSON, "" for none; the field's name with its unit unless given.
+    """
+
+    help: str = ""
+    name: str = ""
+    unit: str | None = None
+    to_field: Callable[[float], float] | None = None
+    choices: tuple[str, ...] = ()
+    least: float | None = None
+    above: float | None = None
+    most: float | None = None
+    below: float | None = None
+    read: Reader | None = None
+    metavar: str = ""
+    collect: Callable[[Iterable[Any]], Any] | None = None
+    run: bool = True
+    study: bool = False
+    opposite: str = ""
+    silicon: bool = False
+    key: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """An option of a scenario: the field that it sets, of the scenario itself or of its part."""
+
+    field: str
+    part: str | None
+    kind: Any  # type of the field, without None
+    default: Any
+    option: Option
+
+    @property
+    def name(self) -> str:
+        """As users say it, with underscores."""
+        return self.option.name or self.field
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Words that are taken, none where it is no word of a few."""
+        return self.option.choices or (get_args(self.kind) if get_origin(self.kind) is Literal else ())
+
+    @property
+    def read(self) -> Reader:
+        """What makes a value of a text."""
+        if self.option.read is not None:
+            return self.option.read
+        if self.option.unit is not None:
+            return In(self.option.unit)
+        return {bool: switch, int: whole}.get(self.kind, words)
+
+    @property
+    def metavar(self) -> str:
+        """What stands for a value in `--help`."""
+        if self.kind is bool or self.option.metavar:
+            return self.option.metavar
+        usual = {int: "COUNT", float: "NUMBER"}.get(self.kind, "WORD")
+        return "|".join(self.choices) or METAVARS.get(self.option.unit or "", usual)
+
+    @property
+    def help(self) -> str:
+        """What it is, and its default where that is a number or a word."""
+        usual, unit = self.default, self.option.unit
+        if usual is None or isinstance(usual, bool) or not isinstance(usual, int | float | str):
+            return f"{self.option.help}."
+        if not isinstance(usual, str):
+            usual = format_quantity(math.degrees(usual) if unit == "deg" else usual, unit or "")
+        return f"{self.option.help}; {usual}."
+
+    @property
+    def key(self) -> str:
+        """Its entry in JSON, "" for none."""
+        if self.option.key is not None:
+            return self.option.key
+        unit = "rad" if self.option.unit == "deg" else self.option.unit
+        return f"{self.field}_{_PER.get(unit, unit)}" if unit else self.field
+
+    def check(self, value: Any) -> None:
+        """Raise `ParameterError` for a value in the option's unit that its limits do not allow."""
+        if value is None:
+            return
+        for word in sorted(value) if self.option.collect is not None else (value,):
+            if self.choices and word not in self.choices:
+                raise ParameterError(f"{self.name}: {word}, must be {listed(self.choices)}")
+        rules = _rules(self.option)
+        if isinstance(value, int | float) and rules and not _within(self.option, value):
+            unit = f" {self.option.unit}" if self.option.unit else ""
+            raise ParameterError(f"{self.name}: {value:g}{unit}, must be {' and '.join(rules)}")
+
+
+def option(default: Any, about: str = "", **stated: Any) -> Any:
+    """A field of a scenario with its default, and its option: what it is, and the rest of `Option`."""
+    metadata = {OPTION: Option(help=about, **stated)}
+    if callable(default):
+        return field(default_factory=default, metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+@cache
+def settings(scenario: type) -> Mapping[str, Setting]:
+    """Options of a scenario by the names that users have for them, those of its parts among them."""
+    found: dict[str, Setting] = {}
+    hints = get_type_hints(scenario)
+    for each in fields(scenario):
+        kind: Any = without_none(hints[each.name])
+        if OPTION in each.metadata:
+            one = Setting(each.name, None, kind, _default(each), each.metadata[OPTION])
+            found[one.name] = one
+        elif is_dataclass(kind) and isinstance(kind, type):
+            for inner in settings(kind).values():
+                found[inner.name] = Setting(inner.field, each.name, inner.kind, inner.default, inner.option)
+    return found
+
+
+def check_options(scenario: Any) -> None:
+    """Raise `ParameterError` for a field of a scenario that breaks its option's rule; parts see to theirs."""
+    kind: Any = type(scenario)
+    for one in settings(kind).values():
+        if one.part is None:
+            one.check(getattr(scenario, one.field))
+
+
+def refuse_silicon(scenario: Any, remedy: str) -> None:
+    """Raise `ParameterError` for a field that says something of a chip where none is in the loop.
+
+    A field at its default says nothing. `remedy`: what puts a chip into the loop.
+    """
+    for each in fields(scenario):
+        stated = each.metadata.get(OPTION)
+        value = getattr(scenario, each.name)
+        if stated is not None and stated.silicon and value != _default(each):
+            name = stated.name or each.name
+            raise ParameterError(f"{name}: {value}, no chip is in the loop; {remedy}, or leave it out")
+
+
+def listed(choices: tuple[str, ...]) -> str:
+    """Words as a sentence has them: `a, b or c`."""
+    return f"{', '.join(choices[:-1])} or {choices[-1]}" if len(choices) > 1 else choices[0]
+
+
+def without_none(hint: Any) -> Any:
+    """The type that a field has where it is not None."""
+    if get_origin(hint) not in (Union, UnionType):
+        return hint
+    kinds = [kind for kind in get_args(hint) if kind is not NoneType]
+    return kinds[0] if len(kinds) == 1 else hint
+
+
+def _default(each: Any) -> Any:
+    if each.default is not MISSING:
+        return each.default
+    return each.default_factory() if each.default_factory is not MISSING else None
+
+
+def _rules(stated: Option) -> list[str]:
+    limits = (("> ", stated.above), (">= ", stated.least), ("< ", stated.below), ("<= ", stated.most))
+    return [f"{sign}{limit:g}" for sign, limit in limits if limit is not None] + _finite(stated)
+
+
+def _finite(stated: Option) -> list[str]:
+    bounded = stated.most is not None or stated.below is not None
+    return [] if stated.unit is None or bounded else ["finite"]
+
+
+def _within(stated: Option, value: float) -> bool:
+    return (
+        math.isfinite(value)
+        and (stated.above is None or value > stated.above)
+        and (stated.least is None or value >= stated.least)
+        and (stated.below is None or value < stated.below)
+        and (stated.most is None or value <= stated.most)
+    )
+
+
+def seed_option() -> Any:
+    """The field of a scenario's seed: of noise, worlds and whatever else is drawn, but of no die."""
+    return option(0, run=False, least=0)
+
+
+def die_option(usual: Any) -> Any:
+    """The field of the die on which a scenario runs."""
+    return option(usual, run=False, silicon=True)
+
+
+def temperature_option(usual: float) -> Any:
+    """The field of a scenario's temperature, degC."""
+    return option(usual, run=False, silicon=True, key="temperature_C")
+
+
+def bias_kind_option(usual: Any, **stated: Any) -> Any:
+    """The field of the kind of a chip's biases."""
+    about = "Fixed gate voltages, or the bias generator"
+    return option(usual, about, choices=("gate", "generator"), silicon=True, **stated)
