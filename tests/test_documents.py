@@ -56,8 +56,9 @@ DRY = {"make": ["make", "-n"], ".venv/bin/pytest": [sys.executable, "-m", "pytes
 def verbs() -> list[tuple[str, ...]]:
     """Words by which commands are called, those of systems among them."""
     group = typer.main.get_command(app)
-    inner = {name: getattr(command, "commands", ()) for name, command in group.commands.items()}  # type: ignore[attr-defined]
-    return [(name, *rest) for name, names in inner.items() for rest in [(), *((n,) for n in names)]]
+    groups = {name: command for name, command in group.commands.items() if hasattr(command, "list_commands")}  # type: ignore[attr-defined]
+    inner = {name: each.list_commands(typer.Context(each)) for name, each in groups.items()}
+    return [(name, *rest) for name in group.commands for rest in [(), *((n,) for n in inner.get(name, ()))]]  # type: ignore[attr-defined]
 
 
 @lru_cache

@@ -145,7 +145,8 @@ def rheobase(m: Neurons) -> F64:
 def dc_currents(own: DieDevices, reference: DieDevices, currents: F64) -> F64:
     """What DC transistors give at the gates at which the nominal one gives `currents`, A, float64[k, n]."""
     name = "leak.ml9"
-    return np.stack([own.saturated(name, g) for g in reference.gate_for(name, currents)])
+    gates = reference.gate_for(name, currents[:, None])[:, 0]  # nominal neurons are alike
+    return np.stack([own.saturated(name, g) for g in gates])
 
 
 def rates(neurons: Neurons, currents: F64, lengths: F64) -> F64:

@@ -151,7 +151,7 @@ def test_rebias_sets_values_and_kind() -> None:
     assert circuit.bias("i_b").value == 1e-9
     assert rebias(cell("voltage", 1.0), kind="generator").bias("i_b").kind == "voltage"
     assert rebias(circuit) == circuit
-    with pytest.raises(UnknownNameError, match="cell bias i_x: unknown; known are i_b"):
+    with pytest.raises(UnknownNameError, match=r"cell bias i_x: unknown; .*known are i_b"):
         rebias(circuit, {"i_x": 1.0})
 
 

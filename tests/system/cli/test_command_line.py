@@ -442,12 +442,14 @@ def test_the_approach_runs_behaviourally_with_a_box_of_transistors(
     options = ("run", "approach", "--duration", "300ms", "--level", "behavioural", "--die", "1003")
     fast = run_json(*options, "--temperature", "20")
     assert (fast["level"], fast["transistors"], fast["die"]) == ("behavioural", [], 1003)
-    assert fast["summary"]["solver_steps"] == 0
+    assert fast["counts"]["solver_steps"] == 0
     assert fast["summary"]["calls"] > 0
     mixed = run_json(*options, "--transistors", "centroid")
     assert mixed["transistors"] == ["centroid"]
-    assert mixed["summary"]["solver_steps"] > 0
+    assert mixed["counts"]["solver_steps"] > 0
     status, out, err = run(*options, "--transistors", "wing")
     assert (status, out) == (2, "")
-    assert err.startswith("noctule: --transistors: wing, must be chip or centroid")
+    assert err.startswith(
+        "noctule: --transistors: wing, must be chip, centroid, vocalization, hearing or isolation"
+    )
     assert err.count("\n") == 1

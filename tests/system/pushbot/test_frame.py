@@ -58,5 +58,5 @@ def test_with_a_frame_the_field_drives_nothing_itself() -> None:
 def test_options_need_a_target_and_the_plain_network(option: str) -> None:
     with pytest.raises(ParameterError, match="without a target"):
         Architecture(**{option: True})
-    with pytest.raises(ParameterError, match="with --modified"):
+    with pytest.raises(ParameterError, match="with `modified`"):
         Architecture(modified=True, target=True, **{option: True})

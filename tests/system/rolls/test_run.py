@@ -66,11 +66,11 @@ def test_a_study_streams_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--param", "map=x"], "--map: not an option of rolls"),
-        (["--level", "transistor"], "--level: transistor, a whole chip must be behavioural"),
+        (["--param", "map=x"], "map: not an option of rolls"),
+        (["--level", "transistor"], "--level: transistor, is no choice of rolls"),
         (["--duration", "0.05s"], "--duration: 0.05 s, must be > 0.1 s"),
         (["--param", "bias-file=none.csv"], "none.csv: No such file"),
-        (["--param", "input-rate=3A"], "--input-rate"),
+        (["--param", "input-rate=3A"], "--param input-rate"),
         (["--metric", "spikes"], "metric spikes: unknown"),
     ],
 )

@@ -68,7 +68,7 @@ def test_the_wheel_takes_the_maps_along() -> None:
     build = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     assert "system" in build["packages"]
     assert "exclude" not in build
-    assert {p.stem for p in (root / "system" / "maps").glob("*.txt")} == set(MAPS)
+    assert {p.stem for p in (root / "system" / "rover" / "maps").glob("*.txt")} == set(MAPS)
 
 
 @pytest.mark.parametrize("text", ["1 2\n3 0\n", "1,2\n3,0", " 1, 2\n\n3 ,0\n\n", "1\t2\r\n3 0\r\n"])

@@ -147,7 +147,7 @@ def test_a_broken_chunk_is_measured_again_and_told(tmp_path: Path) -> None:
 
 def test_another_study_is_refused_with_what_differs(tmp_path: Path) -> None:
     run(study(4), tmp_path)
-    with pytest.raises(ParameterError, match="has a study; add --resume"):
+    with pytest.raises(ParameterError, match="has a study; add `resume`"):
         run(study(4), tmp_path)
     lot = replace(study(4).subject, silicon=SiliconChoice(process=False, lot="B"))
     for other, text in (

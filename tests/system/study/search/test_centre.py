@@ -109,7 +109,7 @@ def test_a_set_of_biases_that_cannot_be_counts_as_failing() -> None:
 
 def test_nothing_to_move_and_nothing_to_fulfil_are_refused() -> None:
     for dimensions, specifications in ((0, LIMITS), (2, ())):
-        with pytest.raises(ParameterError, match="--move and --spec"):
+        with pytest.raises(ParameterError, match="`move` and `spec`"):
             centre(Problem(Planted, dimensions, specifications, Die(), HERE), budget=SMALL)
 
 
