@@ -28,7 +28,7 @@ def test_limits_belong_to_what_is_taken(unit: str) -> None:
     for value in (low, high, -high):
         require_plausible("x", value, unit, allowed=False)
     for value in (1.01 * high, -1.01 * high, float("nan"), float("inf")):
-        with pytest.raises(ParameterError, match=r"^x: .*--allow-implausible"):
+        with pytest.raises(ParameterError, match=r"^x: .*`allow_implausible` where it is meant"):
             require_plausible("x", value, unit, allowed=False)
     require_plausible("x", 1.01 * high, unit, allowed=True)
     with pytest.raises(ParameterError):

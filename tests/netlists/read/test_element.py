@@ -76,7 +76,7 @@ def test_what_no_device_carries_is_noted() -> None:
 
 def test_a_model_with_figures_of_its_own_is_refused_at_its_card() -> None:
     with pytest.raises(
-        DataError, match=r"^a\.cir:2: \.model own: parameters level: not honoured; .* --drop own$"
+        DataError, match=r"^a\.cir:2: \.model own: parameters level: not honoured; .* `drop=own`$"
     ):
         read("m1 d g s b own w=1u l=1u")
 
