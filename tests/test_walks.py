@@ -22,6 +22,7 @@ KINDS = {  # what `noctule list` has of each group
     "noctule.chips": "chips",
     "noctule.experiments": "experiments",
     "noctule.dialects": "dialects",
+    "noctule.systems": "systems",
 }
 
 
