@@ -72,7 +72,7 @@ class Scenario:
     """
 
     robot: Robot = field(default_factory=Robot)
-    mind: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
+    openspace: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
     forest: str = option(FORESTS[0], "As corridor, open, dense, or a FILE", metavar="FOREST", study=True)
     ranges: str = option(
         RANGES[0], "Of the echoes' flight, exact places, or chip to time echoes", choices=RANGES, study=True
@@ -147,9 +147,9 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     random = np.random.default_rng((s.seed, number_of(s.forest)))
     forest = forest_of(s.forest, random)
     start = start_of(forest, random, s.robot.radius, s.start)
-    arcs = arcs_of(s.robot, s.mind)
+    arcs = arcs_of(s.robot, s.openspace)
     sonar, unsure = sonar_of(s, random)
-    driven = drive(s.robot, s.mind, arcs, sonar, forest, start, s.pings, progress)
+    driven = drive(s.robot, s.openspace, arcs, sonar, forest, start, s.pings, progress)
     return Trace(s, arcs, forest, driven, unsure)
 
 

@@ -37,7 +37,7 @@ FIELDS: dict[str, dict[str, Any]] = {
         "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5,
     },
     "car": {
-        **WARM, "robot": Robot(max_speed=0.1), "mind": OpenspaceNumbers(retreat=0.1), "forest": "open",
+        **WARM, "robot": Robot(max_speed=0.1), "openspace": OpenspaceNumbers(retreat=0.1), "forest": "open",
         "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
         "bias_kind": "gate", "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
     },
