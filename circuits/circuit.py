@@ -215,6 +215,14 @@ class Circuit:
         """Connections of an instance: each port to the node of its name, or to that in `others`."""
         return {p.name: p.name for p in self.ports} | others
 
+    def instance(self, name: str, **others: str) -> Instance:
+        """One of this circuit inside another: each port at the node of its name, or at that in `others`."""
+        return Instance(name, self, self.wired(**others))
+
+    def array(self, name: str, shape: Shape, **others: str) -> InstanceArray:
+        """An array of this circuit inside another, its ports as those of an `instance`."""
+        return InstanceArray(name, self, shape, self.wired(**others))
+
     def shapes(self) -> dict[str, Shape]:
         """Shape of every declared node: ports and node arrays."""
         return {p.name: p.shape for p in self.ports} | {n.name: n.shape for n in self.nodes}

@@ -30,8 +30,8 @@ from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import HELD_OUT_TEMPERATURES
 from chips.model import Model
 from circuits.arrays import F64
+from circuits.blocks.latency.synapse import REFERENCE
 from circuits.blocks.latency.tonic import START, reset_wave
-from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform

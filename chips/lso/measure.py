@@ -30,9 +30,9 @@ from chips.measured.table_record import TEMPERATURES, WIDEST, Quantities, measur
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
+from circuits.blocks.latency.synapse import REFERENCE
 from circuits.blocks.latency.tonic import START
 from circuits.blocks.lso import lso_neuron
-from circuits.blocks.lso.lso_neuron import REFERENCE
 from circuits.blocks.sonar import high_threshold_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Source

@@ -31,7 +31,7 @@ from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.model_law import check_law
 from circuits.arrays import F64
-from circuits.blocks.lso.lso_neuron import REFERENCE
+from circuits.blocks.latency.synapse import REFERENCE
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import ParameterError
 from circuits.event import WIDTH

@@ -26,6 +26,9 @@ class Stimulus:
     can_be_off: bool = False
 
 
+DURATION = Stimulus("duration", "s", None, "length of the run", can_be_off=True)  # the testbench's own if off
+
+
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
     """A quantity by an equation of the paper: as printed, and corrected (None where the print holds), SI."""

@@ -20,16 +20,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import event_sources, step_synapse
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.latency.synapse import comparator_biases, events, step_synapse
+from circuits.blocks.measure import latency, low_time, spiked
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant
-from circuits.event import falling_crossing, rising_crossing
-from circuits.lowering.supply import half_supply
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Capacitor
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -37,7 +37,6 @@ from circuits.testbench import Testbench
 from circuits.units import quantity
 
 INPUTS = ("A", "B", "integrating")
-REFERENCE = 2.0  # V
 SHARE = 1.4  # of an input's current that is taken away; ours, between 1 and 2 by equal factors
 
 
@@ -55,20 +54,15 @@ class Params:
 BIASES = (
     Bias("i_exc", "v_exc", "gate", 25e-9, "input0.me"),
     Bias("i_window", "v_window", "gate", 3.37e-9, "input0.mt"),  # ours: 3 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "input0.timer.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("input0.timer.mc0"),
 )
 
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event[3] (in: A, B, integrating), spike (event out), biases and the supply."""
     part = step_synapse(params.timer_capacitance)
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event", "in", (len(INPUTS),)),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
+    event = Port("event", "event", "in", (len(INPUTS),))
+    ports = (SUPPLY, event, *event_out("spike"), *bias_ports(BIASES))
     devices = (
         mos("ms", "p", "foot", "0", "vdd", 6, 1.5),  # as the inputs' switches, which are on
         mos("me", "p", "taken", "v_exc", "foot", SHARE * 6, 24),
@@ -78,8 +72,10 @@ def build(params: Params = Params()) -> Circuit:
         *inverter("mi", "sum", "none", width=3.0, length=1.5),
         *inverter("mj", "none", "spike", width=3.0, length=1.5),
     )
-    own = part.wired(v_step="v_window", v_mem="sum")
-    inputs = tuple(Instance(f"input{k}", part, own | {"event": f"event[{k}]"}) for k in range(len(INPUTS)))
+    inputs = tuple(
+        part.instance(f"input{k}", event=node, v_step="v_window", v_mem="sum")
+        for k, node in enumerate(event.elements())
+    )
     return Circuit("latency_coincidence", ports, devices, inputs, biases=BIASES)
 
 
@@ -90,10 +86,7 @@ STOP = 12e-3  # s
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The first input at 1 ms, the second and third `second` and `third` later, or off."""
     times = (0.0, stimuli["second"], stimuli["third"])
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        *event_sources("event", times, len(INPUTS), START, v_dd),
-    )
+    sources = powered(v_dd, events(circuit.port("event"), times, START, v_dd))
     bench = Testbench("coincidence", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
 
@@ -103,19 +96,16 @@ def measures(result: Result) -> dict[str, float | None]:
 
     window: how long the first input's current is on; None where what is asked for is not in the run.
     """
-    half = half_supply(result.machine)
-    off, spikes = result["input0.off"], result.spikes["spike"]
-    closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
     return {
-        "latency_s": float(spikes[0]) - START if spikes.size else None,
-        "window_s": None if closes is None or opens is None or opens <= closes else opens - closes,
+        "latency_s": latency(result, START),
+        "window_s": low_time(result, "input0.off"),
         "supply_power_W": supply_power(result),
     }
 
 
 def outcome(result: Result) -> str:
     """`coincidence`, or `none`."""
-    return "coincidence" if result.spikes["spike"].size else "none"
+    return "coincidence" if spiked(result) else "none"
 
 
 BLOCK = Block(
@@ -126,7 +116,7 @@ BLOCK = Block(
     stimuli=(
         Stimulus("second", "s", 2e-3, "second input after the first", can_be_off=True),
         Stimulus("third", "s", None, "third input after the first", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -21,14 +21,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import event_sources, step_inhibition, step_synapse
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.latency.synapse import comparator_biases, events, step_inhibition, step_synapse
+from circuits.blocks.measure import last_rate, latency
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Device, Source
-from circuits.devices.source import Constant
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Capacitor, Device
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -36,7 +38,6 @@ from circuits.testbench import Testbench
 from circuits.units import quantity
 
 EXCITATIONS = 2
-REFERENCE = 2.0  # V, of the synapses' timers
 REST, SODIUM, POTASSIUM = 1.5, 1.8, 1.95  # V: leak, and where the conductances are half open; ours
 
 
@@ -62,8 +63,7 @@ BIASES = (
     Bias("i_step", "v_step", "gate", 8e-9, "excite0.mt"),  # 0.5 ms
     Bias("i_inh", "v_inh", "gate", 5e-9, "inhibit.mk"),
     Bias("i_hold", "v_hold", "gate", 0.2e-9, "inhibit.mt"),  # 20 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "excite0.timer.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("excite0.timer.mc0"),
     Bias("v_rest", "v_rest", "voltage", REST),
     Bias("v_na", "v_na", "voltage", SODIUM),
     Bias("v_k", "v_k", "voltage", POTASSIUM),
@@ -74,13 +74,8 @@ def build(params: Params = Params()) -> Circuit:
     """Ports excite[2], inhibit (events in), spike (event out), biases and the supply."""
     excitation = step_synapse(params.timer_capacitance)
     inhibition = step_inhibition(params.timer_capacitance)
-    ports = (
-        Port("vdd", "supply"),
-        Port("excite", "event", "in", (EXCITATIONS,)),
-        Port("inhibit", "event"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
+    excite = Port("excite", "event", "in", (EXCITATIONS,))
+    ports = (SUPPLY, excite, *event_in("inhibit"), *event_out("spike"), *bias_ports(BIASES))
     devices = (
         Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
         Capacitor("cw", "w", "0", params.gate_capacitance),
@@ -94,13 +89,11 @@ def build(params: Params = Params()) -> Circuit:
         *inverter("mi", "v_mem", "none", width=3.0, length=6.0),
         *inverter("mo", "none", "spike", width=3.0, length=1.5),
     )
-    own = excitation.wired()
-    instances = [
-        Instance(f"excite{k}", excitation, own | {"event": f"excite[{k}]"}) for k in range(EXCITATIONS)
-    ]
-    connections = inhibition.wired(event="inhibit")
-    instances.append(Instance("inhibit", inhibition, connections))
-    return Circuit("latency_conductance", ports, devices, tuple(instances), biases=BIASES)
+    instances = (
+        *(excitation.instance(f"excite{k}", event=node) for k, node in enumerate(excite.elements())),
+        inhibition.instance("inhibit", event="inhibit"),
+    )
+    return Circuit("latency_conductance", ports, devices, instances, biases=BIASES)
 
 
 def _pair(name: str, tail: str, gates: tuple[str, str], drains: tuple[str, str]) -> tuple[Device, ...]:
@@ -128,12 +121,9 @@ STOP = 40e-3  # s
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Excitations and an inhibition, each off or so long after 5 ms."""
-    inhibit = event_sources("inhibit", (stimuli["inhibit"],), 1, START, v_dd)[0]
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        *event_sources("excite", (stimuli["first"], stimuli["second"]), EXCITATIONS, START, v_dd),
-        Source("inhibit", "inhibit", inhibit.waveform),
-    )
+    excite = events(circuit.port("excite"), (stimuli["first"], stimuli["second"]), START, v_dd)
+    inhibit = events(circuit.port("inhibit"), (stimuli["inhibit"],), START, v_dd)
+    sources = powered(v_dd, excite | inhibit)
     bench = Testbench("conductance", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
 
@@ -143,8 +133,8 @@ def measures(result: Result) -> dict[str, float | None]:
     spikes = result.spikes["spike"]
     return {
         "spikes": float(spikes.size),
-        "latency_s": float(spikes[0]) - START if spikes.size else None,
-        "rate_Hz": 1.0 / float(spikes[-1] - spikes[-2]) if spikes.size > 1 else None,
+        "latency_s": latency(result, START),
+        "rate_Hz": last_rate(spikes),
         "rest_V": float(result["v_mem"][0]),
         "supply_power_W": supply_power(result),
     }
@@ -164,7 +154,7 @@ BLOCK = Block(
         Stimulus("first", "s", 0.0, "first excitation, after 5 ms", can_be_off=True),
         Stimulus("second", "s", 1e-3, "second excitation", can_be_off=True),
         Stimulus("inhibit", "s", None, "inhibition", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

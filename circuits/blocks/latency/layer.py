@@ -14,18 +14,19 @@ Source: Wen & Horiuchi 2022, section 3, "Action Selection Layer", Figure 8; circ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
 from circuits.blocks.latency import race as latency_race
-from circuits.blocks.latency.synapse import comparator, event_sources
+from circuits.blocks.latency.synapse import compared, events
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Bias, Circuit, Port
 from circuits.count import whole_number
-from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant
+from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
@@ -53,24 +54,15 @@ class Params:
 
 
 BIASES = (
-    *(
-        Bias(b.name, b.port, b.kind, b.value, None if b.device is None else f"cell0.{b.device}")
-        for b in latency_race.BIASES
-    ),
+    *(replace(b, device=b.device and f"cell0.{b.device}") for b in latency_race.BIASES),
     Bias("i_recurrent", "v_recurrent", "gate", 7.3e-9, "recurrent.mt"),  # ours: 1.4 ms
 )
 
 
 def recurrent_inhibition(capacitance: float, cells: int) -> Circuit:
     """Latch and timer (F): ports spike[n], reset (events in), stop (event out), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("spike", "event", "in", (cells,)),
-        Port("reset", "event"),
-        Port("stop", "event", "out"),
-        *(Port(name, "bias") for name in ("v_recurrent", "v_cmp", "v_ref")),
-    )
+    spike, biases = Port("spike", "event", "in", (cells,)), bias_in("v_recurrent", "v_cmp", "v_ref")
+    ports = (SUPPLY, spike, *event_in("reset"), *event_out("stop"), *biases)
     devices = (
         *(mos(f"mo{k}", "n", "quiet", f"spike[{k}]", "0", 6, 1.5) for k in range(cells)),
         *inverter("mu", "reset", "unset", width=3.0, length=1.5),
@@ -83,8 +75,7 @@ def recurrent_inhibition(capacitance: float, cells: int) -> Circuit:
         mos("mz", "n", "timer", "reset", "0", 6, 1.5),
         Capacitor("cr", "timer", "0", capacitance),
     )
-    connections = part.wired(plus="timer", above="stop")
-    return Circuit("recurrent_inhibition", ports, devices, (Instance("timer", part, connections),))
+    return Circuit("recurrent_inhibition", ports, devices, (compared("timer", "timer", "stop"),))
 
 
 def build(params: Params = Params()) -> Circuit:
@@ -95,24 +86,20 @@ def build(params: Params = Params()) -> Circuit:
             params.membrane_capacitance, params.timer_capacitance, excitations=1, inhibitions=1
         )
     )
-    part = recurrent_inhibition(params.recurrent_capacitance, count)
+    recurrent = recurrent_inhibition(params.recurrent_capacitance, count)
     ports = (
-        Port("vdd", "supply"),
+        SUPPLY,
         Port("excite", "event", "in", (count,)),
         Port("inhibit", "event", "in", (count,)),
-        Port("reset", "event"),
+        *event_in("reset"),
         Port("spike", "event", "out", (count,)),
-        *(Port(b.port, "bias") for b in BIASES),
+        *bias_ports(BIASES),
     )
-    own = cell.wired()
-    cells = [
-        Instance(
-            f"cell{k}", cell, own | {name: f"{name}[{k}]" for name in ("excite", "inhibit", "spike")}
-        )
+    cells = (
+        cell.instance(f"cell{k}", excite=f"excite[{k}]", inhibit=f"inhibit[{k}]", spike=f"spike[{k}]")
         for k in range(count)
-    ]  # fmt: skip
-    recurrent = Instance("recurrent", part, part.wired())
-    return Circuit("race_layer", ports, (), (*cells, recurrent), biases=BIASES)
+    )
+    return Circuit("race_layer", ports, (), (*cells, recurrent.instance("recurrent")), biases=BIASES)
 
 
 PING = latency_race.PING
@@ -121,14 +108,11 @@ STOP = 70e-3  # s
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Reset at 20 us; excitation and inhibition of the first three cells, each off or so long after it."""
-    count = circuit.port("spike").shape[0]
-    excited, inhibited = (tuple(stimuli[f"{kind}_{k}"] for k in range(3)) for kind in ("excite", "inhibit"))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", pulse((PING,), v_dd)),
-        *event_sources("excite", excited, count, PING, v_dd),
-        *event_sources("inhibit", inhibited, count, PING, v_dd),
+    excite, inhibit = (
+        events(circuit.port(kind), tuple(stimuli[f"{kind}_{k}"] for k in range(3)), PING, v_dd)
+        for kind in ("excite", "inhibit")
     )
+    sources = powered(v_dd, {"reset": pulse((PING,), v_dd)} | excite | inhibit)
     bench = Testbench("race layer", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
 
@@ -163,7 +147,7 @@ BLOCK = Block(
           for k in range(3)),
         *(Stimulus(f"inhibit_{k}", "s", (None, 40e-3, 20e-3)[k], f"inhibition of cell {k}", can_be_off=True)
           for k in range(3)),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

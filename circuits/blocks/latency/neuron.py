@@ -16,20 +16,20 @@ from one input to the spike, and parasitics of about a hundredth of the capacito
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, event_sources, step_synapse
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
+from circuits.blocks.measure import latency, low_time, spiked
 from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Bias, Circuit, Port
 from circuits.count import whole_number
-from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant
-from circuits.event import falling_crossing, pulse, rising_crossing
-from circuits.lowering.supply import half_supply
+from circuits.devices import Capacitor
+from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -37,7 +37,6 @@ from circuits.testbench import Testbench
 from circuits.units import quantity
 
 INPUTS = 3  # of the block as it is simulated by itself
-REFERENCE = 2.0  # V
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,31 +55,22 @@ class Params:
 BIASES = (
     Bias("i_exc", "v_exc", "gate", 2.5e-9, "synapse0.me"),  # E_0; ours: 8 ms
     Bias("i_step", "v_step", "gate", 0.5e-9, "synapse0.mt"),  # ours: 20 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "threshold.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("threshold.mc0"),
 )
 
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event[n] (in), reset (event in), spike (event out), biases and the supply."""
-    part, threshold = step_synapse(params.timer_capacitance), comparator()
-    count = int(params.synapses)
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event", "in", (count,)),
-        Port("reset", "event"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
+    part = step_synapse(params.timer_capacitance)
+    event = Port("event", "event", "in", (int(params.synapses),))
+    ports = (SUPPLY, event, *event_in("reset"), *event_out("spike"), *bias_ports(BIASES))
     devices = (
         Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
         mos("mz", "n", "v_mem", "reset", "0", 6, 1.5),
     )
-    synapses = [Instance(f"synapse{k}", part, part.wired(event=f"event[{k}]")) for k in range(count)]
-    plus = threshold.wired(plus="v_mem", above="spike")
-    return Circuit(
-        "latency_neuron", ports, devices, (*synapses, Instance("threshold", threshold, plus)), biases=BIASES
-    )
+    synapses = (part.instance(f"synapse{k}", event=node) for k, node in enumerate(event.elements()))
+    threshold = compared("threshold", "v_mem", "spike")
+    return Circuit("latency_neuron", ports, devices, (*synapses, threshold), biases=BIASES)
 
 
 PING = 20e-6  # s, ours: the testbench's reset
@@ -90,19 +80,10 @@ STOP = 30e-3  # s
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Reset at 20 us, and an event at each of the first three synapses, `first` to `third` after it."""
     times = (stimuli["first"], stimuli["second"], stimuli["third"])
-    count = circuit.port("event").shape[0]
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", pulse((PING,), v_dd)),
-        *event_sources("event", times, count, PING, v_dd),
-    )
+    inputs = events(circuit.port("event"), times, PING, v_dd)
+    sources = powered(v_dd, {"reset": pulse((PING,), v_dd), **inputs})
     bench = Testbench("latency neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
-
-
-def latencies(result: Result) -> Iterator[float]:
-    """Times of the spike's rises after the ping, s."""
-    yield from (float(t) - PING for t in result.spikes["spike"])
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -110,19 +91,16 @@ def measures(result: Result) -> dict[str, float | None]:
 
     step: from the first synapse's switch closing to its opening; None where either is not in the run.
     """
-    half = half_supply(result.machine)
-    off = result["synapse0.off"]
-    closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
     return {
-        "latency_s": next(latencies(result), None),
-        "step_s": None if closes is None or opens is None or opens <= closes else opens - closes,
+        "latency_s": latency(result, PING),
+        "step_s": low_time(result, "synapse0.off"),
         "supply_power_W": supply_power(result),
     }
 
 
 def outcome(result: Result) -> str:
     """`spike`, or `none`."""
-    return "spike" if result.spikes["spike"].size else "none"
+    return "spike" if spiked(result) else "none"
 
 
 BLOCK = Block(
@@ -134,7 +112,7 @@ BLOCK = Block(
         Stimulus("first", "s", 3e-3, "first event after the ping", can_be_off=True),
         Stimulus("second", "s", 6e-3, "second event", can_be_off=True),
         Stimulus("third", "s", None, "third event", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -16,9 +16,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from circuits.blocks.latency.synapse import comparator, step_inhibition, step_synapse
+from circuits.blocks.latency.race import membrane_resets, passive_current
+from circuits.blocks.latency.synapse import compared, step_inhibition, step_synapse
 from circuits.blocks.latency.tap import edge_event
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, bias_in, event_in, event_out
 from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
@@ -33,66 +35,48 @@ def racing_cell(reach: int) -> Circuit:
     """
     excitation, inhibition = step_synapse(TIMER), ended(step_inhibition(TIMER))
     count = 2 * reach + 1
-    own = excitation.wired()
-    held = inhibition.wired(v_hold="v_inhibition", end="reset")
-    instances = [
-        Instance(f"excite{k}", excitation, own | {"event": name, "v_exc": f"v_{name}", "v_step": "v_pulse"})
+    excitations = (
+        excitation.instance(f"excite{k}", event=name, v_exc=f"v_{name}", v_step="v_pulse")
         for k, name in enumerate(("goal", "direction"))
-    ]
-    instances += [
-        Instance(
-            f"inhibit{k}", inhibition,
-            held | {"event": f"inhibit[{k}]", "v_inh": f"v_inhibit[{abs(k - reach)}]"},
+    )
+    inhibitions = (
+        inhibition.instance(
+            f"inhibit{k}", event=f"inhibit[{k}]", end="reset",
+            v_inh=f"v_inhibit[{abs(k - reach)}]", v_hold="v_inhibition",
         )
         for k in range(count)
-    ]  # fmt: skip
+    )  # fmt: skip
     ports = (
-        Port("vdd", "supply"),
-        *(Port(name, "event") for name in ("goal", "direction", "reset", "stop")),
+        SUPPLY,
+        *event_in("goal", "direction", "reset", "stop"),
         Port("inhibit", "event", "in", (count,)),
-        Port("spike", "event", "out"),
+        *event_out("spike"),
         Port("v_inhibit", "bias", "in", (reach + 1,)),
-        *(Port(f"v_{name}", "bias") for name in ("passive", "goal", "direction", "pulse", "inhibition")),
-        *(Port(name, "bias") for name in ("v_cmp", "v_ref")),
+        *bias_in("v_passive", "v_goal", "v_direction", "v_pulse", "v_inhibition", "v_cmp", "v_ref"),
     )
-    passive = mos("mp", "p", "v_mem", "v_passive", "vdd", 6, 24)
-    return Circuit("racing_cell", ports, (*_membrane(), passive), (*instances, _threshold()))
+    devices = (*_membrane(), passive_current())
+    return Circuit("racing_cell", ports, devices, (*excitations, *inhibitions, _threshold()))
 
 
 def following_cell() -> Circuit:
     """Ports excite, reset, stop (events in), spike (event out), biases."""
     part = ended(step_synapse(TIMER))
-    connections = part.wired(event="excite", end="reset", v_exc="v_second", v_step="v_kept")  # fmt: skip
-    ports = (
-        Port("vdd", "supply"),
-        *(Port(name, "event") for name in ("excite", "reset", "stop")),
-        Port("spike", "event", "out"),
-        *(Port(name, "bias") for name in ("v_second", "v_kept", "v_cmp", "v_ref")),
-    )
-    return Circuit(
-        "following_cell", ports, _membrane(), (Instance("excite0", part, connections), _threshold())
-    )
+    excitation = part.instance("excite0", event="excite", end="reset", v_exc="v_second", v_step="v_kept")
+    biases = bias_in("v_second", "v_kept", "v_cmp", "v_ref")
+    ports = (SUPPLY, *event_in("excite", "reset", "stop"), *event_out("spike"), *biases)
+    return Circuit("following_cell", ports, _membrane(), (excitation, _threshold()))
 
 
 def lone_cell() -> Circuit:
     """Ports reset, stop (events in), spike (event out), biases."""
-    ports = (
-        Port("vdd", "supply"),
-        *(Port(name, "event") for name in ("reset", "stop")),
-        Port("spike", "event", "out"),
-        *(Port(name, "bias") for name in ("v_passive", "v_cmp", "v_ref")),
-    )
-    passive = mos("mp", "p", "v_mem", "v_passive", "vdd", 6, 24)
-    return Circuit("lone_cell", ports, (*_membrane(), passive), (_threshold(),))
+    biases = bias_in("v_passive", "v_cmp", "v_ref")
+    ports = (SUPPLY, *event_in("reset", "stop"), *event_out("spike"), *biases)
+    return Circuit("lone_cell", ports, (*_membrane(), passive_current()), (_threshold(),))
 
 
 def any_of(count: int) -> Circuit:
     """Pseudo-nMOS NOR and an inverter: ports in[n] (events), out (event out)."""
-    ports = (
-        Port("vdd", "supply"),
-        Port("each", "event", "in", (count,)),
-        Port("out", "event", "out"),
-    )
+    ports = (SUPPLY, Port("each", "event", "in", (count,)), *event_out("out"))
     devices = (
         *(mos(f"mo{k}", "n", "none", f"each[{k}]", "0", 6, 1.5) for k in range(count)),
         mos("ml", "p", "none", "0", "vdd", 3, 24),  # weaker than any of them
@@ -103,12 +87,7 @@ def any_of(count: int) -> Circuit:
 
 def edge_pulse() -> Circuit:
     """Ports level (in), out (event out), v_cmp, which sets the width."""
-    ports = (
-        Port("vdd", "supply"),
-        Port("level", "event"),
-        Port("out", "event", "out"),
-        Port("v_cmp", "bias"),
-    )
+    ports = (SUPPLY, *event_in("level"), *event_out("out"), *bias_in("v_cmp"))
     return Circuit("edge_pulse", ports, edge_event("level"))
 
 
@@ -121,19 +100,14 @@ def ended(part: Circuit) -> Circuit:
     return replace(
         part,
         name=f"ended_{part.name}",
-        ports=(*part.ports, Port("end", "event")),
+        ports=(*part.ports, *event_in("end")),
         devices=(*part.devices, *devices),
     )
 
 
 def _membrane() -> tuple[Device, ...]:
-    return (
-        Capacitor("cm", "v_mem", "0", MEMBRANE),
-        mos("mz", "n", "v_mem", "reset", "0", 6, 1.5),
-        mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
-    )
+    return Capacitor("cm", "v_mem", "0", MEMBRANE), *membrane_resets()
 
 
 def _threshold() -> Instance:
-    part = comparator()
-    return Instance("threshold", part, part.wired(plus="v_mem", above="spike"))
+    return compared("threshold", "v_mem", "spike")

@@ -16,15 +16,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, event_sources, step_inhibition, step_synapse
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import Wave, powered
+from circuits.blocks.latency.synapse import (
+    comparator_biases,
+    compared,
+    events,
+    step_inhibition,
+    step_synapse,
+)
+from circuits.blocks.measure import latency, spiked
 from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Bias, Circuit, Port
 from circuits.count import whole_number
-from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant
+from circuits.devices import Capacitor, Device
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -33,7 +41,6 @@ from circuits.testbench import Testbench
 from circuits.units import quantity
 
 EXCITATIONS, INHIBITIONS = 2, 2  # by itself: goal and direction of the ping; memories, 7 in the network
-REFERENCE = 2.0  # V
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +64,7 @@ BIASES = (
     Bias("i_pulse", "v_pulse", "gate", 5e-9, "excite0.mt"),  # 2 ms
     Bias("i_inh", "v_inh", "gate", 100e-12, "inhibit0.mk"),
     Bias("i_hold", "v_hold", "gate", 100e-12, "inhibit0.mt"),  # 100 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "threshold.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("threshold.mc0"),
 )
 
 
@@ -66,37 +72,33 @@ def build(params: Params = Params()) -> Circuit:
     """Ports excite[n], inhibit[m], reset, stop (events in), spike (event out), biases and the supply."""
     excitation = step_synapse(params.timer_capacitance)
     inhibition = step_inhibition(params.timer_capacitance)
-    threshold = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("excite", "event", "in", (int(params.excitations),)),
-        Port("inhibit", "event", "in", (int(params.inhibitions),)),
-        Port("reset", "event"),
-        Port("stop", "event"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
+    excite = Port("excite", "event", "in", (int(params.excitations),))
+    inhibit = Port("inhibit", "event", "in", (int(params.inhibitions),))
+    ports = (SUPPLY, excite, inhibit, *event_in("reset", "stop"), *event_out("spike"), *bias_ports(BIASES))
+    membrane = Capacitor("cm", "v_mem", "0", params.membrane_capacitance)
+    instances = (
+        *(
+            excitation.instance(f"excite{k}", event=node, v_exc="v_charge", v_step="v_pulse")
+            for k, node in enumerate(excite.elements())
+        ),
+        *(inhibition.instance(f"inhibit{k}", event=node) for k, node in enumerate(inhibit.elements())),
+        compared("threshold", "v_mem", "spike"),
     )
-    devices = (
-        Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
-        mos("mp", "p", "v_mem", "v_passive", "vdd", 6, 24),
+    devices = (membrane, passive_current(), *membrane_resets())
+    return Circuit("latency_race", ports, devices, instances, biases=BIASES)
+
+
+def passive_current() -> Device:
+    """What charges `v_mem` of a cell from the ping on."""
+    return mos("mp", "p", "v_mem", "v_passive", "vdd", 6, 24)
+
+
+def membrane_resets() -> tuple[Device, Device]:
+    """What brings `v_mem` of a cell to ground: events at `reset` and at `stop`."""
+    return (
         mos("mz", "n", "v_mem", "reset", "0", 6, 1.5),
         mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
     )
-    instances = [
-        Instance(
-            f"excite{k}", excitation,
-            excitation.wired(event=f"excite[{k}]", v_exc="v_charge", v_step="v_pulse"),
-        )
-        for k in range(int(params.excitations))
-    ]  # fmt: skip
-    own = inhibition.wired()
-    instances += [
-        Instance(f"inhibit{k}", inhibition, own | {"event": f"inhibit[{k}]"})
-        for k in range(int(params.inhibitions))
-    ]
-    plus = threshold.wired(plus="v_mem", above="spike")
-    instances.append(Instance("threshold", threshold, plus))
-    return Circuit("latency_race", ports, devices, tuple(instances), biases=BIASES)
 
 
 PING = 20e-6  # s, ours: the testbench's reset
@@ -105,31 +107,23 @@ STOP = 90e-3  # s
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Reset at 20 us; excitations and inhibitions, each off or so long after it; `stop` likewise."""
-    stopped = event_sources("stop", (stimuli["stop"],), 1, PING, v_dd)[0]
-    excitations, inhibitions = (circuit.port(name).shape[0] for name in ("excite", "inhibit"))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", pulse((PING,), v_dd)),
-        Source("stop", "stop", stopped.waveform),
-        *event_sources("excite", (stimuli["goal"], stimuli["direction"]), excitations, PING, v_dd),
-        *event_sources("inhibit", (stimuli["first"], stimuli["second"]), inhibitions, PING, v_dd),
-    )
+    ports = {"stop": ("stop",), "excite": ("goal", "direction"), "inhibit": ("first", "second")}
+    waves: dict[str, Wave] = {"reset": pulse((PING,), v_dd)}
+    for name, knobs in ports.items():
+        waves |= events(circuit.port(name), tuple(stimuli[knob] for knob in knobs), PING, v_dd)
+    sources = powered(v_dd, waves)
     bench = Testbench("race cell", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
 
 
 def measures(result: Result) -> dict[str, float | None]:
     """`latency_s` of the spike after the ping, None without one; `supply_power_W`."""
-    spikes = result.spikes["spike"]
-    return {
-        "latency_s": float(spikes[0]) - PING if spikes.size else None,
-        "supply_power_W": supply_power(result),
-    }
+    return {"latency_s": latency(result, PING), "supply_power_W": supply_power(result)}
 
 
 def outcome(result: Result) -> str:
     """`spike`, or `none`."""
-    return "spike" if result.spikes["spike"].size else "none"
+    return "spike" if spiked(result) else "none"
 
 
 BLOCK = Block(
@@ -143,7 +137,7 @@ BLOCK = Block(
         Stimulus("first", "s", 20e-3, "first inhibition", can_be_off=True),
         Stimulus("second", "s", None, "second inhibition", can_be_off=True),
         Stimulus("stop", "s", None, "recurrent inhibition", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -15,24 +15,21 @@ Source: Wen & Horiuchi 2022, equations (9), (10) and (14), steps of 20 ms; circu
 
 from __future__ import annotations
 
+from circuits.blocks.drive import Wave, elements
 from circuits.blocks.mos import inverter, mos
-from circuits.circuit import Circuit, Instance, Port
-from circuits.devices import Capacitor, Source
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
+from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.devices import Capacitor
 from circuits.devices.device import Device
-from circuits.devices.source import Constant, Waveform
 from circuits.errors import ParameterError
 from circuits.event import pulse
+
+REFERENCE = 2.0  # V, of every comparator
 
 
 def comparator() -> Circuit:
     """Differential pair, a second stage balanced with it, and an inverter: high where plus > v_ref."""
-    ports = (
-        Port("vdd", "supply"),
-        Port("plus", "analog"),
-        Port("above", "event", "out"),
-        Port("v_ref", "bias"),
-        Port("v_cmp", "bias"),
-    )
+    ports = (SUPPLY, *analog_in("plus"), *event_out("above"), *bias_in("v_ref", "v_cmp"))
     devices = (
         mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
         mos("mc1", "n", "m", "plus", "tail", 6, 3),
@@ -46,6 +43,19 @@ def comparator() -> Circuit:
     return Circuit("comparator", ports, devices)
 
 
+def compared(name: str, plus: str, above: str) -> Instance:
+    """A comparator called `name`: node `above` is high where node `plus` is above `v_ref`."""
+    return comparator().instance(name, plus=plus, above=above)
+
+
+def comparator_biases(device: str) -> tuple[Bias, Bias]:
+    """What all comparators of a block share; device: path of the tail `mc0` of one of them."""
+    return (
+        Bias("i_cmp", "v_cmp", "gate", 50e-9, device),
+        Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    )
+
+
 def timer(reset: str, gate: str, capacitance: float) -> tuple[Device, ...]:
     """What a timer (F) counts with: `reset` empties the node `timer`, a source at `gate` fills it."""
     return (
@@ -57,53 +67,40 @@ def timer(reset: str, gate: str, capacitance: float) -> tuple[Device, ...]:
 
 def step_synapse(timer_capacitance: float) -> Circuit:
     """Timer (F) and switched source: ports event (in), v_mem (a current into it), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event"),
-        Port("v_mem", "analog", "out"),
-        *(Port(name, "bias") for name in ("v_exc", "v_step", "v_cmp", "v_ref")),
-    )
+    ports = _synapse_ports("v_exc", "v_step")
     devices = (
         *timer("event", "v_step", timer_capacitance),
         mos("ms", "p", "foot", "off", "vdd", 6, 1.5),
         mos("me", "p", "v_mem", "v_exc", "foot", 6, 24),
     )
-    connections = part.wired(plus="timer", above="off")
-    return Circuit("step_synapse", ports, devices, (Instance("timer", part, connections),))
+    return Circuit("step_synapse", ports, devices, (compared("timer", "timer", "off"),))
 
 
 def step_inhibition(timer_capacitance: float) -> Circuit:
     """Timer (F) and switched sink: ports event (in), v_mem (a current out of it), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event"),
-        Port("v_mem", "analog", "out"),
-        *(Port(name, "bias") for name in ("v_inh", "v_hold", "v_cmp", "v_ref")),
-    )
+    ports = _synapse_ports("v_inh", "v_hold")
     devices = (
         *timer("event", "v_hold", timer_capacitance),
         *inverter("mi", "off", "on", width=3.0, length=1.5),
         mos("ms", "n", "foot", "on", "0", 6, 1.5),
         mos("mk", "n", "v_mem", "v_inh", "foot", 6, 24),
     )
-    connections = part.wired(plus="timer", above="off")
-    return Circuit("step_inhibition", ports, devices, (Instance("timer", part, connections),))
+    return Circuit("step_inhibition", ports, devices, (compared("timer", "timer", "off"),))
 
 
-def event_sources(
-    name: str, times: tuple[float | None, ...], count: int, ping: float, v_dd: float
-) -> list[Source]:
-    """Sources of `count` event ports: a pulse at each of `times` (s after the ping; None: silent).
+def _synapse_ports(current: str, time: str) -> tuple[Port, ...]:
+    biases = bias_in(current, time, "v_cmp", "v_ref")
+    return (SUPPLY, *event_in("event"), *analog_out("v_mem"), *biases)
+
+
+def events(port: Port, times: tuple[float | None, ...], ping: float, v_dd: float) -> dict[str, Wave]:
+    """What drives the nodes of an event port: a pulse at each of `times` (s after the ping; None: silent).
 
     Raises `ParameterError` for a time before the ping.
     """
-    sources = []
-    for k in range(count):
-        after = times[k] if k < len(times) else None
+    waves: dict[int, Wave] = {}
+    for k, after in enumerate(times[: len(port.elements())]):
         if after is not None and after < 0.0:
-            raise ParameterError(f"{name} {k + 1}: {after:g} s, must be >= 0 s after the ping, or off")
-        wave: Waveform = Constant(0.0) if after is None else pulse((ping + after,), v_dd)
-        sources.append(Source(f"{name}[{k}]", f"{name}[{k}]", wave))
-    return sources
+            raise ParameterError(f"{port.name} {k + 1}: {after:g} s, must be >= 0 s after the ping, or off")
+        waves[k] = 0.0 if after is None else pulse((ping + after,), v_dd)
+    return elements(port, waves)

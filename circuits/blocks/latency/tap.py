@@ -19,25 +19,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, timer
+from circuits.blocks.block import DURATION, Block, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.latency.synapse import comparator_biases, compared, timer
+from circuits.blocks.measure import between, high_time
 from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Bias, Circuit, Port
 from circuits.count import whole_number
-from circuits.devices import Capacitor, Source
+from circuits.devices import Capacitor
 from circuits.devices.device import Device
-from circuits.devices.source import Constant
-from circuits.event import falling_crossing, pulse, rising_crossing
-from circuits.lowering.supply import half_supply
+from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-REFERENCE = 2.0  # V
 PULSE_CAPACITANCE = 0.2e-12  # F; ours: events of some 10 us
 
 
@@ -55,8 +55,7 @@ class Params:
 
 BIASES = (
     Bias("i_tap", "v_tap", "gate", 3.34e-9, "tap.mt"),  # ours: 3 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "tap.timer.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("tap.timer.mc0"),
 )
 
 
@@ -65,47 +64,36 @@ def edge_event(level: str) -> tuple[Device, ...]:
     return (
         *inverter("mp", level, "going", width=3.0, length=1.5),
         *inverter("mg", "going", "gone", width=3.0, length=1.5),
-        mos("mdp", "p", "late", "gone", "vdd", 3, 6),
-        mos("mdn", "n", "late", "gone", "starved", 3, 1.5),
-        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
-        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
+        *starved_inverter("gone"),
         *nand("ma", ("gone", "late"), "none", width=3.0, length=1.5),
         *inverter("mo", "none", "out", width=3.0, length=1.5),
     )
 
 
+def starved_inverter(gate: str) -> tuple[Device, ...]:
+    """Node `late` follows the inverse of `gate`, and falls as slowly as the current at `v_cmp` lets it."""
+    return (
+        mos("mdp", "p", "late", gate, "vdd", 3, 6),
+        mos("mdn", "n", "late", gate, "starved", 3, 1.5),
+        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
+        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
+    )
+
+
 def delay_tap(timer_capacitance: float) -> Circuit:
     """One tap (F): ports event (in), out (event out), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event"),
-        Port("out", "event", "out"),
-        *(Port(name, "bias") for name in ("v_tap", "v_cmp", "v_ref")),
-    )
-    devices = (
-        *timer("event", "v_tap", timer_capacitance),
-        *edge_event("passed"),
-    )
-    connections = part.wired(plus="timer", above="passed")
-    return Circuit("delay_tap", ports, devices, (Instance("timer", part, connections),))
+    biases = bias_in("v_tap", "v_cmp", "v_ref")
+    ports = (SUPPLY, *event_in("event"), *event_out("out"), *biases)
+    devices = (*timer("event", "v_tap", timer_capacitance), *edge_event("passed"))
+    return Circuit("delay_tap", ports, devices, (compared("timer", "timer", "passed"),))
 
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event (in), out (event out), biases and the supply; between taps the nodes `wire[k]`."""
     part, count = delay_tap(params.timer_capacitance), int(params.taps)
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event"),
-        Port("out", "event", "out", (count,)),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
-    own = part.wired()
-    first = Instance("tap", part, own | {"out": "out[0]"})
-    later = [
-        Instance(f"tap{k}", part, own | {"event": f"out[{k - 1}]", "out": f"out[{k}]"})
-        for k in range(1, count)
-    ]
+    ports = (SUPPLY, *event_in("event"), Port("out", "event", "out", (count,)), *bias_ports(BIASES))
+    first = part.instance("tap", out="out[0]")
+    later = (part.instance(f"tap{k}", event=f"out[{k - 1}]", out=f"out[{k}]") for k in range(1, count))
     return Circuit("delay_line", ports, (), (first, *later), biases=BIASES)
 
 
@@ -115,24 +103,18 @@ STOP = 8e-3  # s
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """One event at 20 us."""
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("event", "event", pulse((START,), v_dd)),
-    )
+    sources = powered(v_dd, {"event": pulse((START,), v_dd)})
     bench = Testbench("delay line", circuit, sources, stimuli["duration"] or STOP, watch=("out",))
     return started_at_rest(bench, AMI_1500)
 
 
 def measures(result: Result) -> dict[str, float | None]:
     """`delay_s` of the first tap, `hop_s` from it to the second, `pulse_s` of the first, `supply_power_W`."""
-    half = half_supply(result.machine)
     first, second = (next(map(float, result.spikes.get(f"out[{k}]", ())), None) for k in range(2))
-    rises = rising_crossing(result.time, result["out[0]"], half)
-    falls = falling_crossing(result.time, result["out[0]"], half)
     return {
         "delay_s": None if first is None else first - START,
-        "hop_s": None if first is None or second is None else second - first,
-        "pulse_s": None if rises is None or falls is None or falls <= rises else falls - rises,
+        "hop_s": between(first, second),
+        "pulse_s": high_time(result, "out[0]"),
         "supply_power_W": supply_power(result),
     }
 
@@ -148,7 +130,7 @@ BLOCK = Block(
     summary="delay line of spikes: each tap passes an event on after 3 ms",
     params=Params,
     build=build,
-    stimuli=(Stimulus("duration", "s", None, "length of the run", can_be_off=True),),
+    stimuli=(DURATION,),
     testbench=testbench,
     measures=measures,
     outcome=outcome,

@@ -23,26 +23,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, event_sources, timer
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.latency.synapse import comparator_biases, compared, events, timer
+from circuits.blocks.latency.tap import starved_inverter
+from circuits.blocks.measure import high_time
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Source
+from circuits.circuit import Bias, Circuit
+from circuits.devices import Capacitor
 from circuits.devices.device import Device
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.event import EDGE, WIDTH, falling_crossing, rising_crossing
-from circuits.lowering.supply import half_supply
+from circuits.event import EDGE, WIDTH
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-REFERENCE = 2.0  # V
-PULSE_CAPACITANCE = 0.2e-12  # F; ours: spikes of some 13 us
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,29 +59,21 @@ class Params:
 BIASES = (
     Bias("i_tonic", "v_tonic", "gate", 1e-9, "cell.mp"),  # ours: 10 ms
     Bias("i_hold", "v_hold", "gate", 57e-12, "hold.mt"),  # ours: 177 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "cell.threshold.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("cell.threshold.mc0"),
 )
 
 
 def long_synapse(timer_capacitance: float) -> Circuit:
     """Timer (F) that an event starts anew and `end` ends; ports event, end (in), on (event out), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event"),
-        Port("end", "event"),
-        Port("on", "event", "out"),
-        *(Port(name, "bias") for name in ("v_hold", "v_cmp", "v_ref")),
-    )
+    biases = bias_in("v_hold", "v_cmp", "v_ref")
+    ports = (SUPPLY, *event_in("event", "end"), *event_out("on"), *biases)
     devices = (
         *timer("event", "v_hold", timer_capacitance),
         *inverter("mi", "end", "going", width=3.0, length=1.5),
         mos("me", "p", "timer", "going", "vdd", 6, 1.5),
         *inverter("mo", "off", "on", width=3.0, length=1.5),
     )
-    connections = part.wired(plus="timer", above="off")
-    return Circuit("long_synapse", ports, devices, (Instance("timer", part, connections),))
+    return Circuit("long_synapse", ports, devices, (compared("timer", "timer", "off"),))
 
 
 def spike_and_reset() -> tuple[Device, ...]:
@@ -89,10 +81,7 @@ def spike_and_reset() -> tuple[Device, ...]:
     return (
         *inverter("ma", "above", "below", width=3.0, length=1.5),
         *inverter("mb", "below", "spike", width=3.0, length=1.5),
-        mos("mdp", "p", "late", "spike", "vdd", 3, 6),
-        mos("mdn", "n", "late", "spike", "starved", 3, 1.5),
-        mos("mds", "n", "starved", "v_cmp", "0", 6, 6),
-        Capacitor("cd", "late", "0", PULSE_CAPACITANCE),
+        *starved_inverter("spike"),
         *inverter("mo", "late", "drain", width=3.0, length=1.5),
         mos("mz", "n", "v_mem", "drain", "0", 6, 1.5),
     )
@@ -100,14 +89,8 @@ def spike_and_reset() -> tuple[Device, ...]:
 
 def tonic_cell(membrane_capacitance: float) -> Circuit:
     """Oscillator (F): ports stop, restart (events in), spike (event out), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("stop", "event"),
-        Port("restart", "event"),
-        Port("spike", "event", "out"),
-        *(Port(name, "bias") for name in ("v_tonic", "v_cmp", "v_ref")),
-    )
+    biases = bias_in("v_tonic", "v_cmp", "v_ref")
+    ports = (SUPPLY, *event_in("stop", "restart"), *event_out("spike"), *biases)
     devices = (
         mos("mp", "p", "v_mem", "v_tonic", "vdd", 6, 24),
         Capacitor("cm", "v_mem", "0", membrane_capacitance),
@@ -115,24 +98,14 @@ def tonic_cell(membrane_capacitance: float) -> Circuit:
         mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
         mos("mq", "n", "v_mem", "restart", "0", 6, 1.5),
     )
-    connections = part.wired(plus="v_mem")
-    return Circuit("tonic_cell", ports, devices, (Instance("threshold", part, connections),))
+    return Circuit("tonic_cell", ports, devices, (compared("threshold", "v_mem", "above"),))
 
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event, end (in), spike (event out), biases and the supply."""
     hold, cell = long_synapse(params.timer_capacitance), tonic_cell(params.membrane_capacitance)
-    ports = (
-        Port("vdd", "supply"),
-        Port("event", "event"),
-        Port("end", "event"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
-    instances = (
-        Instance("hold", hold, hold.wired()),
-        Instance("cell", cell, cell.wired(stop="on", restart="end")),
-    )
+    ports = (SUPPLY, *event_in("event", "end"), *event_out("spike"), *bias_ports(BIASES))
+    instances = (hold.instance("hold"), cell.instance("cell", stop="on", restart="end"))
     return Circuit("tonic_neuron", ports, (), instances, biases=BIASES)
 
 
@@ -145,11 +118,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     inhibit, end = stimuli["inhibit"], stimuli["end"]
     if end is not None and end <= 2.0 * WIDTH:
         raise ParameterError(f"end: {end:g} s, must be after the start's event of {WIDTH:g} s, or off")
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("event", "event", event_sources("event", (inhibit,), 1, START, v_dd)[0].waveform),
-        Source("end", "end", reset_wave(None if end is None else START + end, v_dd)),
-    )
+    event = events(circuit.port("event"), (inhibit,), START, v_dd)
+    sources = powered(v_dd, {**event, "end": reset_wave(None if end is None else START + end, v_dd)})
     bench = Testbench("tonic neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
 
@@ -169,13 +139,11 @@ def measures(result: Result) -> dict[str, float | None]:
 
     silence: the longest time between two spikes; None where what is asked for is not in the run.
     """
-    half = half_supply(result.machine)
-    on, spikes = result["on"], result.spikes["spike"]
-    opens, closes = rising_crossing(result.time, on, half), falling_crossing(result.time, on, half)
+    spikes = result.spikes["spike"]
     apart = spikes[1:] - spikes[:-1]
     return {
         "period_s": float(apart[-1]) if apart.size else None,
-        "hold_s": None if opens is None or closes is None or closes <= opens else closes - opens,
+        "hold_s": high_time(result, "on"),
         "silence_s": float(apart.max()) if apart.size else None,
         "supply_power_W": supply_power(result),
     }
@@ -194,7 +162,7 @@ BLOCK = Block(
     stimuli=(
         Stimulus("inhibit", "s", 15e-3, "event of the long synapse", can_be_off=True),
         Stimulus("end", "s", None, "event that ends it", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

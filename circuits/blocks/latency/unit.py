@@ -15,39 +15,24 @@ Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory", Figure 7A; circuit 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
 from circuits.blocks.latency import coincidence as latency_coincidence
 from circuits.blocks.latency import tonic as latency_tonic
-from circuits.blocks.latency.synapse import comparator, timer
+from circuits.blocks.latency.synapse import comparator_biases, compared, timer
+from circuits.blocks.latency.tonic import Params
+from circuits.blocks.measure import latency, spiked
 from circuits.blocks.mos import inverter, nand
+from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Node, Port
-from circuits.devices import Source
-from circuits.devices.source import Constant, Pulse, Waveform
+from circuits.circuit import Bias, Circuit, Node
+from circuits.devices.source import Pulse
 from circuits.errors import ParameterError
-from circuits.event import EDGE, WIDTH
+from circuits.event import WIDTH, pulse
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
-from circuits.units import quantity
-
-REFERENCE = 2.0  # V
-
-
-@dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
-
-    membrane_capacitance: float = quantity(5e-12, "F")
-    timer_capacitance: float = quantity(5e-12, "F")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "timer_capacitance")
-
 
 BIASES = (
     Bias("i_exc", "v_exc", "gate", 25e-9, "cd.input0.me"),
@@ -55,43 +40,28 @@ BIASES = (
     Bias("i_tonic", "v_tonic", "gate", 1e-9, "inh.cell.mp"),
     Bias("i_hold", "v_hold", "gate", 57e-12, "inh.hold.mt"),
     Bias("i_block", "v_block", "gate", 0.5e-9, "gate.mt"),  # ours: 20 ms, two periods of INH
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "gate.timer.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("gate.timer.mc0"),
 )
 
 
 def inhibited_gate(timer_capacitance: float) -> Circuit:
     """Timer (F) that blocks a gate: ports block, event (in), out (event out), biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("block", "event"),
-        Port("event", "event"),
-        Port("out", "event", "out"),
-        *(Port(name, "bias") for name in ("v_block", "v_cmp", "v_ref")),
-    )
+    biases = bias_in("v_block", "v_cmp", "v_ref")
+    ports = (SUPPLY, *event_in("block", "event"), *event_out("out"), *biases)
     devices = (
         *timer("block", "v_block", timer_capacitance),
         *nand("ma", ("free", "event"), "none", width=3.0, length=1.5),
         *inverter("mo", "none", "out", width=3.0, length=1.5),
     )
-    connections = part.wired(plus="timer", above="free")
-    return Circuit("inhibited_gate", ports, devices, (Instance("timer", part, connections),))
+    return Circuit("inhibited_gate", ports, devices, (compared("timer", "timer", "free"),))
 
 
-def build(params: Params = Params()) -> Circuit:
+def build(params: Params = Params()) -> Circuit:  # noqa: B008 - it is frozen
     """Ports tap, integrating, reset (events in), spike (event out), biases and the supply."""
     cd = latency_coincidence.build(latency_coincidence.Params(timer_capacitance=params.timer_capacitance))
-    inh = latency_tonic.build(latency_tonic.Params(params.membrane_capacitance, params.timer_capacitance))
-    gate = inhibited_gate(params.timer_capacitance)
-    ports = (
-        Port("vdd", "supply"),
-        Port("tap", "event"),
-        Port("integrating", "event"),
-        Port("reset", "event"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
+    inh, gate = latency_tonic.build(params), inhibited_gate(params.timer_capacitance)
+    inputs = event_in("tap", "integrating", "reset")
+    ports = (SUPPLY, *inputs, *event_out("spike"), *bias_ports(BIASES))
     relays = [
         part
         for k, name in ((0, "tap"), (2, "integrating"))
@@ -101,17 +71,12 @@ def build(params: Params = Params()) -> Circuit:
         )
     ]
     instances = (
-        Instance("gate", gate, _own(gate) | {"block": "inh_spike", "event": "tap", "out": "seen[1]"}),
-        Instance("cd", cd, _own(cd) | {"event": "seen"}),
-        Instance("inh", inh, _own(inh) | {"event": "spike", "end": "reset", "spike": "inh_spike"}),
+        gate.instance("gate", block="inh_spike", event="tap", out="seen[1]"),
+        cd.instance("cd", event="seen"),
+        inh.instance("inh", event="spike", end="reset", spike="inh_spike"),
     )
     seen = Node("seen", (len(latency_coincidence.INPUTS),))
     return Circuit("latency_unit", ports, tuple(relays), instances, (seen,), BIASES)
-
-
-def _own(part: Circuit) -> dict[str, str]:
-    """Ports of a part at nodes of the same names."""
-    return part.wired()
 
 
 START = latency_tonic.START
@@ -127,25 +92,22 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     first = stimuli["first"] or 0.0
     if first <= START + WIDTH:
         raise ParameterError(f"first: {first:g} s, must be after the start's reset, {START + WIDTH:g} s")
-    taps = [first + k * PERIOD for k in range(PINGS)]
+    taps = tuple(first + k * PERIOD for k in range(PINGS))
     given, again = stimuli["integrating"], stimuli["reset"]
     if given is not None and first + given <= START + WIDTH:
         raise ParameterError(f"integrating: {given:g} s, must be above {START + WIDTH - first:g} s, or off")
     if again is not None and again <= 0.0:
         raise ParameterError(f"reset: {again:g} s, must be > 0 s after the first tap's event, or off")
-    spoken: Waveform = Constant(0.0) if given is None else _events([first + given], v_dd)
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("tap", "tap", _events(taps, v_dd)),
-        Source("integrating", "integrating", spoken),
-        Source("reset", "reset", latency_tonic.reset_wave(None if again is None else first + again, v_dd)),
+    sources = powered(
+        v_dd,
+        {
+            "tap": pulse(taps, v_dd),
+            "integrating": pulse(() if given is None else (first + given,), v_dd),
+            "reset": latency_tonic.reset_wave(None if again is None else first + again, v_dd),
+        },
     )
     bench = Testbench("latency unit", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
-
-
-def _events(times: list[float], v_dd: float) -> Waveform:
-    return Pulse(0.0, v_dd, tuple(times), WIDTH, EDGE, EDGE)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -157,7 +119,7 @@ def measures(result: Result) -> dict[str, float | None]:
     first, *later = _taps(result)
     near = [t for t in later if ((spikes >= t) & (spikes < t + 1e-3)).any()]
     return {
-        "latency_s": float(spikes[0]) - first if spikes.size else None,
+        "latency_s": latency(result, first),
         "recalls": float(len(near)),
         "supply_power_W": supply_power(result),
     }
@@ -171,7 +133,7 @@ def _taps(result: Result) -> tuple[float, ...]:
 
 def outcome(result: Result) -> str:
     """`remembered` where later pings recall, `seen` where only the first spiked, or `none`."""
-    if not result.spikes["spike"].size:
+    if not spiked(result):
         return "none"
     return "remembered" if measures(result)["recalls"] else "seen"
 
@@ -186,7 +148,7 @@ BLOCK = Block(
         Stimulus("integrating", "s", 1e-3, "integrating neuron's spike, after the tap's event",
                  can_be_off=True),
         Stimulus("reset", "s", 160e-3, "reset, after the first tap's event", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -20,26 +20,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.latency.synapse import comparator, event_sources, step_synapse
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import Wave, powered
+from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
 from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
+from circuits.blocks.measure import latency, low_time, spiked
 from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Bias, Circuit, Port
 from circuits.count import whole_number
-from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant
+from circuits.devices import Capacitor
 from circuits.errors import ParameterError
-from circuits.event import falling_crossing, rising_crossing
-from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-REFERENCE = 2.0  # V
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,28 +58,20 @@ class Params:
 BIASES = (
     Bias("i_exc", "v_exc", "gate", 6e-9, "excite0.me"),  # I; ours: 2.4 spikes an input
     Bias("i_step", "v_step", "gate", 2.5e-9, "excite0.mt"),  # ours: T is 4 ms
-    Bias("i_cmp", "v_cmp", "gate", 50e-9, "cell.threshold.mc0"),
-    Bias("v_ref", "v_ref", "voltage", REFERENCE),
+    *comparator_biases("cell.threshold.mc0"),
 )
 
 
 def spiking_cell(membrane_capacitance: float) -> Circuit:
     """Membrane (F) that spikes and is emptied: ports v_mem (currents in), reset (event in), spike, biases."""
-    part = comparator()
-    ports = (
-        Port("vdd", "supply"),
-        Port("v_mem", "analog"),
-        Port("reset", "event"),
-        Port("spike", "event", "out"),
-        *(Port(name, "bias") for name in ("v_cmp", "v_ref")),
-    )
+    events = (*event_in("reset"), *event_out("spike"))
+    ports = (SUPPLY, *analog_in("v_mem"), *events, *bias_in("v_cmp", "v_ref"))
     devices = (
         Capacitor("cm", "v_mem", "0", membrane_capacitance),
         *spike_and_reset(),
         mos("mq", "n", "v_mem", "reset", "0", 6, 1.5),
     )
-    connections = part.wired(plus="v_mem")
-    return Circuit("spiking_cell", ports, devices, (Instance("threshold", part, connections),))
+    return Circuit("spiking_cell", ports, devices, (compared("threshold", "v_mem", "above"),))
 
 
 def build(params: Params = Params()) -> Circuit:
@@ -89,25 +79,23 @@ def build(params: Params = Params()) -> Circuit:
     synapse, cell = step_synapse(params.timer_capacitance), spiking_cell(params.membrane_capacitance)
     counts = {"excite": int(params.excitations), "inhibit": int(params.inhibitions)}
     ports = (
-        Port("vdd", "supply"),
+        SUPPLY,
         *(Port(name, "event", "in", (count,)) for name, count in counts.items()),
-        Port("reset", "event"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
+        *event_in("reset"),
+        *event_out("spike"),
+        *bias_ports(BIASES),
     )
     devices = (
         mos("md", "n", "turned", "turned", "0", 12, 12),
         mos("mk", "n", "v_mem", "turned", "0", 12, 12),
     )
-    own = synapse.wired()
     into = {"excite": "v_mem", "inhibit": "turned"}
-    synapses = [
-        Instance(f"{name}{k}", synapse, own | {"event": f"{name}[{k}]", "v_mem": into[name]})
+    synapses = (
+        synapse.instance(f"{name}{k}", event=f"{name}[{k}]", v_mem=into[name])
         for name, count in counts.items()
         for k in range(count)
-    ]
-    whole = Instance("cell", cell, cell.wired())
-    return Circuit("lso_neuron", ports, devices, (*synapses, whole), biases=BIASES)
+    )
+    return Circuit("lso_neuron", ports, devices, (*synapses, cell.instance("cell")), biases=BIASES)
 
 
 STOP = 10e-3  # s
@@ -115,15 +103,15 @@ STOP = 10e-3  # s
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A reset until 30 us, and an event at each of the first two synapses of either side, or none."""
-    counts = {name: circuit.port(name).shape[0] for name in ("excite", "inhibit")}
-    sources = [Source("vdd", "vdd", Constant(v_dd)), Source("reset", "reset", reset_wave(None, v_dd))]
-    for name, count in counts.items():
-        times = (stimuli[f"{name}_1"], stimuli[f"{name}_2"])
-        if count < 2 and times[1] is not None:
-            raise ParameterError(f"{name}_2: {times[1]:g} s, there is one synapse; give off, or two synapses")
-        sources += event_sources(name, times, count, START, v_dd)
+    waves: dict[str, Wave] = {"reset": reset_wave(None, v_dd)}
+    for port in (circuit.port("excite"), circuit.port("inhibit")):
+        times = (stimuli[f"{port.name}_1"], stimuli[f"{port.name}_2"])
+        if port.shape[0] < 2 and times[1] is not None:
+            found = f"{port.name}_2: {times[1]:g} s"
+            raise ParameterError(f"{found}, there is one synapse; give off, or two synapses")
+        waves |= events(port, times, START, v_dd)
     stop = stimuli["duration"] or STOP
-    bench = Testbench("lso neuron", circuit, tuple(sources), stop, watch=("spike",))
+    bench = Testbench("lso neuron", circuit, powered(v_dd, waves), stop, watch=("spike",))
     return started_at_rest(bench, AMI_1500)
 
 
@@ -132,20 +120,17 @@ def measures(result: Result) -> dict[str, float | None]:
 
     step: from the first excitatory synapse's switch closing to its opening; None where it is not in the run.
     """
-    half = half_supply(result.machine)
-    off, spikes = result["excite0.off"], result.spikes["spike"]
-    closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
     return {
-        "spikes": float(spikes.size),
-        "latency_s": float(spikes[0]) - START if spikes.size else None,
-        "step_s": None if closes is None or opens is None or opens <= closes else opens - closes,
+        "spikes": float(result.spikes["spike"].size),
+        "latency_s": latency(result, START),
+        "step_s": low_time(result, "excite0.off"),
         "supply_power_W": supply_power(result),
     }
 
 
 def outcome(result: Result) -> str:
     """`spikes`, or `silent`."""
-    return "spikes" if result.spikes["spike"].size else "silent"
+    return "spikes" if spiked(result) else "silent"
 
 
 BLOCK = Block(
@@ -158,7 +143,7 @@ BLOCK = Block(
         Stimulus("excite_2", "s", 0.54e-3, "second event of the near ear", can_be_off=True),
         Stimulus("inhibit_1", "s", 0.6e-3, "first event of the far ear", can_be_off=True),
         Stimulus("inhibit_2", "s", None, "second event of the far ear", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

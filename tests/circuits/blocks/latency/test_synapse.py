@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
-from circuits.blocks.latency.synapse import comparator, event_sources, step_inhibition, step_synapse
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Source
-from circuits.devices.source import Constant
+from circuits.blocks.drive import powered
+from circuits.blocks.latency.synapse import (
+    comparator_biases,
+    compared,
+    events,
+    step_inhibition,
+    step_synapse,
+)
+from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in
+from circuits.circuit import Bias, Circuit, Port
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.silicon.silicon import Silicon
@@ -25,18 +31,11 @@ def clamped(part: Circuit) -> Result:
     kinds = (
         Bias("i_out", exc, "gate", CURRENT, source),
         Bias("i_length", length, "gate", LENGTH_CURRENT, "syn.mt"),
-        Bias("i_cmp", "v_cmp", "gate", 50e-9, "syn.timer.mc0"),
-        Bias("v_ref", "v_ref", "voltage", 2.0),
+        *comparator_biases("syn.timer.mc0"),
     )
-    ports = (Port("vdd", "supply"), Port("event", "event"), *(Port(n, "bias") for n in biases))
-    ports = (*ports, Port("v_mem", "analog"))
-    inner = Instance("syn", part, part.wired())
-    whole = Circuit("held", ports, (), (inner,), biases=kinds)
-    sources = (
-        Source("vdd", "vdd", Constant(5.0)),
-        Source("event", "event", pulse((START,), 5.0)),
-        Source("v_mem", "v_mem", Constant(1.0)),
-    )
+    ports = (SUPPLY, *event_in("event"), *bias_in(*biases), *analog_in("v_mem"))
+    whole = Circuit("held", ports, (), (part.instance("syn"),), biases=kinds)
+    sources = powered(5.0, {"event": pulse((START,), 5.0), "v_mem": 1.0})
     return simulate(Testbench("held", whole, sources, 4e-3, watch=()), Silicon())
 
 
@@ -51,18 +50,15 @@ def test_a_step_lasts_as_long_as_its_timer(part: Circuit) -> None:
 
 def test_times_before_the_ping_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"event 2: -0\.001 s, must be >= 0 s after the ping"):
-        event_sources("event", (0.0, -1e-3), 2, START, 5.0)
-    silent = event_sources("event", (), 1, START, 5.0)[0]
-    assert isinstance(silent.waveform, Constant)
+        events(Port("event", "event", "in", (2,)), (0.0, -1e-3), START, 5.0)
+    silent = events(Port("event", "event", "in", (1,)), (), START, 5.0)
+    assert silent == {"event[0]": 0.0}
 
 
 def test_the_comparator_turns_at_its_reference() -> None:
-    part = comparator()
-    biases = (Bias("i_cmp", "v_cmp", "gate", 50e-9, "c.mc0"), Bias("v_ref", "v_ref", "voltage", 2.0))
-    ports = (Port("vdd", "supply"), Port("plus", "analog"), *(Port(b.port, "bias") for b in biases))
-    inner = Instance("c", part, part.wired())
-    whole = Circuit("whole", ports, (), (inner,), biases=biases)
+    biases = comparator_biases("c.mc0")
+    ports = (SUPPLY, *analog_in("plus"), *bias_ports(biases))
+    whole = Circuit("whole", ports, (), (compared("c", "plus", "above"),), biases=biases)
     for level, high in ((1.99, False), (2.01, True)):
-        sources = (Source("vdd", "vdd", Constant(5.0)), Source("plus", "plus", Constant(level)))
-        result = simulate(Testbench("level", whole, sources, 1e-4, watch=()), Silicon())
+        result = simulate(Testbench("level", whole, powered(5.0, {"plus": level}), 1e-4), Silicon())
         assert (np.asarray(result["above"])[-1] > 2.5) is np.bool_(high)

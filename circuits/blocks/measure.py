@@ -1,0 +1,56 @@
+"""What blocks measure of a run: when a node passes half the supply, how long for, and when it spikes.
+
+The supply is the one that the circuit is wired to (`circuits.lowering.supply`).
+"""
+
+from __future__ import annotations
+
+from circuits.arrays import F64
+from circuits.event import falling_crossing, rising_crossing
+from circuits.lowering.supply import half_supply
+from circuits.solver.transient import Result
+
+
+def rise(result: Result, node: str) -> float | None:
+    """First time at which a node rises through half the supply, s; None where it never does."""
+    return rising_crossing(result.time, result[node], half_supply(result.machine))
+
+
+def fall(result: Result, node: str) -> float | None:
+    """First time at which a node falls through half the supply, s; None where it never does."""
+    return falling_crossing(result.time, result[node], half_supply(result.machine))
+
+
+def between(begin: float | None, end: float | None) -> float | None:
+    """From one time to another, s; None where either is not in the run."""
+    return None if begin is None or end is None else end - begin
+
+
+def high_time(result: Result, node: str) -> float | None:
+    """How long the first pulse of a node lasts, s; None for a node that begins high, or without a pulse."""
+    return _positive(between(rise(result, node), fall(result, node)))
+
+
+def low_time(result: Result, node: str) -> float | None:
+    """How long a node stays low for the first time, s; None for one that begins low, or stays high."""
+    return _positive(between(fall(result, node), rise(result, node)))
+
+
+def latency(result: Result, since: float, port: str = "spike") -> float | None:
+    """From the time `since` (s) to the first spike of a watched port, s; None without one."""
+    spikes = result.spikes[port]
+    return float(spikes[0]) - since if spikes.size else None
+
+
+def last_rate(spikes: F64) -> float | None:
+    """Rate by the interval between the last two of several times (s), Hz; None where there are fewer."""
+    return 1.0 / float(spikes[-1] - spikes[-2]) if spikes.size > 1 else None
+
+
+def spiked(result: Result, port: str = "spike") -> bool:
+    """Whether a port that the testbench watches has given a spike."""
+    return bool(result.spikes[port].size)
+
+
+def _positive(time: float | None) -> float | None:
+    return time if time is not None and time > 0.0 else None

@@ -1,0 +1,42 @@
+"""Ports of a block, several of one kind at a time.
+
+A netlist lists the ports of a circuit in the order in which they are given here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from circuits.circuit import Bias, Port
+
+SUPPLY = Port("vdd", "supply")
+
+
+def event_in(*names: str) -> tuple[Port, ...]:
+    """Ports at which events come in: pulses of the full supply."""
+    return tuple(Port(name, "event") for name in names)
+
+
+def event_out(*names: str) -> tuple[Port, ...]:
+    """Ports at which the circuit gives events."""
+    return tuple(Port(name, "event", "out") for name in names)
+
+
+def analog_in(*names: str) -> tuple[Port, ...]:
+    """Ports at which voltages or currents come in."""
+    return tuple(Port(name, "analog") for name in names)
+
+
+def analog_out(*names: str) -> tuple[Port, ...]:
+    """Ports at which the circuit gives voltages or currents."""
+    return tuple(Port(name, "analog", "out") for name in names)
+
+
+def bias_in(*names: str) -> tuple[Port, ...]:
+    """Ports that a bias sets."""
+    return tuple(Port(name, "bias") for name in names)
+
+
+def bias_ports(biases: Iterable[Bias]) -> tuple[Port, ...]:
+    """The port of each of `biases`, each a single node."""
+    return bias_in(*(bias.port for bias in biases))
