@@ -1,9 +1,10 @@
 """An option of a run, stated once: with the field of the scenario whose value it sets.
 
 `option` makes such a field; its name, unit, help, limits, and whether a study may vary it go with it. From
-these come the options of `noctule run` and their `--help`, `montecarlo --param`, the entries of JSON, and the
-check of every scenario that is made in Python (`check_options`). A field whose type is a dataclass with
-options of its own (the bat of a forest) is a part: its options are the scenario's too.
+these come the options of `noctule run` and their `--help`, `montecarlo --param`, the entries of JSON, the
+keys of scene files (`system.table`), and the check of every scenario that is made in Python
+(`check_options`). A field whose type is a dataclass with options of its own (the bat of a forest) is a part:
+its options are the scenario's too.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ class Option:
     unit : of its number, as texts must have it; "" for a plain number, None for what is no number.
     to_field : makes the field's value, which is in SI units, of a number in `unit`.
     choices : the words that are taken; those of a field's `Literal` are known without.
+    words : names that may stand in a file for numbers of its field, such as colours for reflectances.
+    fewest : of a list in a file, how many entries it must have.
     least, above, most, below : limits of its number in `unit`; the first and the third are taken themselves.
     read : makes a value of a text, where the field's type does not say how.
     metavar : what stands for the value in `--help`.
@@ -53,6 +56,8 @@ class Option:
     unit: str | None = None
     to_field: Callable[[float], float] | None = None
     choices: tuple[str, ...] = ()
+    words: Mapping[str, float] = field(default_factory=dict)
+    fewest: int = 0
     least: float | None = None
     above: float | None = None
     most: float | None = None
@@ -74,7 +79,7 @@ class Setting:
     field: str
     part: str | None
     kind: Any  # type of the field, without None
-    default: Any
+    default: Any  # `dataclasses.MISSING` where a value must be given
     option: Option
 
     @property
@@ -122,17 +127,21 @@ class Setting:
         unit = "rad" if self.option.unit == "deg" else self.option.unit
         return f"{self.field}_{_PER.get(unit, unit)}" if unit else self.field
 
-    def check(self, value: Any) -> None:
-        """Raise `ParameterError` for a value in the option's unit that its limits do not allow."""
+    def check(self, value: Any, path: str = "") -> None:
+        """Raise `ParameterError` for a value in the option's unit that its limits do not allow.
+
+        path : what the error calls it, such as its place in a file; the option's name unless given.
+        """
         if value is None:
             return
+        path = path or self.name
         for word in sorted(value) if self.option.collect is not None else (value,):
             if self.choices and word not in self.choices:
-                raise ParameterError(f"{self.name}: {word}, must be {listed(self.choices)}")
+                raise ParameterError(f"{path}: {word}, must be {listed(self.choices)}")
         rules = _rules(self.option)
         if isinstance(value, int | float) and rules and not _within(self.option, value):
             unit = f" {self.option.unit}" if self.option.unit else ""
-            raise ParameterError(f"{self.name}: {value:g}{unit}, must be {' and '.join(rules)}")
+            raise ParameterError(f"{path}: {value:g}{unit}, must be {' and '.join(rules)}")
 
 
 def option(default: Any, about: str = "", **stated: Any) -> Any:
@@ -141,6 +150,11 @@ def option(default: Any, about: str = "", **stated: Any) -> Any:
     if callable(default):
         return field(default_factory=default, metadata=metadata)
     return field(default=default, metadata=metadata)
+
+
+def required(about: str = "", **stated: Any) -> Any:
+    """A field that must be given, and its option; as `option`, without a default."""
+    return field(metadata={OPTION: Option(help=about, **stated)})
 
 
 @cache
@@ -196,7 +210,7 @@ def without_none(hint: Any) -> Any:
 def _default(each: Any) -> Any:
     if each.default is not MISSING:
         return each.default
-    return each.default_factory() if each.default_factory is not MISSING else None
+    return each.default_factory() if each.default_factory is not MISSING else MISSING
 
 
 def _rules(stated: Option) -> list[str]:

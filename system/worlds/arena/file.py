@@ -29,17 +29,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from circuits.errors import DataError, ParameterError, unknown_name
 from system.files.document import document_bytes, from_toml
-from system.worlds.arena.furniture import chair, person, robot, table
+from system.table import read_table
+from system.worlds.arena.furniture import block, chair, cup, desk, person, robot
 from system.worlds.arena.geometry import check_scene
-from system.worlds.arena.keys import taken
 from system.worlds.arena.scene import Body, Point, Scene, Shade, Tape, Wall, backdrop, light_of, scatter
-from system.worlds.arena.tables import TOP
+from system.worlds.arena.tables import ArenaTable, ClutterTable, SceneTable
 
 SCENES = Path(__file__).parent / "scenes"
 _MARGIN = 0.2  # m that clutter keeps from the walls; ours
@@ -68,9 +68,9 @@ def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
     if not name.endswith(".toml") and name not in scene_names():
         raise unknown_name("scene", name, [*scene_names(), "or a file FILE.toml"])
     path = Path(name) if name.endswith(".toml") else SCENES / f"{name}.toml"
-    table = _parsed(path)
+    content = _parsed(path)
     try:
-        scene = _scene(path.stem, table, seed, light)
+        scene = _scene(path.stem, read_table(SceneTable, content), seed, light)
         check_scene(scene)
     except ParameterError as error:
         raise DataError(f"{path.name}: {error}") from None
@@ -85,122 +85,83 @@ def _parsed(path: Path) -> dict[str, Any]:
         raise DataError(f"{path}: {error.strerror}, must be a readable file; check the path") from None
 
 
-def _scene(name: str, content: dict[str, Any], seed: int, light: str | None) -> Scene:
-    top = taken(content, "", TOP)
-    arena, start = top["arena"], top["start"]
+def _scene(name: str, top: SceneTable, seed: int, light: str | None) -> Scene:
+    arena, start = top.arena, top.start
     corners = _corners(arena)
-    bodies, shades = list(_bodies(top)), [Shade(s["corners"], s["factor"]) for s in top["shade"]]
-    shades += [
-        Shade(_rectangle(t["at"], t["size"], t["heading_deg"]), t["shade"])
-        for t in top["table"]
-        if t["shade"] < 1.0
-    ]
-    if top["clutter"] is not None:
-        bodies += _clutter(top["clutter"], corners, start["at"], seed)
+    below = (Shade(_rectangle(d.at, d.size, d.heading), d.shade) for d in top.desks if d.shade < 1.0)
     return Scene(
         name=name,
-        summary=top["summary"],
-        light=light_of(top["light"] if light is None else light),
+        summary=top.summary,
+        light=light_of(top.light if light is None else light),
         corners=corners,
-        start=(*start["at"], start["heading_deg"]),
-        bodies=tuple(bodies),
+        start=(*start.at, start.heading),
+        bodies=(*_bodies(top), *_clutter(top.clutter, corners, start.at, seed)),
         walls=_walls(arena, corners)
-        + tuple(plane for k, w in enumerate(top["wall"]) for plane in _planes(k, w)),
-        shades=tuple(shades),
-        floor=top["floor"],
-        sky=top["sky"],
-        partitions=tuple(w["corners"] for w in top["wall"]),
-        duration=top["duration"],
+        + tuple(plane for w in top.walls for plane in _along(w.corners, w.height, w.colour, w.tape)),
+        shades=(*top.shades, *below),
+        floor=top.floor,
+        sky=top.sky,
+        partitions=tuple(w.corners for w in top.walls),
+        duration=top.duration,
     )
 
 
-def _corners(arena: dict[str, Any]) -> tuple[Point, ...]:
-    if (arena["size"] is None) == (arena["corners"] is None):
+def _corners(arena: ArenaTable) -> tuple[Point, ...]:
+    if (arena.size is None) == (arena.corners is None):
         raise ParameterError("arena: must have either size = [x, y] or corners = [[x, y], ...]")
-    if arena["size"] is None:
-        corners: tuple[Point, ...] = arena["corners"]
-        return corners
-    x, y = arena["size"]
+    if arena.size is None:
+        return arena.corners or ()
+    x, y = arena.size
     return (0.0, 0.0), (x, 0.0), (x, y), (0.0, y)
 
 
-def _walls(arena: dict[str, Any], corners: tuple[Point, ...]) -> tuple[Wall, ...]:
-    tape, height = arena["tape"], arena["wall_height"]
+def _walls(arena: ArenaTable, corners: tuple[Point, ...]) -> tuple[Wall, ...]:
     walls: tuple[Wall, ...] = ()
-    if height > 0.0:
-        _check_tape("arena.tape.high", tape, "wall_height", height)
-        walls = _along((*corners, corners[0]), height, arena["wall_colour"], tape)
-    return walls + (backdrop(corners, arena["room"], arena["seed"]) if arena["room"] > 0.0 else ())
+    if arena.wall_height > 0.0:
+        walls = _along((*corners, corners[0]), arena.wall_height, arena.wall_colour, arena.tape)
+    return walls + (backdrop(corners, arena.room, arena.seed) if arena.room > 0.0 else ())
 
 
-def _planes(k: int, wall: dict[str, Any]) -> tuple[Wall, ...]:
-    """Planes of wall k inside the arena."""
-    _check_tape(f"wall[{k}].tape.high", wall["tape"], "height", wall["height"])
-    for i, (a, b) in enumerate(pairwise(wall["corners"])):
-        if a == b:
-            raise ParameterError(
-                f"wall[{k}].corners[{i + 1}]: {list(b)}, must not be the one before; drop it"
-            )
-    return _along(wall["corners"], wall["height"], wall["colour"], wall["tape"])
-
-
-def _along(corners: tuple[Point, ...], height: float, colour: float, tape: Tape | None) -> tuple[Wall, ...]:
+def _along(
+    corners: tuple[Point, ...], height: float, colour: float, tape: Tape | Literal[False]
+) -> tuple[Wall, ...]:
     """Planes from corner to corner, each with a texture of its own."""
     return tuple(
-        Wall(start, end, height, colour, None if tape is None else replace(tape, seed=tape.seed + 7 * k))
+        Wall(start, end, height, colour, replace(tape, seed=tape.seed + 7 * k) if tape else None)
         for k, (start, end) in enumerate(pairwise(corners))
     )
 
 
-def _check_tape(path: str, tape: Tape | None, name: str, height: float) -> None:
-    if tape is not None and height < tape.high:
-        raise ParameterError(f"{path}: {tape.high:g} m, must not be above {name}, {height:g} m")
+def _bodies(top: SceneTable) -> Iterator[Body]:
+    for k, a_block in enumerate(top.blocks):
+        yield from block(f"block[{k}]", a_block)
+    for k, a_cup in enumerate(top.cups):
+        yield from cup(f"cup[{k}]", a_cup)
+    for k, a_robot in enumerate(top.robots):
+        yield from robot(f"robot[{k}]", a_robot)
+    for k, somebody in enumerate(top.people):
+        yield from person(f"person[{k}]", somebody)
+    for k, a_desk in enumerate(top.desks):
+        yield from desk(f"table[{k}]", a_desk)
+    for k, a_chair in enumerate(top.chairs):
+        yield from chair(f"chair[{k}]", a_chair)
 
 
-def _bodies(top: dict[str, Any]) -> Iterator[Body]:
-    for k, b in enumerate(top["block"]):
-        yield Body(
-            f"block[{k}]",
-            b["at"],
-            b["size"],
-            b["height"],
-            b["colour"],
-            b["heading_deg"],
-            b["base"],
-            motion=b["motion"],
-        )
-    for k, c in enumerate(top["cup"]):
-        yield Body(
-            f"cup[{k}]", c["at"], (c["diameter"], c["diameter"]), c["height"], c["colour"], base=c["base"],
-            is_round=True, motion=c["motion"],
-        )  # fmt: skip
-    for k, r in enumerate(top["robot"]):
-        yield from robot(
-            f"robot[{k}]", r["at"], r["heading_deg"], r["colour"], r["led"], r["motion"], r["tracks"]
-        )
-    for k, p in enumerate(top["person"]):
-        yield from person(f"person[{k}]", p["at"], p["heading_deg"], p["colour"], p["motion"])
-    for k, t in enumerate(top["table"]):
-        yield from table(f"table[{k}]", t["at"], t["size"], t["heading_deg"], t["colour"], t["height"])
-    for k, c in enumerate(top["chair"]):
-        yield from chair(f"chair[{k}]", c["at"], c["heading_deg"], c["colour"])
-
-
-def _clutter(wanted: dict[str, Any], corners: tuple[Point, ...], start: Point, seed: int) -> list[Body]:
+def _clutter(
+    wanted: ClutterTable | None, corners: tuple[Point, ...], start: Point, seed: int
+) -> Iterator[Body]:
+    if wanted is None:
+        return
     random = np.random.default_rng((seed, 1))
     (left, low), (right, high) = np.array(corners).min(axis=0), np.array(corners).max(axis=0)
     bounds = (left + _MARGIN, low + _MARGIN), (right - _MARGIN, high - _MARGIN)
-    least, most = wanted["count"]
+    least, most = wanted.counts
     count = int(random.integers(least, most + 1))
-    places = scatter(random, count, bounds, wanted["spacing"], start, wanted["clear"])
-    return [
-        Body(
-            f"block[{k}]", (float(x), float(y)), wanted["size"], wanted["height"],
-            wanted["colours"][int(random.integers(len(wanted["colours"])))],
-            float(random.uniform(0.0, math.pi)),
-        )
-        for k, (x, y) in enumerate(places)
-    ]  # fmt: skip
+    places = scatter(random, count, bounds, wanted.spacing, start, wanted.clear)
+    for k, (x, y) in enumerate(places):
+        colour = wanted.colours[int(random.integers(len(wanted.colours)))]
+        heading = float(random.uniform(0.0, math.pi))
+        yield Body(f"block[{k}]", (float(x), float(y)), wanted.size, wanted.height, colour, heading)
 
 
 def _rectangle(at: Point, size: Point, heading: float) -> tuple[Point, ...]:

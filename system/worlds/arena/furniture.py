@@ -1,12 +1,15 @@
-"""Furniture, people and robots as upright bodies; all sizes are ours but the Pushbot's 10 x 10 cm."""
+"""Upright bodies of what a scene file names: boxes, cylinders, robots, people and furniture.
+
+All sizes that a file cannot give are ours but the Pushbot's 10 x 10 cm.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
-from circuits.errors import ParameterError
-from system.worlds.arena.scene import COLOURS, Body, Led, Motion, Point
+from system.worlds.arena.scene import COLOURS, Body, Led, Point
+from system.worlds.arena.tables import BlockTable, ChairTable, CupTable, DeskTable, PersonTable, RobotTable
 
 ROBOT_SIZE = (0.10, 0.10)  # m; the paper's
 ROBOT_HEIGHT = 0.09  # m
@@ -17,73 +20,77 @@ CHAIR_FOOT, CHAIR_FOOT_HEIGHT, CHAIR_POST, CHAIR_SEAT = 0.50, 0.06, 0.05, 0.42  
 CHAIR_LOW, CHAIR_HIGH = 0.42, 0.50  # m: under and upper side of the seat
 
 
-def robot(
-    name: str, at: Point, heading: float, reflectance: float, led: Led | None, motion: Motion | None,
-    tracks: float | None = None,
-) -> list[Body]:  # fmt: skip
-    """Another Pushbot with an LED on top; `tracks` beside its body have a reflectance of their own.
+def block(name: str, it: BlockTable) -> list[Body]:
+    """A box."""
+    return [Body(name, it.at, it.size, it.height, it.colour, it.heading, it.base, motion=it.motion)]
 
-    Raises `ParameterError` for tracks of a robot that moves: covered with paper, as the paper's, it has none.
-    """
-    if tracks is None:
-        return [Body(name, at, ROBOT_SIZE, ROBOT_HEIGHT, reflectance, heading, motion=motion, led=led)]
-    if motion is not None:
-        raise ParameterError(
-            f"{name}.tracks: {tracks:g}, must not be given for a robot that moves; leave it out"
-        )
+
+def cup(name: str, it: CupTable) -> list[Body]:
+    """A cylinder."""
+    size = (it.diameter, it.diameter)
+    return [Body(name, it.at, size, it.height, it.colour, base=it.base, is_round=True, motion=it.motion)]
+
+
+def robot(name: str, it: RobotTable) -> list[Body]:
+    """Another Pushbot with an LED on top; tracks beside its body have a reflectance of their own."""
+    led = Led() if it.led is True else it.led or None
+    if it.tracks is None:
+        return [Body(name, it.at, ROBOT_SIZE, ROBOT_HEIGHT, it.colour, it.heading, motion=it.motion, led=led)]
     length, width = ROBOT_SIZE
     middle = (length, width - 2.0 * TRACK_WIDTH)
     aside, track = 0.5 * (width - TRACK_WIDTH), (length, TRACK_WIDTH)
     return [
-        Body(name, at, middle, ROBOT_HEIGHT, reflectance, heading, led=led),
+        Body(name, it.at, middle, ROBOT_HEIGHT, it.colour, it.heading, led=led),
         *(
-            Body(f"{name}.{side}", placed(at, heading, 0.0, left), track, TRACK_HEIGHT, tracks, heading)
+            Body(
+                f"{name}.{side}", placed(it.at, it.heading, 0.0, left), track, TRACK_HEIGHT, it.tracks,
+                it.heading,
+            )
             for side, left in (("left", aside), ("right", -aside))
         ),
     ]  # fmt: skip
 
 
-def person(name: str, at: Point, heading: float, reflectance: float, motion: Motion | None) -> list[Body]:
+def person(name: str, it: PersonTable) -> list[Body]:
     """Two legs that swing against each other as the person walks."""
-    side = -0.5 * HIP * math.sin(heading), 0.5 * HIP * math.cos(heading)
+    side = -0.5 * HIP * math.sin(it.heading), 0.5 * HIP * math.cos(it.heading)
     legs = []
     for leg, sign in (("left", 1.0), ("right", -1.0)):
         shift = sign * side[0], sign * side[1]
-        moved = None if motion is None else replace(motion, path=_shifted(motion.path, shift))
+        moved = None if it.motion is None else replace(it.motion, path=_shifted(it.motion.path, shift))
         legs.append(
             Body(
-                f"{name}.{leg}", (at[0] + shift[0], at[1] + shift[1]), (LEG, LEG), LEG_HEIGHT, reflectance,
-                heading, is_round=True, motion=moved, swing=sign * STRIDE,
+                f"{name}.{leg}", (it.at[0] + shift[0], it.at[1] + shift[1]), (LEG, LEG), LEG_HEIGHT,
+                it.colour, it.heading, is_round=True, motion=moved, swing=sign * STRIDE,
             )
         )  # fmt: skip
     return legs
 
 
-def table(
-    name: str, at: Point, size: tuple[float, float], heading: float, reflectance: float, height: float
-) -> list[Body]:
-    """Four legs and a top."""
-    top = Body(f"{name}.top", at, size, height, reflectance, heading, height - TABLE_TOP)
-    half = 0.5 * size[0] - TABLE_INSET, 0.5 * size[1] - TABLE_INSET
+def desk(name: str, it: DeskTable) -> list[Body]:
+    """A table: four legs and a top."""
+    at, heading = it.at, it.heading
+    top = Body(f"{name}.top", at, it.size, it.height, it.colour, heading, it.height - TABLE_TOP)
+    half = 0.5 * it.size[0] - TABLE_INSET, 0.5 * it.size[1] - TABLE_INSET
     legs = [
         Body(
             f"{name}.leg[{k}]", placed(at, heading, a * half[0], b * half[1]), (TABLE_LEG, TABLE_LEG),
-            height - TABLE_TOP, COLOURS["grey"], heading,
+            it.height - TABLE_TOP, COLOURS["grey"], heading,
         )
         for k, (a, b) in enumerate(((-1, -1), (1, -1), (1, 1), (-1, 1)))
     ]  # fmt: skip
     return [top, *legs]
 
 
-def chair(name: str, at: Point, heading: float, reflectance: float) -> list[Body]:
+def chair(name: str, it: ChairTable) -> list[Body]:
     """An office chair: a cross of two low bars, a post and a seat."""
-    bar = (CHAIR_FOOT, CHAIR_FOOT_HEIGHT)
+    at, bar = it.at, (CHAIR_FOOT, CHAIR_FOOT_HEIGHT)
     return [
-        Body(f"{name}.bar", at, bar, CHAIR_FOOT_HEIGHT, COLOURS["grey"], heading),
-        Body(f"{name}.cross", at, bar, CHAIR_FOOT_HEIGHT, COLOURS["grey"], heading + 0.5 * math.pi),
+        Body(f"{name}.bar", at, bar, CHAIR_FOOT_HEIGHT, COLOURS["grey"], it.heading),
+        Body(f"{name}.cross", at, bar, CHAIR_FOOT_HEIGHT, COLOURS["grey"], it.heading + 0.5 * math.pi),
         Body(f"{name}.post", at, (CHAIR_POST, CHAIR_POST), CHAIR_LOW, COLOURS["black"], is_round=True,
              base=CHAIR_FOOT_HEIGHT),
-        Body(f"{name}.seat", at, (CHAIR_SEAT, CHAIR_SEAT), CHAIR_HIGH, reflectance, heading, CHAIR_LOW),
+        Body(f"{name}.seat", at, (CHAIR_SEAT, CHAIR_SEAT), CHAIR_HIGH, it.colour, it.heading, CHAIR_LOW),
     ]  # fmt: skip
 
 

@@ -19,10 +19,11 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
+from system.option import check_options, option, required
+from system.worlds.arena.keys import from_zero, length, share, whole
 
 Point = tuple[float, float]
 Repeat = Literal["stop", "shuttle", "loop"]
-REPEATS: tuple[Repeat, ...] = ("stop", "shuttle", "loop")
 
 # Share of the light that a sensor of silicon sees come back, without unit; ours. White to blue is a step of
 # 1.7 in log light, to red 0.75, to yellow 0.53: two thresholds of the sensor (0.21 and 0.24). That was
@@ -46,26 +47,37 @@ _TRIES = 10_000  # draws until what is scattered counts as too much
 
 @dataclass(frozen=True, slots=True)
 class Led:
-    """A blinking light. height and diameter in m; luminance as of a white floor lit by so many lux.
+    """A light on top of a body that blinks.
 
-    5e4 lux is a light of 5 mm and 0.3 cd: L = 0.3 cd / (pi (2.5 mm)^2) = 1.5e4 cd/m^2, times pi; ours.
+    A luminance of 5e4 lux is that of a light of 5 mm and 0.3 cd: L = 0.3 cd / (pi (2.5 mm)^2) = 1.5e4 cd/m^2,
+    times pi; ours.
     """
 
-    height: float = 0.11
-    diameter: float = 0.005
-    luminance: float = 5e4
-    period: float = BLINK_PERIOD
-    on: float = BLINK_ON
+    height: float = length(0.11, "Above the floor")
+    diameter: float = length(0.005, "Of the light")
+    luminance: float = option(5e4, "As of a white floor on which so much light falls", unit="lux", above=0.0)
+    period: float = option(BLINK_PERIOD, "From one flash to the next", unit="s", above=0.0)
+    on: float = share(BLINK_ON, "Share of the period for which it is lit")
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Along `path` (m) at `speed` (m/s) from `start` (s) on; at its end stop, go back, or begin again."""
+    """A way that a body takes: along a path at a constant speed."""
 
-    path: tuple[Point, ...]
-    speed: float
-    start: float = 0.0
-    repeat: Repeat = "stop"
+    path: tuple[Point, ...] = required("Points [x, y] that it passes, from the first on", unit="m", fewest=2)
+    speed: float = required("Along the path", unit="m/s", above=0.0)
+    start: float = option(0.0, "When it sets out", unit="s", least=0.0)
+    repeat: Repeat = option("stop", "What it does at the end: stop, go back, or begin again")
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        if len(set(self.path)) == 1:
+            raise ParameterError(f"path: {self.path[0]}, must lead somewhere; give two different points")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +107,20 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Tape:
-    """Textured tape on a wall: cells of random shade between two reflectances, from low to high (m)."""
+    """Textured tape on a wall: square cells, each of a random shade."""
 
-    low: float = 0.01
-    high: float = 0.06
-    cell: float = 0.005
-    dark: float = 0.30
-    pale: float = 0.85
-    seed: int = 0
+    low: float = from_zero(0.01, "Lower edge above the floor")
+    high: float = length(0.06, "Upper edge above the floor")
+    cell: float = length(0.005, "Side of a cell")
+    dark: float = share(0.30, "Reflectance of the darkest cell")
+    pale: float = share(0.85, "Reflectance of the palest cell")
+    seed: int = whole(0, "Of the shades")
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        if self.low >= self.high:
+            raise ParameterError(f"low: {self.low:g} m, must be below high, {self.high:g} m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,10 +137,10 @@ class Wall:
 
 @dataclass(frozen=True, slots=True)
 class Shade:
-    """A convex part of the floor (corners in m) where only a `factor` of the light falls."""
+    """A convex part of the floor on which less light falls."""
 
-    corners: tuple[Point, ...]
-    factor: float
+    corners: tuple[Point, ...] = required("Points [x, y] round it", unit="m", fewest=3)
+    factor: float = required("Share of the light that falls there", unit="", above=0.0, most=1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
+from dataclasses import is_dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from circuits.errors import CircuitError, DataError, UnknownNameError
+from circuits.errors import CircuitError, DataError, ParameterError, UnknownNameError
+from system.option import settings
+from system.worlds.arena import file
 from system.worlds.arena.file import load_scene, scene_names
 from system.worlds.arena.geometry import collision, obstacles_of
-from system.worlds.arena.scene import COLOURS, LIGHTS, recoloured
+from system.worlds.arena.scene import COLOURS, LIGHTS, Motion, Tape, recoloured
+from system.worlds.arena.tables import SceneTable
 
 NAMED = {
     "single-block", "pair", "triple", "triple-loose", "clutter", "moving", "office", "target", "chase",
@@ -126,7 +133,7 @@ def test_walls_inside_are_seen_and_run_into(tmp_path: Path) -> None:
         (FREE.replace("size", "sise"), r"arena.sise: unknown key; did you mean size\?"),
         ("walls = 1\n" + FREE, r"walls: unknown key; did you mean wall\?"),
         ("pillars = 1\n" + FREE, "pillars: unknown key; known are summary"),
-        ("duration = 0\n" + FREE, "duration: 0, must be a number, above 0"),
+        ("duration = 0\n" + FREE, "duration: 0 s, must be > 0 and finite"),
         (
             FREE + "[[wall]]\ncorners = [[1, 0.2]]",
             r"wall\[0\].corners: \[\[1, 0.2\]\], must be a list of at least 2",
@@ -148,8 +155,8 @@ def test_walls_inside_are_seen_and_run_into(tmp_path: Path) -> None:
             r"block\[0\].at: \[1\], must be two numbers",
         ),
         (FREE + '[[cup]]\nat = [1, 0.5]\ncolour = "mauve"', r"cup\[0\].colour: mauve, must be one of white"),
-        (FREE + "[[cup]]\nat = [1, 0.5]\nheight = 0", r"cup\[0\].height: 0, must be a number, above 0"),
-        (FREE + "[[cup]]\nat = [1, 0.5]\nheight = nan", r"cup\[0\].height: nan, must be a number"),
+        (FREE + "[[cup]]\nat = [1, 0.5]\nheight = 0", r"cup\[0\].height: 0 m, must be > 0 and finite"),
+        (FREE + "[[cup]]\nat = [1, 0.5]\nheight = nan", r"cup\[0\].height: nan m, must be > 0 and finite"),
         (FREE + "[[cup]]\nat = [1, true]", r"cup\[0\].at\[1\]: True, must be a number"),
         (FREE + "[[cup]]\nat = [1.99, 0.5]", r"cup\[0\].at: \[1.99, 0.5\] m, must be inside the arena"),
         (FREE + "[[cup]]\nat = [-3, 0.5]", r"cup\[0\].at: \[-3, 0.5\] m, must be inside the arena"),
@@ -170,19 +177,19 @@ def test_walls_inside_are_seen_and_run_into(tmp_path: Path) -> None:
         ),
         (
             FREE + "[[cup]]\nat = [1, 0.5]\nmotion = { path = [[1, 0.5], [1, 0.6]], speed = 0 }",
-            r"cup\[0\].motion.speed: 0, must be a number, above 0",
+            r"cup\[0\].motion.speed: 0 m/s, must be > 0 and finite",
         ),
         (
             FREE
             + '[[cup]]\nat = [1, 0.5]\nmotion = { path = [[1, 0.5], [1, 0.6]], speed = 1, repeat = "no" }',
-            r"cup\[0\].motion.repeat: no, must be one of stop",
+            r"cup\[0\].motion.repeat: no, must be stop, shuttle or loop",
         ),
         (FREE + "[clutter]\ncount = 400", "clutter.count: 400, must find room"),
         (FREE + "[clutter]\ncount = [3, 2]", r"clutter.count: \[3, 2\], must be a number of at least 1"),
         (FREE + "tape = { low = 0.2, high = 0.1 }", "arena.tape.low: 0.2 m, must be below high"),
         (FREE + "tape = { high = 0.3 }", "arena.tape.high: 0.3 m, must not be above wall_height"),
         ('light = "dim"\n' + FREE, "light: dim, must be normal"),
-        ("light = 0\n" + FREE, "light: 0, must be a number, above 0"),
+        ("light = 0\n" + FREE, "light: 0 lux, must be > 0 and finite"),
         (
             FREE + "[[shade]]\ncorners = [[0, 0], [1, 0], [0.1, 0.1], [0, 1]]\nfactor = 0.5",
             r"shade\[0\].corners: not convex",
@@ -198,6 +205,27 @@ def test_what_is_no_scene_is_refused(text: str, says: str, tmp_path: Path) -> No
         load_scene(written(tmp_path, text))
     assert str(caught.value).count("\n") == 0
     assert "mine.toml" in str(caught.value)
+
+
+def keys(kind: type) -> Iterator[str]:
+    """Keys of a table and of all tables in it."""
+    for name, one in settings(kind).items():
+        yield name
+        for inner in (one.kind, *get_args(one.kind)):
+            if is_dataclass(inner) and isinstance(inner, type):
+                yield from keys(inner)
+
+
+@pytest.mark.parametrize("key", sorted(set(keys(SceneTable))))
+def test_every_key_is_described(key: str) -> None:
+    assert re.search(rf"\b{key}\b", file.__doc__ or "")
+
+
+def test_the_same_limits_hold_in_python() -> None:
+    with pytest.raises(ParameterError, match=r"^low: 0.2 m, must be below high, 0.1 m$"):
+        Tape(low=0.2, high=0.1)
+    with pytest.raises(ParameterError, match=r"^speed: 0 m/s, must be > 0 and finite$"):
+        Motion(((0.0, 0.0), (1.0, 0.0)), 0.0)
 
 
 def test_other_names_and_files_are_refused(tmp_path: Path) -> None:
