@@ -55,7 +55,7 @@ from chips.rolls.layout import (
     Z,
     new_scratch,
 )
-from chips.rolls.lumped import settled
+from chips.rolls.lumped.filter import settled
 from chips.rolls.neuron.kernel import rest_of
 from chips.rolls.noise.model import with_noise
 from chips.rolls.plastic.circuit import Learning

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chips.rolls.circuit import Params, chip
-from chips.rolls.lumped import filter_of, line_voltage
+from chips.rolls.lumped.filter import filter_of, line_voltage
 from chips.rolls.neuron.model import neurons_of
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.portrait import DC, LONGEST, dc_currents, membrane_tau, rates, rheobase

@@ -21,7 +21,7 @@ from chips.rolls.depression.layout import (
 from chips.rolls.depression.model import CELL_DEVICES, CellModel, Depression, cell_model, depression_of
 from chips.rolls.depression.program import ShortTermDepression
 from chips.rolls.layout import ZERO
-from chips.rolls.lumped import line_voltage
+from chips.rolls.lumped.filter import line_voltage
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.program import Program, level_current

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chips.static import pair_share
+from chips.rolls.lumped.network import pair_share
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.static import amplifier, diode, pair, stack
+from chips.rolls.lumped.network import amplifier, diode, pair, stack
 from circuits.arrays import F64, Bools
 from circuits.devices.ekv import interpolation
 from circuits.devices.softplus import inverse_softplus_of

@@ -25,10 +25,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from chips.model_law import check_law
+from chips.rolls.lumped.network import pair, stack
 from chips.rolls.neuron.kernel import GRID, NEURON_COLUMNS, Neurons, advance_neurons, rest_of
 from chips.rolls.neuron.membrane import Membrane, balance, membrane_capacitance
 from chips.rolls.neuron.spike import START, run_spikes
-from chips.static import pair, stack
 from circuits.arrays import F64, Bools
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import Circuit

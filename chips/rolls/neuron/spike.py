@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.static import amplifier, diode, stack, stack_current
+from chips.rolls.lumped.network import amplifier, diode, stack, stack_current
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.ekv import law

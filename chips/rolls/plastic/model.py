@@ -24,8 +24,8 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.model_law import check_law
-from chips.rolls.lumped import Filter, filter_of, line_voltage
-from chips.static import sink_over_line, stack
+from chips.rolls.lumped.filter import Filter, filter_of, line_voltage
+from chips.rolls.lumped.network import sink_over_line, stack
 from circuits.arrays import F64
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
 from circuits.devices.ekv import interpolation

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chips.rolls.layout import SINCE, TAKEN, ZERO, Scratch, Z
-from chips.rolls.lumped import settled
+from chips.rolls.lumped.filter import settled
 from chips.rolls.plastic.biases import MOVES
 from chips.rolls.plastic.kernel import settle_weights
 from chips.rolls.plastic.layout import (

@@ -9,7 +9,7 @@ import numpy as np
 
 from chips.rolls.circuit import Params
 from chips.rolls.layout import OCTAVE_BITS, VOLTAGE, Membranes
-from chips.rolls.lumped import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
+from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.circuit import (
     CELL,

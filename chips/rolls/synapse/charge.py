@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line
 from chips.rolls.synapse.model import SynapseModel, pulse_of
 from chips.rolls.synapse.weight import BITS, branches, held_leak
-from chips.static import degenerated_sum, diode, sink_over_line
 from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 
@@ -62,7 +62,7 @@ class Mirror(NamedTuple):
 
 
 def mirror_of(model: SynapseModel, d: DieDevices, lines: F64) -> Mirror:
-    """The excitatory mirror of synapses whose weights are `lines`, as of `chips.static`."""
+    """The excitatory mirror of synapses whose weights are `lines`, as of `chips.rolls.lumped.network`."""
     u_t, top, me7 = d.u_t, d.fet["synapse.me1"], d.fet["synapse.me7"]
     given, gate = [], []
     for switch in (d.v_dd, 0.0):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.static import degenerated_sum, diode, sink_over_line, stack
+from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line, stack
 from circuits.arrays import F64
 from circuits.devices.ekv import interpolation
 from circuits.lowering.on_die import DieDevices

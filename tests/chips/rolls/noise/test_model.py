@@ -11,7 +11,7 @@ from chips.noise_draw import new_draws, new_slow
 from chips.rolls.calibration import code_for
 from chips.rolls.chip import RollsChip
 from chips.rolls.layout import SINCE, STATIC, WAIT, ZETA, Z
-from chips.rolls.lumped import OMEGA_POINTS
+from chips.rolls.lumped.filter import OMEGA_POINTS
 from chips.rolls.noise.kernel import disturb_plastic
 from chips.rolls.noise.layout import RISE, WHITE, NoiseTables
 from chips.rolls.plastic.reference import prepared

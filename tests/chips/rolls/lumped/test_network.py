@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chips.static import (
+from chips.rolls.lumped.network import (
     amplifier,
     degenerated_sum,
     diode,

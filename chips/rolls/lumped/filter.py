@@ -31,8 +31,8 @@ from chips.rolls.layout import (
     SPLIT,
     FilterBank,
 )
+from chips.rolls.lumped.network import pair as pair_shares
 from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
-from chips.static import pair as pair_shares
 from circuits.arrays import F64
 from circuits.devices.ekv import argument
 from circuits.lowering.on_die import DieDevices
