@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chips.rolls.layout import OCTAVE_BITS, ZETA, Z
+from chips.rolls.lumped.grid import edges
 from chips.rolls.tables import Built
 from circuits.arrays import F64
 
@@ -14,8 +15,7 @@ PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
 def zeta_of(built: Built, v: F64) -> F64:
     """Zeta of membrane voltages, float64[256], V."""
     lines = built.tables.membranes.lines
-    rows = lines.shape[1]
-    edge = np.exp2(np.arange(rows) // PER) * (1.0 + (np.arange(rows) % PER) / PER)
+    edge = edges(lines.shape[1])[:-1]
     found = np.empty(v.size)
     for k in range(v.size):
         found[k] = np.interp(v[k], lines[k, :, 6] + lines[k, :, 7] * edge, edge)

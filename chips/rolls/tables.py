@@ -12,16 +12,8 @@ import numpy as np
 from chips.rolls.circuit import FILTERS, Params, chip
 from chips.rolls.depression.layout import BuiltDepression
 from chips.rolls.layout import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
-from chips.rolls.lumped.filter import (
-    Filter,
-    Load,
-    Shape,
-    bank_of,
-    filter_of,
-    line_voltage,
-    lines_of,
-    shape_of,
-)
+from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
+from chips.rolls.lumped.lines import lines_of
 from chips.rolls.neuron.kernel import Neurons
 from chips.rolls.neuron.model import NODES, neurons_of
 from chips.rolls.noise.layout import NoiseTables

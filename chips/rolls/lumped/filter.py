@@ -1,6 +1,6 @@
-"""Filters and neurons as a chip's step needs them: their transistors, lumped (`chips.rolls.kernel`).
+"""Filters as a chip's step needs them: their transistors, lumped (`chips.rolls.kernel`).
 
-Filter, with the law of its devices in weak inversion and p = kappa (v_g - V_T0) / U_T:
+With the law of its devices in weak inversion and p = kappa (v_g - V_T0) / U_T:
 
     u = I_1 / I_2 = (I_S1 / I_S2) e^(p_thr - p_2),  p_2 = kappa_n (v_syn / U_T - t_2)
     tau = C U_T / (kappa_n I_tau)
@@ -8,14 +8,10 @@ Filter, with the law of its devices in weak inversion and p = kappa (v_g - V_T0)
 
 Out of weak inversion v = I_1 / I_2 is not u: above v_thr it is less, and more of a large current reaches the
 capacitor. The pair's table is that of the mean of its synapses' currents, weighted with their charge.
-
-Neuron: from the tables over v_mem of `chips.rolls.neuron.model`, by a change of variable alone:
-`y = int C(v) / share(v) dv`, share being that of weak inversion.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,14 +21,12 @@ from chips.rolls.layout import (
     COARSE,
     COARSE_POINTS,
     FINE,
-    LINE_COLUMNS,
     LOW,
-    OCTAVE_BITS,
     SPLIT,
     FilterBank,
 )
+from chips.rolls.lumped.grid import integral
 from chips.rolls.lumped.network import pair as pair_shares
-from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
 from circuits.arrays import F64
 from circuits.devices.ekv import argument
 from circuits.lowering.on_die import DieDevices
@@ -40,7 +34,6 @@ from circuits.lowering.on_die import DieDevices
 OMEGA_POINTS = np.concatenate((np.arange(LOW, SPLIT, 1.0 / FINE), SPLIT + COARSE * np.arange(COARSE_POINTS)))
 _LOGARITHMS = np.arange(-40.0, 16.0, 1.0 / 128)  # of u
 _SMALL = -12.0  # ln u; below, v is in proportion to u
-REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
 
 
 class Filter(NamedTuple):
@@ -182,109 +175,10 @@ def shape_of(f: Filter, load: Load) -> Shape:
     k = int(np.argmax(_LOGARITHMS > _SMALL))
     v[:k] = v[k] * np.exp(_LOGARITHMS[:k] - _LOGARITHMS[k])
     density = 1.0 + v + f.follow / (1.0 + v)
-    brought = _integral(_LOGARITHMS[None], density[None])[0] + (1.0 + f.follow) * _LOGARITHMS[0]
+    brought = integral(_LOGARITHMS[None], density[None])[0] + (1.0 + f.follow) * _LOGARITHMS[0]
     log = np.interp(OMEGA_POINTS, brought, _LOGARITHMS)
     table = np.zeros((OMEGA_POINTS.size, 4))
     table[:, 0] = np.exp(np.interp(log, _LOGARITHMS, np.log(v)))
     table[:, 2] = np.exp(f.power * log)
     table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
     return Shape(table, brought, v)
-
-
-class Lines(NamedTuple):
-    """Neurons over zeta: float64[n, rows, LINE_COLUMNS], Q_0 (C) and zeta of the top, float64[n]."""
-
-    lines: F64
-    charge: F64
-    top: F64
-    rise: F64  # float64[n, rows, 4]: time left to the top, s, and what a drive takes off it, 1/A
-
-
-def lines_of(m: Neurons) -> Lines:
-    """Tables of `chips.rolls.neuron.model` over v_mem, as lines over zeta."""
-    n, points = m.table.shape[:2]
-    ratio = m.table[:, :, RATIO] ** 2
-    first, second = m.ground_current[:, None], m.membrane_current[:, None]
-    share = second * ratio / (first + second * ratio)
-    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
-    c = m.capacitance[:, None] + share * (m.input_linear[:, None] + share * m.input_square[:, None])
-    y = _integral(v, c / share)
-    unit = m.capacitance * m.u_t / m.kappa_p
-    zeta = 1.0 + y / unit[:, None]
-    bend, injected = _bend(m, share), m.table[:, :, INJECTED]
-    t = np.sqrt(injected / first)
-    strong = np.where(t > 1e-9, np.expm1(np.maximum(t, 1e-9)) / np.maximum(t, 1e-9), 1.0) ** 2 - 1.0
-    columns = (
-        m.table[:, :, STATIC] / share + injected * (1.0 + bend * strong),
-        bend,
-        m.table[:, :, REVERSE] / share,
-        v,
-    )
-    rows = (int(math.frexp(float(zeta[:, -1].max()))[1]) << OCTAVE_BITS) + 1
-    grid = _grid(rows)
-    centres = 0.5 * (grid[1:] + grid[:-1])
-    lines = np.zeros((n, rows - 1, LINE_COLUMNS))
-    for k in range(n):
-        for j, column in enumerate(columns):
-            value, middle = np.interp(grid, zeta[k], column[k]), np.interp(centres, zeta[k], column[k])
-            slope = np.diff(value) / np.diff(grid)
-            # a chord is above what bends upwards: shifted to the same mean (Simpson)
-            shift = 0.0 if column is v else (2.0 * middle - value[:-1] - value[1:]) / 3.0
-            lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1] + shift, slope
-    return Lines(lines, unit, zeta[:, -1].copy(), _rise(columns[0], y, zeta, grid))
-
-
-def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:
-    """Lines of T_0 = int dy / a and of T_1 / T_0, T_1 = int dy / a^2, from zeta to the top."""
-    n = own.shape[0]
-    found = np.zeros((n, grid.size - 1, 4))
-    for k in range(n):
-        # below the last point that does not rise nothing is sure
-        still = np.flatnonzero(own[k] <= 0.0)
-        first = int(still[-1]) + 1 if still.size else 0
-        at, a = y[k, first:], own[k, first:]
-        for j, power in enumerate((1.0, 2.0)):
-            left = _integral(at[None, ::-1], a[None, ::-1] ** -power)[0, ::-1]
-            value = np.interp(grid, zeta[k, first:], -left)
-            found[k, :, 2 * j] = value[:-1]
-            found[k, :, 2 * j + 1] = value[1:]
-    low = np.where(found[:, :, 0::2] > 0.0, found[:, :, 0::2], 1e-30)
-    high = np.where(found[:, :, 1::2] > 0.0, found[:, :, 1::2], 1e-30)
-    for end in (low, high):
-        end[:, :, 1] /= end[:, :, 0]
-    slope = (high - low) / np.diff(grid)[None, :, None]
-    found[:, :, 1::2], found[:, :, 0::2] = slope, low - slope * grid[None, :-1, None]
-    return found
-
-
-def _grid(rows: int) -> F64:
-    """Points of zeta: an octave has 2^OCTAVE_BITS, evenly spaced."""
-    per = 1 << OCTAVE_BITS
-    k = np.arange(rows)
-    return np.asarray(np.exp2(k // per) * (1.0 + (k % per) / per))
-
-
-def _integral(v: F64, density: F64) -> F64:
-    """Of `density` over v from its first point; between points its logarithm is a line."""
-    a, b = density[:, :-1], density[:, 1:]
-    log = np.log(b / a)
-    small = np.abs(log) < 1e-6
-    mean = np.where(small, 0.5 * (a + b), (b - a) / np.where(small, 1.0, log))
-    return np.concatenate((np.zeros((v.shape[0], 1)), np.cumsum(mean * np.diff(v), axis=1)), axis=1)
-
-
-def _bend(m: Neurons, share: F64) -> F64:
-    """w: how much of the correction for strong inversion the share of the reference input needs."""
-    n, points = share.shape
-    kappa = m.kappa_p[:, None]
-    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
-    second = m.membrane_pinch[:, None] - kappa * v / m.u_t[:, None]
-    exact = np.empty(n * points)
-    pair_shares(
-        np.repeat(m.ground_current, points), np.repeat(m.ground_pinch, points),
-        np.repeat(m.membrane_current, points), second.ravel(), np.full(n * points, REFERENCE_INPUT), exact,
-    )  # fmt: skip
-    more = exact.reshape(n, points) / (REFERENCE_INPUT * share) - 1.0
-    t = np.sqrt(REFERENCE_INPUT / m.ground_current)[:, None]
-    full = (np.expm1(t) / t) ** 2 - 1.0
-    return np.asarray(more / full)

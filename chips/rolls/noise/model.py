@@ -29,8 +29,9 @@ import numpy as np
 from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws, new_slow
 from chips.rolls.circuit import NAME, Params
-from chips.rolls.layout import OCTAVE_BITS, SIGNS, VOLTAGE
+from chips.rolls.layout import SIGNS, VOLTAGE
 from chips.rolls.layout import STATIC as OWN
+from chips.rolls.lumped.grid import edges
 from chips.rolls.neuron.kernel import INJECTED, Neurons
 from chips.rolls.neuron.membrane import Membrane
 from chips.rolls.noise.layout import (
@@ -95,7 +96,7 @@ def membrane_rows(built: Built, d: DieDevices, slow: Bools, step: float) -> F64:
     slow: bool[n], which of the leaks is on.
     """
     m, lines = built.neurons, built.tables.membranes.lines
-    edge = _edges(lines.shape[1])
+    edge = edges(lines.shape[1])
     centre = 0.5 * (edge[1:] + edge[:-1])
     v = np.clip(lines[:, :, VOLTAGE] + lines[:, :, VOLTAGE + 1] * centre, 0.0, m.top[:, None])
     v = np.ascontiguousarray(v, dtype=np.float64)
@@ -130,12 +131,6 @@ def _rising(own: F64, density: F64, width: F64, otherwise: float) -> F64:
     moved = np.cumsum((width / a**2)[:, ::-1], axis=1)[:, ::-1]
     sure = (np.cumsum((own <= 0.0)[:, ::-1], axis=1)[:, ::-1] == 0) & (moved > 0.0)
     return np.where(sure, late / np.where(sure, moved**2 * density, 1.0), otherwise)
-
-
-def _edges(rows: int) -> F64:
-    """Ends of the rows of zeta."""
-    per, k = 1 << OCTAVE_BITS, np.arange(rows + 1)
-    return np.asarray(np.exp2(k // per) * (1.0 + (k % per) / per))
 
 
 def _share(m: Neurons, v: F64) -> F64:

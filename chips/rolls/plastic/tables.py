@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from chips.rolls.circuit import Params
-from chips.rolls.layout import OCTAVE_BITS, VOLTAGE, Membranes
+from chips.rolls.layout import VOLTAGE, Membranes
 from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
+from chips.rolls.lumped.grid import edges
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.circuit import (
     CELL,
@@ -221,9 +222,7 @@ def zeta_at(v: F64, membranes: Membranes) -> F64:
 
 def _voltages(membranes: Membranes) -> tuple[F64, F64]:
     """Voltages, float64[n, rows + 1], at the ends of a chip's lines, and zeta there."""
-    rows, per = membranes.lines.shape[1], 1 << OCTAVE_BITS
-    k = np.arange(rows + 1)
-    grid = np.exp2(k // per) * (1.0 + (k % per) / per)
+    grid = edges(membranes.lines.shape[1])
     lines = membranes.lines[:, :, VOLTAGE:].astype(np.float64)
     low = lines[:, :, 0] + lines[:, :, 1] * grid[:-1]
     high = lines[:, -1:, 0] + lines[:, -1:, 1] * grid[-1]

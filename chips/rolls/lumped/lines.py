@@ -1,0 +1,103 @@
+"""Neurons as a chip's step needs them: their tables over v_mem, as lines over zeta (`chips.rolls.kernel`).
+
+From the tables of `chips.rolls.neuron.model`, by a change of variable alone: `y = int C(v) / share(v) dv`,
+share being that of weak inversion.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from chips.rolls.layout import LINE_COLUMNS, OCTAVE_BITS
+from chips.rolls.lumped.grid import edges, integral
+from chips.rolls.lumped.network import pair as pair_shares
+from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
+from circuits.arrays import F64
+
+REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
+
+
+class Lines(NamedTuple):
+    """Neurons over zeta: float64[n, rows, LINE_COLUMNS], Q_0 (C) and zeta of the top, float64[n]."""
+
+    lines: F64
+    charge: F64
+    top: F64
+    rise: F64  # float64[n, rows, 4]: time left to the top, s, and what a drive takes off it, 1/A
+
+
+def lines_of(m: Neurons) -> Lines:
+    """Tables of `chips.rolls.neuron.model` over v_mem, as lines over zeta."""
+    n, points = m.table.shape[:2]
+    ratio = m.table[:, :, RATIO] ** 2
+    first, second = m.ground_current[:, None], m.membrane_current[:, None]
+    share = second * ratio / (first + second * ratio)
+    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
+    c = m.capacitance[:, None] + share * (m.input_linear[:, None] + share * m.input_square[:, None])
+    y = integral(v, c / share)
+    unit = m.capacitance * m.u_t / m.kappa_p
+    zeta = 1.0 + y / unit[:, None]
+    bend, injected = _bend(m, share), m.table[:, :, INJECTED]
+    t = np.sqrt(injected / first)
+    strong = np.where(t > 1e-9, np.expm1(np.maximum(t, 1e-9)) / np.maximum(t, 1e-9), 1.0) ** 2 - 1.0
+    columns = (
+        m.table[:, :, STATIC] / share + injected * (1.0 + bend * strong),
+        bend,
+        m.table[:, :, REVERSE] / share,
+        v,
+    )
+    rows = (int(math.frexp(float(zeta[:, -1].max()))[1]) << OCTAVE_BITS) + 1
+    grid = edges(rows - 1)
+    centres = 0.5 * (grid[1:] + grid[:-1])
+    lines = np.zeros((n, rows - 1, LINE_COLUMNS))
+    for k in range(n):
+        for j, column in enumerate(columns):
+            value, middle = np.interp(grid, zeta[k], column[k]), np.interp(centres, zeta[k], column[k])
+            slope = np.diff(value) / np.diff(grid)
+            # a chord is above what bends upwards: shifted to the same mean (Simpson)
+            shift = 0.0 if column is v else (2.0 * middle - value[:-1] - value[1:]) / 3.0
+            lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1] + shift, slope
+    return Lines(lines, unit, zeta[:, -1].copy(), _rise(columns[0], y, zeta, grid))
+
+
+def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:
+    """Lines of T_0 = int dy / a and of T_1 / T_0, T_1 = int dy / a^2, from zeta to the top."""
+    n = own.shape[0]
+    found = np.zeros((n, grid.size - 1, 4))
+    for k in range(n):
+        # below the last point that does not rise nothing is sure
+        still = np.flatnonzero(own[k] <= 0.0)
+        first = int(still[-1]) + 1 if still.size else 0
+        at, a = y[k, first:], own[k, first:]
+        for j, power in enumerate((1.0, 2.0)):
+            left = integral(at[None, ::-1], a[None, ::-1] ** -power)[0, ::-1]
+            value = np.interp(grid, zeta[k, first:], -left)
+            found[k, :, 2 * j] = value[:-1]
+            found[k, :, 2 * j + 1] = value[1:]
+    low = np.where(found[:, :, 0::2] > 0.0, found[:, :, 0::2], 1e-30)
+    high = np.where(found[:, :, 1::2] > 0.0, found[:, :, 1::2], 1e-30)
+    for end in (low, high):
+        end[:, :, 1] /= end[:, :, 0]
+    slope = (high - low) / np.diff(grid)[None, :, None]
+    found[:, :, 1::2], found[:, :, 0::2] = slope, low - slope * grid[None, :-1, None]
+    return found
+
+
+def _bend(m: Neurons, share: F64) -> F64:
+    """w: how much of the correction for strong inversion the share of the reference input needs."""
+    n, points = share.shape
+    kappa = m.kappa_p[:, None]
+    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
+    second = m.membrane_pinch[:, None] - kappa * v / m.u_t[:, None]
+    exact = np.empty(n * points)
+    pair_shares(
+        np.repeat(m.ground_current, points), np.repeat(m.ground_pinch, points),
+        np.repeat(m.membrane_current, points), second.ravel(), np.full(n * points, REFERENCE_INPUT), exact,
+    )  # fmt: skip
+    more = exact.reshape(n, points) / (REFERENCE_INPUT * share) - 1.0
+    t = np.sqrt(REFERENCE_INPUT / m.ground_current)[:, None]
+    full = (np.expm1(t) / t) ** 2 - 1.0
+    return np.asarray(more / full)
