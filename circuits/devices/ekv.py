@@ -9,6 +9,7 @@ that in saturation, with its source at the bulk, it carries `I_S F(v_p / U_T)`: 
 | `interpolation(u)` | `law(u)`, with its derivative | F, a current over the specific current |
 | `argument(f)` | `argument_of_root(sqrt(f))` | u at which F is f, the inverse |
 | `of_weak(e^u)` | | F by what weak inversion alone would have |
+| `weak_over(f)` | | what weak inversion alone would have, over F, where F is f |
 | `steepness(f)` | `steepness_of_root(sqrt(f))` | `d ln F / du = (1 - e^-L) / L`, `L = sqrt(f)` |
 
 The solver's law computes the same with packed logarithms (`circuits.devices.softplus`).
@@ -38,6 +39,13 @@ def argument(f: ArrayLike) -> F64:
 def of_weak(weak: ArrayLike) -> F64:
     """F where weak inversion alone would have `weak`, that is `e^u`, in its shape."""
     return np.asarray(np.log1p(np.sqrt(np.asarray(weak, dtype=np.float64))) ** 2)
+
+
+def weak_over(f: ArrayLike) -> F64:
+    """`e^u / F(u)` where F is f >= 0, in the shape of f: 1 in weak inversion, and more above."""
+    root = np.sqrt(np.asarray(f, dtype=np.float64))
+    some = np.where(root > 0.0, root, 1.0)
+    return np.where(root > 0.0, np.expm1(some) / some, 1.0) ** 2
 
 
 def steepness(f: ArrayLike) -> F64:

@@ -16,6 +16,8 @@ What a model asks then:
 | | |
 |---|---|
 | `d.saturated(device, gate)` | current with the source at the bulk and the drain far: `I_S F(v_p / U_T)` |
+| `d.channel(device, gate, drain)` | current with the source at the bulk and the drain at a voltage |
+| `d.weak(device, gate)` | what weak inversion alone makes of the saturated current: `I_S e^(v_p / U_T)` |
 | `d.pinch(device, gate)` | `v_p / U_T = kappa (v_g - V_T0) / U_T` |
 | `d.gate_for(device, current)` | the gate that gives a saturated current: the inverse of `saturated` |
 | `d.mirror(diode, copy)` | what a copy carries of its diode's current (`Mirror`) |
@@ -30,7 +32,7 @@ and leakage stay with the transistor level.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -110,9 +112,27 @@ class DieDevices(NamedTuple):
         """Bias voltage of a pFET's gate, counted from the supply down, V."""
         return self.v_dd - self.gate[port]
 
-    def saturated(self, device: str, gate: F64 | float) -> F64:
-        """Current with the source at the bulk and the drain far, A: `I_S F(v_p / U_T)`."""
-        return np.asarray(self.fet[device].current * interpolation(self.pinch(device, gate)))
+    def saturated(self, device: str, gate: F64 | float, source: F64 | float = 0.0) -> F64:
+        """Current with the drain far, A: `I_S F((v_p - v_s) / U_T)`.
+
+        gate, source: V above the bulk (below it for a pFET); the source is at the bulk unless given.
+        """
+        return np.asarray(
+            self.fet[device].current * interpolation(self.pinch(device, gate) - source / self.u_t)
+        )
+
+    def channel(self, device: str, gate: F64 | float, drain: F64 | float) -> F64:
+        """Current with the source at the bulk, A: `I_S [F(v_p / U_T) - F((v_p - v_d) / U_T)]`.
+
+        gate, drain: V above the bulk (below it for a pFET).
+        """
+        pinch = self.pinch(device, gate)
+        carried = interpolation(pinch) - interpolation(pinch - drain / self.u_t)
+        return np.asarray(self.fet[device].current * carried)
+
+    def weak(self, device: str, gate: F64 | float) -> F64:
+        """Saturated current by weak inversion's law alone, A: `I_S e^(v_p / U_T)`, gate as in `pinch`."""
+        return np.asarray(self.fet[device].current * np.exp(self.pinch(device, gate)))
 
     def gate_for(self, device: str, current: F64) -> F64:
         """Gate voltage at which a device, saturated, carries a current (A, above zero): V, as in `pinch`."""
@@ -152,15 +172,22 @@ class DieDevices(NamedTuple):
 
     def flat(self) -> DieDevices:
         """All arrays in one dimension, the last index running fastest."""
-        fets = {k: Fet(f.current.ravel(), f.threshold.ravel(), f.kappa, f.v_t0.ravel(), f.beta.ravel())
-                for k, f in self.fet.items()}  # fmt: skip
-        return self._replace(fet=fets)
+        return self._each(np.ravel)
 
     def taken(self, index: I64) -> DieDevices:
         """The copies `index` of flat devices, one of which may be taken more than once."""
-        fets = {k: Fet(f.current[index], f.threshold[index], f.kappa, f.v_t0[index], f.beta[index])
+        return self._each(lambda x: x[index])._replace(copies=index.size)
+
+    def columns(self) -> DieDevices:
+        """Flat devices and gates as columns, [copies, 1], to be asked at several voltages, [points], each."""
+        gates = {port: x[:, None] if x.ndim else x for port, x in self.gate.items()}
+        return self._each(lambda x: x[:, None])._replace(gate=gates)
+
+    def _each(self, made: Callable[[F64], F64]) -> DieDevices:
+        """Devices whose arrays are what `made` makes of these."""
+        fets = {k: Fet(made(f.current), made(f.threshold), f.kappa, made(f.v_t0), made(f.beta))
                 for k, f in self.fet.items()}  # fmt: skip
-        return self._replace(copies=index.size, fet=fets)
+        return self._replace(fet=fets)
 
     def renamed(self, prefix: str, new: str = "") -> DieDevices:
         """The devices whose names begin with `prefix`, with `new` in its place."""

@@ -178,8 +178,9 @@ def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, 
     """Step (V) and time constant (s) of a weight's cells, the step at POINTS (V), and its electrons."""
     path = f"depression_{name}"
     drawn = d.saturated(f"{path}.ms1", d.gate["v_std"])
-    current = _through(d, path, drawn, "ms2", "ms3")
-    back = _through(d, path, d.saturated(f"{path}.mr1", d.gate["v_rec"]), "mr2", "mr3")
+    current = drawn * d.mirror(f"{path}.ms2", f"{path}.ms3").weak
+    recovering = d.saturated(f"{path}.mr1", d.gate["v_rec"])
+    back = recovering * d.mirror(f"{path}.mr2", f"{path}.mr3").weak
     constant = cell.mirror * d.u_t / (d.fet[f"{path}.ms2"].kappa * drawn)
     # the source comes from the weight's bias to the supply
     lift = cell.coupling * d.below(f"v_{name}") / (drawn * constant)
@@ -211,12 +212,6 @@ def _source(pairs: list[tuple[F64, F64]], total: F64) -> F64:
             sums += current * np.array((f, f * steepness(f)))
         y += np.log(sums[0] / total) * sums[0] / sums[1]
     return y
-
-
-def _through(d: DieDevices, path: str, current: F64, diode: str, copy: str) -> F64:
-    """What a mirror makes of a current, A; weak inversion."""
-    a, b = d.fet[f"{path}.{diode}"], d.fet[f"{path}.{copy}"]
-    return np.asarray(current * b.current / a.current * np.exp(a.kappa * (a.threshold - b.threshold) / d.u_t))
 
 
 def _curve(b: Branches, synapse: SynapseModel, d: DieDevices, level: int, line: float, length: F64) -> F64:

@@ -61,7 +61,7 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
     start = np.log(md1.current / md2.current) + d.pinch("md1", d.gate["v_thr"]) - d.pinch("md2", d.v_dd)
     power = md5.kappa / md1.kappa
     specific = md5.current.copy()
-    scale = np.exp(-md5.kappa * md5.threshold / u_t - power * start)
+    scale = np.exp(d.pinch("md5", 0.0) - power * start)
     if inhibitory:
         gain, bend = _mirror(d)
         scale *= bend * bend
@@ -89,9 +89,9 @@ def _mirror(d: DieDevices) -> tuple[F64, F64]:
     `I_7 = I_S7 ln^2(1 + g ((1 + e)^r - 1))`, e = sqrt(E) of md5, r = sqrt(I_S5 / I_S6) and g = e^(kappa (V_T6
     - V_T7) / (2 U_T)); s = 1 + r (g - 1) has the same first two terms in e.
     """
-    md5, md6, md7 = d.fet["md5"], d.fet["md6"], d.fet["md7"]
-    gate = np.exp(md6.kappa * (md6.threshold - md7.threshold) / (2.0 * d.u_t))
-    return md7.current / md6.current * gate**2, 1.0 + np.sqrt(md5.current / md6.current) * (gate - 1.0)
+    mirror = d.mirror("md6", "md7")
+    gate = np.exp(mirror.shift)
+    return mirror.weak, 1.0 + np.sqrt(d.fet["md5"].current / d.fet["md6"].current) * (gate - 1.0)
 
 
 def line_voltage(f: Filter, current: float, u_t: float) -> float:

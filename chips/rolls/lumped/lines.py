@@ -16,6 +16,7 @@ from chips.rolls.lumped.grid import edges, integral
 from chips.rolls.lumped.network import pair as pair_shares
 from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
 from circuits.arrays import F64
+from circuits.devices.ekv import weak_over
 
 REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
 
@@ -41,8 +42,7 @@ def lines_of(m: Neurons) -> Lines:
     unit = m.capacitance * m.u_t / m.kappa_p
     zeta = 1.0 + y / unit[:, None]
     bend, injected = _bend(m, share), m.table[:, :, INJECTED]
-    t = np.sqrt(injected / first)
-    strong = np.where(t > 1e-9, np.expm1(np.maximum(t, 1e-9)) / np.maximum(t, 1e-9), 1.0) ** 2 - 1.0
+    strong = weak_over(injected / first) - 1.0
     columns = (
         m.table[:, :, STATIC] / share + injected * (1.0 + bend * strong),
         bend,
@@ -98,6 +98,4 @@ def _bend(m: Neurons, share: F64) -> F64:
         np.repeat(m.membrane_current, points), second.ravel(), np.full(n * points, REFERENCE_INPUT), exact,
     )  # fmt: skip
     more = exact.reshape(n, points) / (REFERENCE_INPUT * share) - 1.0
-    t = np.sqrt(REFERENCE_INPUT / m.ground_current)[:, None]
-    full = (np.expm1(t) / t) ** 2 - 1.0
-    return np.asarray(more / full)
+    return np.asarray(more / (weak_over(REFERENCE_INPUT / m.ground_current)[:, None] - 1.0))

@@ -9,7 +9,6 @@ import numpy as np
 
 from chips.rolls.lumped.network import amplifier, diode, pair, stack
 from circuits.arrays import F64, Bools
-from circuits.devices.ekv import interpolation
 from circuits.devices.softplus import inverse_softplus_of
 from circuits.lowering.on_die import DieDevices
 
@@ -19,7 +18,7 @@ class Membrane:
 
     def __init__(self, d: DieDevices, v: F64) -> None:
         """Of the neurons `d`."""
-        self.d, self.v = d, v
+        self.d, self.v, self._over_v = d, v, d.columns()
 
     def _flat(self, x: F64 | float) -> F64:
         """One a neuron, or one a point, as one a point."""
@@ -30,10 +29,9 @@ class Membrane:
 
     def _at(self, device: str, gate: F64 | float) -> tuple[F64, F64]:
         """Specific current and pinch-off voltage of a device, one a point."""
-        fet = self.d.fet[device]
         gate = np.asarray(gate, dtype=np.float64)
         gate = gate if gate.ndim == 2 else np.reshape(gate, (-1, 1))
-        return self._flat(fet.current), self._flat(fet.kappa * (gate - fet.threshold[:, None]) / self.d.u_t)
+        return self._flat(self.d.fet[device].current), self._flat(self._over_v.pinch(device, gate))
 
     def _new(self) -> F64:
         return np.empty(self.v.size)
@@ -58,21 +56,13 @@ class Membrane:
 
     def off(self) -> F64:
         """Off current of the reset transistor."""
-        mk8 = self.d.fet["reset.mk8"]
-        p = (self.d.pinch("reset.mk8", 0.0))[:, None]
-        u = self.v / self.d.u_t
-        return np.asarray(mk8.current[:, None] * (interpolation(p) - interpolation(p - u)))
+        return self._over_v.channel("reset.mk8", 0.0, self.v)
 
     def feedback(self) -> F64:
         """Sodium: what the nFET draws whose source is at v_shift, and its mirror."""
-        d = self.d
-        low, mirror = d.fet["sodium.mn1"], d.fet["sodium.mn4"]
-        pinch = low.kappa * (self.v - low.threshold[:, None]) / d.u_t
-        drawn = low.current[:, None] * interpolation(pinch - d.gate["v_shift"] / d.u_t)
+        drawn = self._over_v.saturated("sodium.mn1", self.v, self._over_v.gate["v_shift"])
         x = self._diode("sodium.mn3", np.ascontiguousarray(drawn.ravel()))
-        return np.asarray(
-            mirror.current[:, None] * interpolation(mirror.kappa * (x - mirror.threshold[:, None]) / d.u_t)
-        )
+        return self._over_v.saturated("sodium.mn4", x)
 
     def _diode(self, device: str, current: F64) -> F64:
         """Voltage across a diode-connected transistor, V, float64[n, GRID]."""
@@ -98,9 +88,7 @@ class Membrane:
 
     def pull(self) -> F64:
         """What mc4 brings while v_o1 falls."""
-        mc4 = self.d.fet["reset.mc4"]
-        p = mc4.kappa * (self.drop() - mc4.threshold[:, None]) / self.d.u_t
-        return np.asarray(mc4.current[:, None] * interpolation(p))
+        return self._over_v.saturated("reset.mc4", self.drop())
 
     def approach(self) -> F64:
         """What more v_o1 lets into the adaptation's pair than at rest."""
@@ -120,11 +108,7 @@ class Membrane:
             np.full(self.v.size, current), passed,
         )  # fmt: skip
         for diode_name, copy in (("nmda_gate.mg4", "nmda_gate.mg5"), ("nmda_gate.mg6", "nmda_gate.mg7")):
-            x = self._diode(diode_name, passed)
-            fet = d.fet[copy]
-            passed = (
-                fet.current[:, None] * interpolation(fet.kappa * (x - fet.threshold[:, None]) / d.u_t)
-            ).ravel()
+            passed = self._over_v.saturated(copy, self._diode(diode_name, passed)).ravel()
         return passed.reshape(self.v.shape)
 
 

@@ -32,7 +32,6 @@ from chips.rolls.neuron.spike import START, run_spikes
 from circuits.arrays import F64, Bools
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import Circuit
-from circuits.devices.ekv import interpolation
 from circuits.errors import ParameterError
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices, array_of, standing
@@ -86,8 +85,7 @@ def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float
     fixed, in_linear, in_square = membrane_capacitance(d, c)
     ahp = np.linspace(0.0, AHP_HIGH, GRID)
     quiet, share = _adaptation(d, ahp)
-    ma6 = d.fet["adaptation.ma6"]
-    drawn = ma6.current[:, None] * interpolation(ma6.kappa * (ahp[None, :] - ma6.threshold[:, None]) / u_t)
+    drawn = d.columns().saturated("adaptation.ma6", ahp)
     feedback = membrane.feedback()
     spikes = run_spikes(d, c, fixed, np.ascontiguousarray(feedback[:, -1]), top)
     return Neurons(
@@ -132,9 +130,9 @@ def _table(d: DieDevices, membrane: Membrane, latch: Bools, i_nmda: float, c_ahp
 def _adaptation(d: DieDevices, ahp: F64) -> tuple[F64, F64]:
     """Net current into v_ahp at rest (A) and share of a spike's that the pair passes, float64[n, GRID]."""
     n, u_t = d.copies, d.u_t
-    ma5, ma3, ma4 = (d.fet[f"adaptation.ma{k}"] for k in (5, 3, 4))
-    p = np.broadcast_to(d.pinch("adaptation.ma5", d.gate["v_ahtau"]), n)[:, None]
-    leak = ma5.current[:, None] * (interpolation(p) - interpolation(p - ahp / u_t))
+    ma3, ma4 = d.fet["adaptation.ma3"], d.fet["adaptation.ma4"]
+    over_ahp = d.columns()
+    leak = over_ahp.channel("adaptation.ma5", over_ahp.gate["v_ahtau"], ahp)
     rest = np.empty(n)
     ma2 = np.broadcast_to(d.pinch("adaptation.ma2", d.below("v_ahw")), n).copy()
     stack(
@@ -142,7 +140,7 @@ def _adaptation(d: DieDevices, ahp: F64) -> tuple[F64, F64]:
         np.full(n, 0.6 * d.v_dd / u_t), rest,
     )  # fmt: skip
     ground = np.broadcast_to(d.pinch("adaptation.ma3", d.below("v_athr")), n)
-    membrane = ma4.kappa * (d.v_dd - ahp[None, :] - ma4.threshold[:, None]) / u_t
+    membrane = over_ahp.pinch("adaptation.ma4", d.v_dd - ahp)
     found = []
     # a spike's current is that of I_ahw's device
     for total in (rest, np.broadcast_to(d.saturated("adaptation.ma2", d.below("v_ahw")), n)):

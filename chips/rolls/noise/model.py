@@ -106,7 +106,7 @@ def membrane_rows(built: Built, d: DieDevices, slow: Bools, step: float) -> F64:
     direct = np.stack([np.interp(at, np.linspace(0.0, t, m.table.shape[1]), c)
                        for at, t, c in zip(v, m.top, m.table[:, :, INJECTED], strict=True)])  # fmt: skip
     near = np.exp(-v / d.u_t)
-    copied = (1.0 + MIRRORED * _mirror_gain(d))[:, None]
+    copied = (1.0 + MIRRORED * d.mirror("sodium.mn3", "sodium.mn4").weak)[:, None]
     shots = (leak + held.off()) / np.tanh(np.maximum(v, 1e-6) / (2.0 * d.u_t)) + copied * back + pull
     grain = ELEMENTARY_CHARGE * inverse**2
     rows = np.zeros((*v.shape, NOISE_COLUMNS))
@@ -138,14 +138,6 @@ def _share(m: Neurons, v: F64) -> F64:
     inside = m.membrane_pinch[:, None] - m.kappa_p[:, None] * v / m.u_t[:, None]
     second = m.membrane_current[:, None] * np.exp(inside - m.ground_pinch[:, None])
     return np.asarray(second / (m.ground_current[:, None] + second))
-
-
-def _mirror_gain(d: DieDevices) -> F64:
-    """Gain of the feedback's mirror in weak inversion, float64[n]."""
-    low, copy = d.fet["sodium.mn3"], d.fet["sodium.mn4"]
-    return np.asarray(
-        copy.current / low.current * np.exp(low.kappa * (low.threshold - copy.threshold) / d.u_t)
-    )
 
 
 def _excess(built: Built, program: Program) -> F64:

@@ -28,7 +28,6 @@ from chips.rolls.lumped.filter import Filter, filter_of, line_voltage
 from chips.rolls.lumped.network import sink_over_line, stack
 from circuits.arrays import F64
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
-from circuits.devices.ekv import interpolation
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices
 from circuits.silicon.process import Process
@@ -121,7 +120,8 @@ def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
     return Cells(
         up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
         _balance(d, ("mb2", "mb3", "mb5", "mb4"), d.gate["v_wthr"]),
-        _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched, _held_leak(d, "mw1"), np.asarray(m.weight),
+        _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched,
+        d.saturated("mw1", 0.0, d.gate["v_shift"]), np.asarray(m.weight),
     )  # fmt: skip
 
 
@@ -134,18 +134,16 @@ def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
     own = filter_of(aliased, m.calcium, m.line, inhibitory=False)
     nominal = float(np.mean(d.saturated("mc2", d.gate["v_caw"])))
     at = line_voltage(own, nominal, d.u_t) if line is None else line
-    first = d.fet["mk_thmin"]
     ratio, threshold, passed = [], [], []
     for name, inverter in zip(OVERS, ("mq3", "mq6", "mq5"), strict=True):
-        fet = d.fet[f"mk_{name}"]
-        shift = fet.kappa * (first.threshold - fet.threshold) / d.u_t
-        ratio.append(fet.current / first.current * np.exp(shift))
+        ratio.append(d.mirror("mk_thmin", f"mk_{name}").weak)
         threshold.append(d.saturated(f"ms_{name}", d.gate[f"v_{name}"]))
         passed.append(d.inverter_threshold(inverter))
     switched = m.switch * np.maximum(_highest(d, "mc1", at) - m.held * d.gate["v_shift"], 0.0)
     return Gates(
-        own, _sunk(d, "mc1", "mc3", "mc2", "v_caw", at), switched, _held_leak(d, "mc1"), np.array(ratio),
-        np.array(threshold), np.array(passed), np.array(m.nodes),
+        own, _sunk(d, "mc1", "mc3", "mc2", "v_caw", at), switched,
+        d.saturated("mc1", 0.0, d.gate["v_shift"]), np.array(ratio), np.array(threshold), np.array(passed),
+        np.array(m.nodes),
         _balance(d, ("mm2", "mm3", "mm4", "mm5"), d.gate["v_memthr"]),
     )  # fmt: skip
 
@@ -176,13 +174,6 @@ def _balance(d: DieDevices, names: tuple[str, str, str, str], reference: F64) ->
 def _highest(d: DieDevices, switch: str, line: float) -> F64:
     """Where the node behind a switch ends that is on, V."""
     return np.minimum(line, d.pinch(switch, d.v_dd) * d.u_t)
-
-
-def _held_leak(d: DieDevices, switch: str) -> F64:
-    """What a shut switch draws from a line, its far node at v_shift, A."""
-    fet = d.fet[switch]
-    pinch = d.pinch(switch, 0.0) - d.gate["v_shift"] / d.u_t
-    return np.asarray(fet.current * interpolation(pinch))
 
 
 def _sunk(d: DieDevices, near: str, far: str, sink: str, gate: str, line: float) -> F64:

@@ -204,12 +204,10 @@ def nmda_share(d: DieDevices, membranes: Membranes) -> F32:
     v, grid = _voltages(membranes)
     mg1, mg2 = d.fet["nmda_gate.mg1"], d.fet["nmda_gate.mg2"]
     passing = np.log(mg1.current) + d.pinch("nmda_gate.mg1", d.below("v_nmda"))
-    pinch = mg2.kappa * (d.v_dd - v - mg2.threshold[:, None]) / d.u_t
+    pinch = d.columns().pinch("nmda_gate.mg2", d.v_dd - v)
     share = 1.0 / (1.0 + np.exp(np.log(mg2.current)[:, None] + pinch - passing[:, None]))
     for diode, copy in (("nmda_gate.mg4", "nmda_gate.mg5"), ("nmda_gate.mg6", "nmda_gate.mg7")):
-        a, b = d.fet[diode], d.fet[copy]
-        gain = b.current / a.current * np.exp(a.kappa * (a.threshold - b.threshold) / d.u_t)
-        share = share * gain[:, None]
+        share = share * d.mirror(diode, copy).weak[:, None]
     slope = np.diff(share, axis=1) / np.diff(grid)[None, :]
     return np.stack((share[:, :-1] - slope * grid[None, :-1], slope), axis=2).astype(np.float32)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line
 from chips.rolls.synapse.model import SynapseModel, pulse_of
-from chips.rolls.synapse.weight import BITS, branches, held_leak
+from chips.rolls.synapse.weight import BITS, branches
 from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 
@@ -73,7 +73,7 @@ def mirror_of(model: SynapseModel, d: DieDevices, lines: F64) -> Mirror:
         gate.append(voltage * u_t)
     # the mirror's gate falls by its own current between pulses
     slope = me7.kappa / u_t
-    own = me7.current * np.exp(-me7.kappa * me7.threshold / u_t)
+    own = d.weak("synapse.me7", 0.0)
     fall = np.exp(-slope * gate[0]) + slope * own * QUIET / model.mirror_capacitance
     before = np.maximum(-np.log(fall) / slope, gate[1])
     return Mirror(given[0], given[1], gate[0], before)
@@ -97,7 +97,7 @@ def _inhibitory(d: DieDevices, lines: F64, line: float) -> tuple[F64, F64]:
 
 def idle_draw(d: DieDevices, *, inhibitory: bool) -> F64:
     """What each synapse leaks from a line between pulses, A."""
-    return held_leak(d, "synapse.mi1" if inhibitory else "synapse.me9")
+    return d.saturated("synapse.mi1" if inhibitory else "synapse.me9", 0.0, d.gate["v_shift"])
 
 
 def pulse_length(model: SynapseModel, extenders: DieDevices) -> F64:

@@ -23,7 +23,6 @@ from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
 from circuits.arrays import F64
 from circuits.circuit import Circuit
-from circuits.devices.ekv import interpolation
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
 from circuits.lowering.capacitance import capacitance_matrix
@@ -110,8 +109,7 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     c = model.pulse_capacitance
     # event at which mp1 has emptied v_p down to the threshold, and at which it no longer carries I_pwlk
     event = np.linspace(0.0, d.v_dd, 721)
-    mp1 = d.fet["extender.mp1"]
-    carried = mp1.current[:, None] * interpolation(mp1.kappa * (event - mp1.threshold[:, None]) / u_t)
+    carried = d.columns().saturated("extender.mp1", event)
     passed = np.cumsum(carried, axis=1) * (event[1] / d.v_dd * EDGE)
     rising = np.array([np.interp(c * (d.v_dd - t), q, event) for q, t in zip(passed, threshold, strict=True)])
     held = np.broadcast_to(i_pwlk, d.copies)

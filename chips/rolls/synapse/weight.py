@@ -12,7 +12,6 @@ import numpy as np
 
 from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line, stack
 from circuits.arrays import F64
-from circuits.devices.ekv import interpolation
 from circuits.lowering.on_die import DieDevices
 
 BITS = ((False, False), (True, False), (False, True), (True, True))  # w0, w1 of levels 1 to 4
@@ -51,7 +50,7 @@ def branches(d: DieDevices, sign: str, bits: tuple[bool, bool]) -> list[tuple[F6
             # the switch's off current where that is less
             switch = f"synapse.{names[0]}{device - 1}"
             closed = np.broadcast_to(d.pinch(switch, 0.0), d.copies)
-            less = d.fet[switch].current * interpolation(closed) < current * interpolation(pinch)
+            less = d.saturated(switch, 0.0) < d.saturated(name, gate)
             current = np.where(less, d.fet[switch].current, current)
             pinch = np.where(less, closed, pinch)
         found.append((np.ascontiguousarray(current), np.ascontiguousarray(pinch)))
@@ -84,12 +83,12 @@ def _excitatory(d: DieDevices, bits: tuple[bool, bool], capacitance: float, coup
     lifted = d.pinch("synapse.me9", d.v_dd) * u_t - d.gate["v_shift"]
     return _weights(
         out.reshape(n, GRID),
-        held_leak(d, "synapse.me9"),
+        d.saturated("synapse.me9", 0.0, d.gate["v_shift"]),
         # the mirror's drain rises with its switch and lifts the gate
         (capacitance * (em[0] - em[1]) - coupling * lifted) / given[0],
         em[0],
         em[1],
-        me7.current * np.exp(-me7.kappa * me7.threshold / u_t),
+        d.weak("synapse.me7", 0.0),
     )
 
 
@@ -103,13 +102,7 @@ def _inhibitory(d: DieDevices, bits: tuple[bool, bool], _: float, __: float) -> 
     out = np.empty((n, GRID))
     sink_over_line(both, pinch, lines, np.linspace(0.0, d.v_dd / u_t, GRID), out)
     none = np.zeros(n)
-    return _weights(out, held_leak(d, "synapse.mi1"), none, none, none, np.ones(n))
-
-
-def held_leak(d: DieDevices, switch: str) -> F64:
-    """What a switch whose gate is at 0 V and whose far node is held at v_shift draws from a line, A."""
-    fet = d.fet[switch]
-    return np.asarray(fet.current * interpolation(d.pinch(switch, 0.0) - d.gate["v_shift"] / d.u_t))
+    return _weights(out, d.saturated("synapse.mi1", 0.0, d.gate["v_shift"]), none, none, none, np.ones(n))
 
 
 def _weights(drawn: F64, off: F64, delay: F64, level: F64, rest: F64, mirror: F64) -> Weights:

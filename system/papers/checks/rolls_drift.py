@@ -31,10 +31,11 @@ from circuits.blocks.block import Block
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
-from circuits.devices import Transistor
+from circuits.devices.ekv import steepness
 from circuits.errors import SolverError
 from circuits.event import WIDTH, falling_crossing
-from circuits.silicon.process import ROLLS_180, kelvin, thermal_voltage
+from circuits.lowering.on_die import on_die, transistor_of
+from circuits.silicon.process import ROLLS_180, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report
@@ -126,17 +127,14 @@ def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
     kelvins = kelvin(REFERENCE)
     if kind == "generator":
         return 1.0 / kelvins
-    found = circuit.bias(bias)
-    device = circuit.device(found.device or "")
-    if not isinstance(device, Transistor):
-        raise SolverError(f"rolls-drift: {bias} has no transistor")
-    model = ROLLS_180.model(device.polarity)
-    gate = float(bias_voltages(circuit, found, Silicon(ROLLS_180, REFERENCE)))
-    above = ROLLS_180.v_dd - gate if device.polarity == "p" else gate
-    u_t = thermal_voltage(REFERENCE)
-    drift = (abs(model.v_t0_drift) + (model.v_t0 - above) / kelvins) * model.kappa / u_t
-    root = float(np.logaddexp(0.0, 0.5 * model.kappa * (above - model.v_t0) / u_t))  # of I / I_S
-    return (2.0 + model.mobility_exponent) / kelvins - float(np.expm1(-root)) / root * drift
+    found, silicon = circuit.bias(bias), Silicon(ROLLS_180, REFERENCE)
+    name = found.device or ""
+    model, d = ROLLS_180.model(transistor_of(circuit, name).polarity), on_die(circuit, silicon, (name,))
+    gate = float(bias_voltages(circuit, found, silicon))
+    above = ROLLS_180.v_dd - gate if transistor_of(circuit, name).polarity == "p" else gate
+    drift = (abs(model.v_t0_drift) + (model.v_t0 - above) / kelvins) * model.kappa / d.u_t
+    carried = d.saturated(name, above) / d.fet[name].current
+    return (2.0 + model.mobility_exponent) / kelvins + float(steepness(carried)) * drift
 
 
 def derived_slope(quantity: Quantity, kind: BiasKind) -> float:

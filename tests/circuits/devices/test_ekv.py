@@ -16,6 +16,7 @@ from circuits.devices.ekv import (
     of_weak,
     steepness,
     steepness_of_root,
+    weak_over,
 )
 
 # roundings of an exponential, a logarithm and a square (1e-16 each) and of the argument itself, which the
@@ -38,6 +39,7 @@ def test_both_forms_are_the_interpolation(u: float) -> None:
     assert float(interpolation(u)) == pytest.approx(exact(u), rel=TOLERANCE)
     assert law(u)[0] == pytest.approx(exact(u), rel=TOLERANCE)
     assert float(of_weak(math.exp(u))) == pytest.approx(exact(u), rel=TOLERANCE)
+    assert float(weak_over(exact(u))) * exact(u) == pytest.approx(math.exp(u), rel=TOLERANCE)
 
 
 @compiling

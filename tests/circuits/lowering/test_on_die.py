@@ -91,17 +91,48 @@ def test_deviations_are_local_and_zero_without_mismatch() -> None:
     assert float(fet.v_t0) != 0.0
 
 
-@pytest.mark.parametrize("gate", [0.4, 0.7, 2.0])
-def test_a_saturated_device_carries_the_law_s_current(gate: float) -> None:
-    d = on_die(PAIR, SILICON)
+def carried(d: DieDevices, drain: float, gate: float, source: float) -> float:
+    """Current of the pair's device `a` at these voltages by the law of transistors, A."""
     law, fet, device = SILICON.law("n"), d.fet["a"], PAIR.device("a")
     assert isinstance(device, Transistor)
     own = replace(
         law, v_t0=law.v_t0 + float(fet.v_t0), square_current=law.square_current * (1.0 + float(fet.beta))
     )
-    expected = float(drain_current(own, "n", device.width, device.length, 50.0, gate, 0.0)[0])
+    return float(drain_current(own, "n", device.width, device.length, drain, gate, source)[0])
+
+
+@pytest.mark.parametrize("gate", [0.4, 0.7, 2.0])
+def test_a_saturated_device_carries_the_law_s_current(gate: float) -> None:
+    d = on_die(PAIR, SILICON)
+    expected = carried(d, 50.0, gate, 0.0)
     assert float(d.saturated("a", gate)) == pytest.approx(expected, rel=1e-12)
     assert float(d.gate_for("a", d.saturated("a", gate))) == pytest.approx(gate, rel=1e-12)
+
+
+@pytest.mark.parametrize(("gate", "source", "drain"), [(0.4, 0.0, 0.02), (0.9, 0.2, 0.5), (2.0, 0.1, 3.0)])
+def test_a_channel_carries_the_law_s_current_at_any_drain_and_source(
+    gate: float, source: float, drain: float
+) -> None:
+    d = on_die(PAIR, SILICON)
+    assert float(d.channel("a", gate, drain)) == pytest.approx(carried(d, drain, gate, 0.0), rel=1e-12)
+    assert float(d.saturated("a", gate, source)) == pytest.approx(carried(d, 50.0, gate, source), rel=1e-12)
+
+
+def test_weak_inversion_alone_is_the_law_far_below_the_threshold() -> None:
+    d = on_die(PAIR, SILICON)
+    assert float(d.weak("a", 0.0)) == pytest.approx(float(d.saturated("a", 0.0)), rel=1e-3)
+    assert float(d.weak("a", 2.0)) > 10.0 * float(d.saturated("a", 2.0))
+
+
+def test_columns_are_asked_at_several_voltages_each() -> None:
+    gates = {"g": np.arange(6.0), "one": 0.5}
+    d = on_die(PAIR, SILICON, ("a",), (("chip", ()), ("part", (6,))), gates)
+    grid, over = np.array([0.3, 0.8]), d.columns()
+    found = over.saturated("a", grid)
+    assert found.shape == (6, 2)
+    assert np.array_equal(found[:, 1], d.saturated("a", 0.8))
+    assert over.gate["g"].shape == (6, 1)
+    assert over.gate["one"].shape == ()
 
 
 @pytest.mark.parametrize("current", [1e-12, 1e-8, 1e-5])
