@@ -25,7 +25,8 @@ from _report import Row, parser_of, report
 from circuits.silicon.die import NOMINAL, Die
 from system.approach import behavioural as behavioural_approach
 from system.approach import run as approach
-from system.approach.trace import Scenario, Trace
+from system.approach.scenario import Scenario
+from system.approach.trace import Trace
 
 REPEATS = 15  # of a behavioural run
 LONG = 60.0  # s of flight

@@ -14,7 +14,8 @@ import time
 
 from _report import Row, parser_of, report
 from circuits.silicon.die import Die
-from system.pushbot.run import Scenario, make_brain, run_with, scene_of
+from system.pushbot.run import make_brain, run_with
+from system.pushbot.scenario import Scenario, scene_of
 
 CLAIM = 10.0
 LONGEST = 6.0  # s of a run

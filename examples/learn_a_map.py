@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from system.rover.body import Rover
-from system.rover.run import Scenario, run
+from system.rover.run import run
+from system.rover.scenario import Scenario
 
 # A receiver good to a metre: with a phone's 3 m of drift what is sensed lands in the wrong cell too often.
 ROVER = Rover(reach=3.0, gps_drift=1.0, gps_noise=0.2, outage_rate=0.0, outage_rate_covered=0.0)

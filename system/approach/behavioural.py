@@ -1,6 +1,6 @@
 """The approach with every box at behavioural level, run by its compiled loop.
 
-Takes the parts that `system.approach.run` builds, so that both loops have the same models and the same
+Takes the parts that `system.approach.loop` builds, so that both loops have the same models and the same
 numbers; here is only their bringing together: targets as waypoints, states, and the log that the loop leaves.
 """
 

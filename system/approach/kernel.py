@@ -3,7 +3,7 @@
 Goes from event to event: a spike of the hearing, a spike of the chip, a call. Between events the centroid
 boards are advanced by their exact stretches and the vocalization controller along the straight proximity
 between these, so that a call ends a stretch. A call makes sounds, sounds make spikes of the hearing, these
-reach the chip; the chip's spikes reach the boards. Same equations as the parts of `system.approach.run` run
+reach the chip; the chip's spikes reach the boards. Same equations as the parts of `system.approach.loop` run
 by `system.loop`, except that nothing between the boards is thinned, and that first-target isolation switches
 at once: its circuit's delays matter only to an echo that comes within them.
 """

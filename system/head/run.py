@@ -9,9 +9,8 @@ A run follows one target for a while. The paper has no numbers of its own for th
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,24 +18,15 @@ from matplotlib.figure import Figure
 
 from chips.lso.measure import circuits
 from chips.lso.model import RECORD, Head, head_on
-from chips.lso.noise import LsoNoise, noise_of
 from chips.record import current_record
-from circuits.circuit import BiasKind
-from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.silicon import Silicon
-from system.head.ear import SPEED, hearing
-from system.head.loop import COUNTS, LOST, WIRINGS, Log, follow
-from system.head.numbers import Motion, SonarHead
+from system.head.ear import hearing
+from system.head.loop import COUNTS, LOST, Log, follow
 from system.head.picture import draw_head
-from system.head.world import MOTIONS, way_of
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.head.scenario import Scenario
+from system.head.world import way_of
 from system.options.block import describe_run
-from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.system import Account, System, metrics_with
 
-ROOM_TEMPERATURE = 27.0  # degC
-DURATION = 20.0  # s, two periods of the sine; ours
 SUMMARY = (
     "error_rms_deg", "settled_rms_deg", "error_max_deg", "spikes_a_ping", "lost", *COUNTS, "deaf_levels",
 )  # fmt: skip
@@ -45,65 +35,6 @@ SUCCESS = (
     f"in the second half it points at the target within {SETTLED:g} degrees rms, and"
     f" {100.0 * ANSWERED:g} % of its pings have an answer"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """What a head is asked to do: a motion of `MOTIONS` for a time (s), with one of `WIRINGS`.
-
-    area: of the chip's devices over the circuits'; silicon_noise: of these, by `noise_seed`, `seed` unless
-    given.
-    """
-
-    head: SonarHead = field(default_factory=SonarHead)
-    target: Motion = field(default_factory=Motion)
-    motion: str = option(MOTIONS[0], "Of the target", choices=MOTIONS, study=True)
-    wiring: str = option(
-        WIRINGS[0],
-        "Excitation has no inhibition, one-ear is against what is usual",
-        choices=WIRINGS,
-        study=True,
-    )
-    duration: float = option(DURATION, "Length of the run", unit="s", study=True)
-    area: float = option(1.0, "Of the chip's devices, relative, from 1/16", unit="", above=0.0, study=True)
-    bias_kind: BiasKind | None = bias_kind_option(None)
-    silicon_noise: Noisy = noise_option()
-    noise_seed: int | None = noise_seed_option()
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-
-    def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-        if not self.head.period <= self.duration < math.inf:
-            raise ParameterError(
-                f"duration: {self.duration:g} s, must be at least a ping's period,"
-                f" {self.head.period:g} s, and finite"
-            )
-        self._check_delay()
-
-    def _check_delay(self) -> None:
-        """Refuse pings that come before the last one's echo was counted."""
-        farthest = self.target.distance + self.target.swing
-        delay, last = 2.0 * farthest / SPEED, self.head.decision * self.head.period
-        if delay >= last:
-            raise ParameterError(
-                f"ping_rate: {self.head.ping_rate:g} Hz, an echo from {farthest:g} m takes {delay:.3g} s,"
-                f" must be below {self.head.decision:g} of a period, {last:.3g} s; ping less often"
-            )
-
-    @property
-    def silicon(self) -> Silicon:
-        """Process, temperature and die."""
-        return Silicon(temperature_c=self.temperature_c, die=self.die)
-
-    def noise(self, chip: Head) -> LsoNoise | None:
-        """Noise of a chip on the silicon."""
-        seed = self.seed if self.noise_seed is None else self.noise_seed
-        noise = silicon_noise(self.silicon_noise, seed)
-        return None if noise is None else noise_of(chip, self.silicon, noise, self.area)
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,8 @@ from system.pushbot.network.calibration import EVENTS, RATES, TURN_EVENTS, TURN_
 from system.pushbot.network.modified import MODIFIED_LEVELS
 from system.pushbot.network.modified_calibration import EVENTS as MODIFIED_EVENTS
 from system.pushbot.network.modified_calibration import RATES as MODIFIED_RATES
-from system.pushbot.run import Scenario, Trace, make_brain, run_with, scene_of, summarise
+from system.pushbot.run import Trace, make_brain, run_with, summarise
+from system.pushbot.scenario import Scenario, scene_of
 from system.study.campaign import ALONE, Campaign, Execution
 from system.study.statistics.share import Share, share_where
 from system.worlds.arena.scene import COLOURS, Scene

@@ -1,114 +1,108 @@
-"""Pictures of a Pushbot's world: the scene from above with a path, what the sensor sees, and its events."""
+"""Picture of a Pushbot's run, like Figures 6, 8, 10 and 15 of Milde et al. 2017.
+
+Path from above; below it what the sensor sent in 0.5 s before some moments; then spikes of the obstacle and
+drive populations, of the target field where it has fired, and the commands.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon as Patch
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from system.plot import COLOURS, INK, PALE
-from system.worlds.arena.geometry import obstacles_of, outline_at, robot_outline
-from system.worlds.arena.scene import COLOURS as REFLECTANCES
+from system.pushbot.drive import Run
+from system.pushbot.loop import Brain, Record, all_events, all_spikes
+from system.pushbot.scene_picture import draw_events, draw_path, draw_scene
 from system.worlds.arena.scene import Scene
-from system.worlds.camera.event import Events, frame
 
-_INKS = {"blue": COLOURS[0], "red": COLOURS[1], "yellow": COLOURS[6], "black": INK, "grey": "#808080",
-         "wood": "#C19A6B", "white": "#FFFFFF"}  # fmt: skip
-_MOST = 4  # events a pixel that the darkest dot stands for
-_FRAMES = 4
-
-
-def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
-    """Draw a scene from above as it is at `time` s: floor, shades, bodies in their colours, paths dotted."""
-    ax.add_patch(
-        Patch(np.array(scene.corners), closed=True, facecolor="#F7F7F7", edgecolor=INK, linewidth=1.2)
-    )
-    for shade in scene.shades:
-        ax.add_patch(Patch(np.array(shade.corners), closed=True, facecolor=PALE, edgecolor="none", zorder=1))
-    for line in scene.partitions:
-        ax.plot(*np.array(line).T, color=INK, linewidth=1.2, zorder=3)
-    obstacles = obstacles_of(scene)
-    for k, body in enumerate(scene.bodies):
-        outline = np.array(outline_at(obstacles, k, time).exterior.coords)
-        high = not obstacles.solid[k]
-        ax.add_patch(
-            Patch(outline, closed=True, facecolor="none" if high else _ink(body.reflectance), edgecolor=INK,
-                  linewidth=0.5, linestyle=":" if high else "-", zorder=3)
-        )  # fmt: skip
-        if body.motion is not None:
-            ax.plot(*np.array(body.motion.path).T, color=INK, linewidth=0.7, linestyle=":", zorder=2)
-        if body.led is not None:
-            middle = outline[:-1].mean(axis=0)
-            ax.plot(*middle, marker="*", color=COLOURS[4], markersize=7, linestyle="", zorder=4)
-    corners = np.array(scene.corners)
-    (left, low), (right, high_y) = corners.min(axis=0), corners.max(axis=0)
-    ax.set_xlim(left - 0.05, right + 0.05)
-    ax.set_ylim(low - 0.05, high_y + 0.05)
-    ax.set_aspect("equal")
-    ax.set_xlabel("x (m)")
-    ax.set_ylabel("y (m)")
+FRAMES = 4
+FRAME = 0.5  # s of events in a frame; the paper's
+_SHADES = {"OL": COLOURS[1], "DL": COLOURS[1], "OR": COLOURS[0], "DR": COLOURS[0], "sp": "#666666",
+           "GL": COLOURS[1], "GR": COLOURS[0], "target": COLOURS[2]}  # fmt: skip
 
 
-def draw_path(path: F64, ax: Axes, moments: Sequence[float] = ()) -> None:
-    """Draw a path, float64[n, 4] of s, m, m, rad, with the robot at its start and at numbered moments (s)."""
-    ax.plot(path[:, 1], path[:, 2], color=COLOURS[2], linewidth=1.4, zorder=5)
-    for k, moment in enumerate((path[0, 0], *moments)):
-        row = path[min(int(np.searchsorted(path[:, 0], moment - 1e-9)), len(path) - 1)]
-        outline = np.array(robot_outline((row[1], row[2], row[3])).exterior.coords)
-        ax.add_patch(
-            Patch(outline, closed=True, facecolor="none", edgecolor=COLOURS[2], linewidth=1.0, zorder=5)
-        )
-        nose = 0.05 * math.cos(row[3]), 0.05 * math.sin(row[3])
-        ax.plot(
-            [row[1], row[1] + nose[0]], [row[2], row[2] + nose[1]], color=COLOURS[2], linewidth=1.0, zorder=5
-        )
-        if k > 0:
-            ax.annotate(str(k), (row[1], row[2]), (5, 5), textcoords="offset points", fontsize=8, zorder=6)
+def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str, figure: Figure) -> None:
+    """Fill a figure with a run; its title has how it ended."""
+    path = np.array(drive.path)
+    end = float(path[-1, 0])
+    times, neurons = all_spikes(record)
+    moments = _moments(brain, times, neurons, end)
+    field = bool(np.isin(neurons, brain.network["target"].neurons).any())
+    rows: list[Any] = [["above"] * FRAMES, [f"frame{k}" for k in range(FRAMES)], ["raster"] * FRAMES]
+    heights = [2.2, 1.1, 1.6]
+    if field:
+        rows.append(["field"] * FRAMES)
+        heights.append(1.1)
+    rows.append(["commands"] * FRAMES)
+    figure.set_size_inches(8.0, 1.75 * sum(heights) + 1.8)
+    axes = figure.subplot_mosaic(rows, height_ratios=[*heights, 1.0])
+    draw_scene(scene, axes["above"], end)
+    draw_path(path, axes["above"], moments)
+    said = f"{scene.name}: {scene.summary}" if scene.summary else scene.name
+    axes["above"].set_title(f"{said}; {end:.3g} s\n{ended}", fontsize=9)
+    _frames(record, moments, axes)
+    known = {p.name for p in brain.network.populations}
+    names = [n for n in ("OL", "OR", "DL", "DR", "sp", "GL", "GR") if n in known]
+    _raster(brain, names, times, neurons, axes["raster"])
+    if field:
+        _raster(brain, ["target"], times, neurons, axes["field"])
+    _commands(record, axes["commands"])
+    for name in ("raster", "field", "commands"):
+        if name in axes:
+            axes[name].set_xlim(0.0, end)
+            for k, moment in enumerate(moments):
+                axes[name].axvline(moment, color=PALE, linewidth=0.8, zorder=0)
+                if name == "raster":
+                    axes[name].annotate(str(k + 1), (moment, 1.0), (0, 2), xycoords=("data", "axes fraction"),
+                                        textcoords="offset points", ha="center", fontsize=8)  # fmt: skip
+    axes["commands"].set_xlabel("time (s)")
 
 
-def draw_intensity(image: F64, ax: Axes) -> None:
-    """Draw what the pixels see, lux [rows, columns], in log shades; a dotted line parts the halves."""
-    ax.imshow(np.log(image), origin="lower", cmap="gray", interpolation="nearest")
-    ax.axhline(0.5 * image.shape[0] - 0.5, color=COLOURS[1], linewidth=0.6, linestyle=":")
+def _moments(brain: Brain, times: F64, neurons: I64, end: float) -> list[float]:
+    """Moments spread over what the drives do, or over the run where they do nothing, s."""
+    drives = [*brain.network["DL"].neurons, *brain.network["DR"].neurons]
+    active = np.sort(times[np.isin(neurons, drives)])
+    first = float(active[active.size // 50]) if active.size else 0.0
+    first = max(first if active.size else end / FRAMES, min(FRAME, end))
+    return [float(t) for t in np.linspace(first, end, FRAMES)]
 
 
-def draw_events(events: Events, columns: int, rows: int, ax: Axes) -> None:
-    """Draw events by pixel as in Figure 8: on events blue, off events green, darker where there are more."""
-    image = np.ones((rows, columns, 3))
-    for on, taken in ((True, (0, 1)), (False, (0, 2))):
-        chosen = events.where(events.on == on)
-        count = np.minimum(np.abs(frame(chosen, columns, rows)), _MOST) / _MOST
-        for channel in taken:
-            image[:, :, channel] -= count
-    ax.imshow(np.clip(image, 0.0, 1.0), origin="lower", interpolation="nearest")
-    ax.axhline(0.5 * rows - 0.5, color=COLOURS[1], linewidth=0.6, linestyle=":")
-    ax.set_xticks([])
-    ax.set_yticks([])
-
-
-def draw_drive(
-    scene: Scene, path: F64, events: Events, moments: Sequence[float], figure: Figure, window: float = 0.5
-) -> None:
-    """Fill a figure: path over the scene, below it the events of `window` s before up to four moments (s)."""
-    figure.set_size_inches(8.0, 7.6)
-    shown = list(moments)[:_FRAMES]
-    axes = figure.subplot_mosaic([["above"] * len(shown), [f"frame{k}" for k in range(len(shown))]],
-                                 height_ratios=(2.4, 1.0))  # fmt: skip
-    draw_scene(scene, axes["above"], float(path[-1, 0]))
-    draw_path(path, axes["above"], shown)
-    axes["above"].set_title(f"{scene.name}: {scene.summary}", fontsize=9)
-    for k, moment in enumerate(shown):
+def _frames(record: Record, moments: list[float], axes: dict[str, Axes]) -> None:
+    events = all_events(record)
+    for k, moment in enumerate(moments):
         ax = axes[f"frame{k}"]
-        inside = events.where((events.time > moment - window) & (events.time <= moment))
+        inside = events.where((events.time > moment - FRAME) & (events.time <= moment))
         draw_events(inside, 128, 128, ax)
         ax.set_title(f"{k + 1}: {moment:.3g} s, {len(inside)} events", fontsize=8)
 
 
-def _ink(reflectance: float) -> str:
-    name = min(REFLECTANCES, key=lambda n: abs(REFLECTANCES[n] - reflectance))
-    return _INKS[name]
+def _raster(brain: Brain, names: Sequence[str], times: F64, neurons: I64, ax: Axes) -> None:
+    """Dots of spikes, a row a neuron, populations named at the left."""
+    base, ticks = 0, []
+    for name in reversed(names):
+        members = np.array(brain.network[name].neurons)
+        place = np.full(256, -1)
+        place[members] = np.arange(members.size)
+        mine = place[neurons]
+        shown = mine >= 0
+        ax.plot(times[shown], base + mine[shown], linestyle="", marker=",", color=_SHADES[name])
+        ax.axhline(base - 0.5, color=PALE, linewidth=0.4)
+        ticks.append((base + 0.5 * members.size, name))
+        base += members.size
+    ax.set_yticks([t for t, _ in ticks], [n for _, n in ticks])
+    ax.set_ylim(-0.5, base - 0.5)
+
+
+def _commands(record: Record, ax: Axes) -> None:
+    if not record.commands:
+        return
+    time, forward, turn = np.array(record.commands).T
+    ax.step(time, forward, where="post", color=INK, linewidth=1.0, label="v")
+    ax.step(time, turn, where="post", color=COLOURS[4], linewidth=1.0, label="w")
+    ax.set_ylabel("command")
+    ax.legend(loc="center right", fontsize=8)

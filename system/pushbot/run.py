@@ -14,33 +14,24 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.noise import SiliconNoise
 from chips.rolls import circuit as rolls_circuit
 from circuits.arrays import F64
-from circuits.circuit import BiasKind
-from circuits.silicon.die import NOMINAL, Die
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.block import describe_run
-from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
-from system.pushbot.brain import FIELD_SCENES, Architecture, brain_of
+from system.pushbot.brain import brain_of
 from system.pushbot.course import Course, course_of, passage
 from system.pushbot.drive import Run, begin_run
 from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop, rates, step
 from system.pushbot.network.power import activity_power
-from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
-from system.pushbot.readout import Kind as ReadoutKind
-from system.pushbot.run_picture import draw_run
+from system.pushbot.picture import draw_run
+from system.pushbot.readout import LOOK, Readout
+from system.pushbot.scenario import Scenario, check_scene, scene_of
 from system.system import SUCCEEDED, Account, Output, System, metrics_with
-from system.worlds.arena.file import load_scene
 from system.worlds.arena.geometry import clearance
-from system.worlds.arena.scene import Scene, recoloured
+from system.worlds.arena.scene import Scene
 from system.worlds.camera.file import check_events, write_events
 from system.worlds.standing import share_standing
 
-DEFAULT_SCENE = "single-block"
-TURN_FACTOR = 0.5  # the only one that the paper names with 0.35 m/s: Table 1, sections 3.5 and 3.7
-MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are short; ours
 FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
 MARGIN = 12.0  # s, that a run may take beyond twice the straight way to the line; ours
 BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
@@ -58,92 +49,6 @@ SUMMARY = (
     "events", "lost_events", "lost_inputs", "lost_spikes", "held",
     "raised_s", "frame_spikes",
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """What a Pushbot is asked to do.
-
-    scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
-    window, readout: of equations (1) and (2), s; turn factor and window None for those of the architecture;
-    target: whether the field gets events, None where the scene has a target; temperature_c: of the run
-    (degC); calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
-    raise_lateral: see `Architecture`; duration: s, None for the scene's; way: m after which the run ends too,
-    None for no such end; silicon_noise: of its devices, and its seed, None for `seed`, which is also that of
-    the scene and the sensor.
-    """
-
-    scene: str = option(DEFAULT_SCENE, "Its name, or a FILE.toml", metavar="SCENE", study=True)
-    speed_factor: float = option(
-        0.5, "Of equation (2), the usual one about 0.35 m/s", unit="", study=True, key="speed_factor"
-    )
-    turn_factor: float | None = option(
-        None, "Of equation (1), 0.5, or 2 for the modified architecture, unless given", unit="", study=True
-    )
-    window: float | None = option(
-        None, "In which spikes are counted, 500ms unless told otherwise", unit="s", study=True
-    )
-    readout: ReadoutKind = option(
-        "sliding", "As fixed a command at each window's end, as spikes to the motors", study=True
-    )
-    modified: bool = option(
-        default=False, about="Gyro-driven suppression and graded weights (section 3.4)", study=True
-    )
-    dropped: float = option(
-        0.8, "Of events that are dropped at random", name="drop", unit="", metavar="SHARE", study=True
-    )
-    colour: str | None = option(None, "Of the blocks, as blue, red or yellow", study=True, key="")
-    light: str | None = option(None, "As normal, dark, very-dark, or 500lux", study=True, key="")
-    target: bool | None = option(
-        None, "Events to the target field; where the scene has a target", study=True, key=""
-    )
-    duration: float | None = option(
-        None, "After which the run ends; the scene's", unit="s", above=0.0, study=True, key=""
-    )
-    way: float | None = option(
-        None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
-    )
-    exc: int = option(16, "Neurons that fire constantly", study=True, key="")
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(27.0)
-    bias_kind: BiasKind = bias_kind_option("generator")
-    calibrated: bool = option(
-        default=True,
-        about="Codes of the die's own calibration; they are",
-        study=True,
-        opposite="uncalibrated",
-    )
-    frame: bool = option(
-        default=False, about="A target frame that keeps its orientation, on a second chip", study=True, key=""
-    )
-    raise_lateral: bool = option(
-        default=False, about="Stronger lateral weights while the target is lost", study=True, key=""
-    )
-    silicon_noise: Noisy = noise_option()
-    noise_seed: int | None = noise_seed_option()
-
-    def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-
-    def device_noise(self) -> SiliconNoise | None:
-        """Noise of the chips' devices."""
-        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
-
-    def read(self) -> Readout:
-        """How spikes become commands."""
-        usual = DIRECT if self.readout == "spikes" else (LOOK if self.modified else REFERENCE)
-        window = self.window if self.window is not None else usual
-        turn = MODIFIED_TURN_FACTOR if self.modified else TURN_FACTOR
-        turn = self.turn_factor if self.turn_factor is not None else turn
-        return Readout(Factors(self.speed_factor, turn), window, self.readout)
-
-    def architecture(self) -> Architecture:
-        """What is on the chip."""
-        target = self.target if self.target is not None else self.scene in FIELD_SCENES
-        return Architecture(self.modified, target, self.exc, self.frame, self.raise_lateral)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,12 +80,6 @@ def make_brain(scenario: Scenario) -> Brain:
         scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind,
         calibrated=scenario.calibrated, noise=scenario.device_noise(),
     )  # fmt: skip
-
-
-def scene_of(scenario: Scenario) -> Scene:
-    """The scene in its light and colour; the scenario's seed is of what is scattered."""
-    scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
-    return scene if scenario.colour is None else recoloured(scene, scenario.colour)
 
 
 def run_with(
@@ -325,12 +224,6 @@ def title(trace: Trace) -> str:
     s = trace.scenario
     factors = f"speed factor {s.speed_factor:g}, turn factor {s.read().factors.turn:g}"
     return f"{trace.scene.name}, {factors}, {s.die}"
-
-
-def check_scene(scenario: Scenario) -> None:
-    """Refuse a readout, scene, light or colour that there is none of."""
-    scenario.read()
-    scene_of(scenario)
 
 
 def draw(trace: Trace, figure: Figure) -> None:

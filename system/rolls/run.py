@@ -22,20 +22,15 @@ from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
 from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, Bools
-from circuits.circuit import BiasKind
-from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.block import describe_run
-from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.noise import silicon_noise
 from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
+from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_codes
 from system.system import Account, System, metrics_with
 
-INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
-SETTLING = 0.1  # s, before rates are counted; ours
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
 SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
@@ -43,35 +38,6 @@ SUCCESS = (
     "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
     " without events no neuron fires"
 )
-STUDY_DURATION = 4.0  # s, unless asked
-
-
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of events and noise."""
-
-    bias_file: str | None = option(
-        None, "Codes: rolls_default, rolls_parallella or a CSV; the first unless given", metavar="FILE",
-        study=True,
-    )  # fmt: skip
-    input_rate: float = option(
-        INPUT_RATE, "Of events a neuron, 0Hz for none", unit="Hz", least=0.0, study=True
-    )
-    duration: float = option(1.0, "Of the run", unit="s", study=True)
-    bias_kind: BiasKind = bias_kind_option("gate")
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(27.0)
-    seed: int = seed_option()
-    silicon_noise: Noisy = noise_option()
-
-    def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
-        if not self.duration > SETTLING:
-            raise ParameterError(
-                f"duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
-            )
-        silicon_noise(self.silicon_noise, self.seed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,11 +150,6 @@ def title(trace: Trace) -> str:
     """Heading of a run's numbers."""
     s = trace.scenario
     return f"{s.die}, {s.temperature_c:g} degC, {s.input_rate:g} events/s a neuron"
-
-
-def check_codes(scenario: Scenario) -> None:
-    """Raise `DataError` for a bias file that is none."""
-    bias_table(scenario.bias_file)
 
 
 SYSTEM = System(

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -22,88 +22,27 @@ from chips.wavefront.chip import ChipCells
 from circuits.arrays import I64
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
-from circuits.blocks.wavefront.axon_delay import UNIT
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
-from system.option import (
-    bias_kind_option,
-    check_options,
-    die_option,
-    option,
-    refuse_silicon,
-    seed_option,
-    temperature_option,
-)
 from system.options.block import describe_run
-from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.noise import silicon_noise
 from system.plot import INK
-from system.rover.body import Rover
-from system.rover.cost_map import NEEDS, Cell, CostMap, check_codes, for_need, load_map, read_cell
+from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover.frechet import discrete_frechet
 from system.rover.online_map import OnlineMap, unknown_map
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
-from system.rover.planner import PLANNERS, Plan, Planner, plan_path, planner_named
+from system.rover.planner import Plan, Planner, plan_path, planner_named
+from system.rover.scenario import Scenario, no_silicon
 from system.rover.wave_planner import ChipPlanner
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
-DEFAULT_MAP = "map1-road-obstacles"
-ROOM_TEMPERATURE = 27.0  # degC
-CELLS = ("ideal", "chip")
-START, GOAL = (2, 10), (19, 10)  # the paper's first route
 SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
-PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
     "distance_m", "interventions", "gps_outages", "arrived", "map_error",
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """What a rover is asked to do.
-
-    map: name or file; start, goal: (row, column); planner: one of `PLANNERS`; cells: one of `CELLS`; need:
-    what the map's costs stand for; learn: rate of equation (5), None where the map is known; trips: how
-    often the way is planned and driven; posts: unmapped obstacles; sonar: whether the rover sees them.
-    """
-
-    map: str = option(DEFAULT_MAP, "As map1-road, or a file of costs", metavar="MAP", study=True)
-    start: Cell = option(
-        START, "From 0, row 0 in the north", read=read_cell, metavar="ROW,COLUMN", study=True
-    )
-    goal: Cell = option(GOAL, "As the start", read=read_cell, metavar="ROW,COLUMN", study=True)
-    planner: str = option("wave", "What plans", choices=tuple(PLANNERS))
-    cells: str = option("ideal", "Of the wave: ideal, or a die's", choices=CELLS)
-    need: str = option("energy", "What costs stand for, energy the map itself", choices=NEEDS)
-    learn: float | None = option(None, "Learn the map, above 0 up to 1", unit="", metavar="RATE")
-    prior: float = option(PRIOR, "What unknown cells are taken for", unit="", metavar="COST", key="")
-    trips: int = option(1, "How often the way is planned and driven", least=1)
-    posts: bool = option(default=False, about="Obstacles that no map has", key="")
-    sonar: bool = option(default=False, about="Turn away from what sonars see", key="")
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    bias_kind: BiasKind = bias_kind_option("gate")
-    unit: float = option(
-        UNIT, "Of the chip: delay a unit of cost", unit="s", above=0.0, study=True, silicon=True
-    )
-    silicon_noise: Noisy = noise_option(study=False)
-    rover: Rover = field(default_factory=Rover)
-
-    def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
-        if no_silicon(self):
-            refuse_silicon(self, no_silicon(self))
-
-
-def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
-    return "" if scenario.cells == "chip" else "add `cells=chip`"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """Campaigns of flights by spikes: crossings of the forest before a collision, and what they say.
 
 A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border, at `PINGS` pings
-(600 s at ten a second), or after a minute in a loop (`system.spiking_bat.loop`), and counts as censored then.
-The share of flights that have crossed c times without a collision is the product-limit estimate over
+(600 s at ten a second), or after a minute in a loop (`system.spiking_bat.circling`), and counts as censored
+then. The share of flights that have crossed c times without a collision is the product-limit estimate over
 crossings (Kaplan & Meier 1958, scipy.stats.ecdf), with its log-log interval. Two models fly the same forests
 from the same starts: a pair whose flights differ names a better one, and the pairs are a sign test; ties,
 both stopped among them, say nothing.
@@ -43,10 +43,11 @@ from system.openspace.state import LAP, TIME, X, Y, new_flight
 from system.openspace.state import PINGS as PINGED
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.chip_brain import brain_with, design_of
+from system.spiking_bat.circling import WINDOW, stays
 from system.spiking_bat.flight import Flown, fly
-from system.spiking_bat.loop import WINDOW, stays
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import Scenario, place
+from system.spiking_bat.run import place
+from system.spiking_bat.scenario import Scenario
 from system.study.campaign import Campaign, Numbered
 
 CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s

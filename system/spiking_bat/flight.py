@@ -46,7 +46,7 @@ from system.openspace.state import (
 )
 from system.spiking_bat.bat import goal_neuron, look
 from system.spiking_bat.brain import Brain, Reply
-from system.spiking_bat.loop import stays
+from system.spiking_bat.circling import stays
 
 _LOOK = 100  # pings between looks for a loop
 
@@ -89,7 +89,7 @@ class Flown:
 
     @property
     def caught(self) -> bool:
-        """Whether it was stopped in a loop, `system.spiking_bat.loop`."""
+        """Whether it was stopped in a loop, `system.spiking_bat.circling`."""
         return not self.collided and stays(np.append(self.log[:, 0], self.time_s), self.path)
 
 
@@ -114,7 +114,7 @@ def fly(
 ) -> Flown:
     """Fly left from a start (m) until a collision, so many pings, or so many crossings of the left border.
 
-    patience: s in a loop (`system.spiking_bat.loop`) after which a flight is stopped too.
+    patience: s in a loop (`system.spiking_bat.circling`) after which a flight is stopped too.
     """
     straight = float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE])
     begin = Standing(start, -math.pi, *straight, DIRECTIONS // 2)

@@ -27,8 +27,8 @@ class Numbers:
     Whatever the paper does not give is ours; "given" marks the paper's. suppression, goal, direction,
     sharp_turn_cost and emergency were chosen by the scene of Figure 12 and by the nominal chip's crossings of
     forests of seeds below 1000, 300 to 329 and 400 to 439 at last: a larger suppression makes emergencies of
-    whatever is far away, and loops of them (`system.spiking_bat.loop`); the others so that each part of the
-    network does what the paper says of it.
+    whatever is far away, and loops of them (`system.spiking_bat.circling`); the others so that each part of
+    the network does what the paper says of it.
 
     ==================  ======================================================================================
     paths, taps         memories, and latency units of each: the delay line's neurons; 33 given

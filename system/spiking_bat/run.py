@@ -22,125 +22,21 @@ from chips.latency.measure import circuits
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
-from circuits.circuit import BiasKind
-from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import SUCCESS, begin, ended_because, gets_on
-from system.openspace.law import Arcs, Bat, arcs_of
-from system.openspace.map import OBSTACLES, SIDE, Forest, check_count, plant, read_forest, read_place
+from system.openspace.law import Arcs, arcs_of
+from system.openspace.map import SIDE, Forest, plant, read_forest
 from system.openspace.picture import draw_view_of_run
-from system.option import (
-    bias_kind_option,
-    check_options,
-    die_option,
-    option,
-    refuse_silicon,
-    seed_option,
-    temperature_option,
-)
 from system.options.block import describe_run
-from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.noise import silicon_noise
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
-from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
+from system.spiking_bat.scenario import CODES, ROOM_TEMPERATURE, Scenario, make, no_silicon
 from system.system import SUCCEEDED, Account, System, metrics_with
 
-BRAINS = ("network", "chip", "lif")
-CODES = ("usual", "calibrated")  # of a chip's biases
-PING_RATE = 10.0  # Hz; the paper's in Figure 13
-PINGS = 1000  # of a flight: 100 s, or some 40 s of computing the network; ours
-ROOM_TEMPERATURE = 27.0  # degC
 SUMMARY = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
-
-
-def read_unit(text: str, name: str) -> tuple[int, int]:
-    """Memory and number of a unit from `MEMORY,UNIT`; raises `ParameterError`."""
-    parts = text.split(",")
-    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
-        raise ParameterError(f'{name}: "{text}", must be MEMORY,UNIT; write as in `{name}=16,5`')
-    return int(parts[0]), int(parts[1])
-
-
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """What a bat that thinks in spikes is asked to do.
-
-    brain: one of `BRAINS`; max_speed: m/s, straight ahead; ping_rate: Hz; paths, taps: memories, and taps of
-    a delay line; map: file of obstacles, None to plant `obstacles` from the seed; start: x, y in m, drawn
-    unless given; pings: after which a flight ends undecided. Of a chip: its silicon, codes (`usual`, or
-    `calibrated` on its die at 27 degC), area of its devices, over the circuits', and units at transistor
-    level, by memory and number; course: pairs of time (s) and degC that the temperature follows after its
-    beginning, `temperature_c`; silicon_noise: of its devices, by the seed.
-    """
-
-    brain: str = option(BRAINS[0], "Ideal neurons, a die's, or integrate-and-fire ones", choices=BRAINS)
-    max_speed: float = option(
-        Bat().max_speed, "Straight ahead", name="vmax", unit="m/s", above=0.0, study=True
-    )
-    ping_rate: float = option(PING_RATE, "Of pings", unit="Hz", above=0.0, study=True)
-    paths: int = option(PATHS, "Memories", study=True)
-    taps: int = option(UNITS, "Of a delay line", study=True)
-    map: str | None = option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
-    obstacles: int = option(OBSTACLES, "How many are planted from the seed", study=True)
-    start: tuple[float, float] | None = option(
-        None, "As 40m,25m; drawn unless given", read=read_place, metavar="X,Y", key="start_m"
-    )
-    pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: tuple[tuple[float, float], ...] = option((), run=False, silicon=True, key="")
-    bias_kind: BiasKind = bias_kind_option("gate")
-    codes: str = option(
-        CODES[0], "Of the chip's biases: usual, or calibrated on its die at 27 degC", choices=CODES,
-        study=True, silicon=True,
-    )  # fmt: skip
-    area: float = option(1.0, "Of the chip's devices, over the circuits'", unit="", study=True, silicon=True)
-    units: tuple[tuple[int, int], ...] = option(
-        (), "A chip's unit at transistor level, repeatable", name="unit", read=read_unit, collect=tuple,
-        metavar="MEMORY,UNIT", silicon=True, key="transistor_units",
-    )  # fmt: skip
-    silicon_noise: Noisy = noise_option()
-
-    def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
-        if self.map is None:
-            check_count(self.obstacles)
-        if no_silicon(self):
-            refuse_silicon(self, no_silicon(self))
-        if silicon_noise(self.silicon_noise, 0) is not None and self.units:
-            raise ParameterError(
-                f"silicon_noise: {self.silicon_noise}, not with `unit`, whose transistors make none here;"
-                " leave one out"
-            )
-        if self.area != 1.0 and self.units:
-            raise ParameterError("area: not with `unit`, whose devices are the circuit's; leave one out")
-
-    @property
-    def bat(self) -> Bat:
-        """The bat that flies."""
-        return Bat(max_speed=self.max_speed, ping_rate=self.ping_rate)
-
-    @property
-    def numbers(self) -> Numbers:
-        """Numbers of its network or chip."""
-        return numbers_at(self.ping_rate, self.taps, self.paths)
-
-
-def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
-    return "" if scenario.brain == "chip" else "add `brain=chip`"
-
-
-def make(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields as they are; a map has its own obstacles."""
-    if fields.get("map") is not None and "obstacles" in fields:
-        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
-    return fields
 
 
 @dataclass(frozen=True, slots=True)

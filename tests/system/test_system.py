@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
 from system.cli.command_line import main
-from system.forest.run import Scenario
+from system.forest.scenario import Scenario
 from system.openspace.senses import Sensing
 from system.registry import SYSTEMS, load_system
 from system.system import ENTRIES, METRICS, Account, headline, summary_of

@@ -29,7 +29,8 @@ from system.spiking_bat.chip_brain import chip_brain
 from system.spiking_bat.flight import fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import Scenario, place
+from system.spiking_bat.run import place
+from system.spiking_bat.scenario import Scenario
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 

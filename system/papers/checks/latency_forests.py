@@ -1,10 +1,10 @@
 """Figure 13 of Wen & Horiuchi 2022 over many forests: network, nominal chip and analog model, paired.
 
 1,400 obstacles, 2 m/s, ten pings a second; seeds from 1006 on; a flight is stopped at 8 crossings, 600 s, or
-a minute in a loop (`system.spiking_bat.loop`), and is censored then; each kind is counted. The paper shows
-one flight, of four crossings without a collision. Rules: the network's and the chip's product-limit estimate
-of crossing four times has an upper limit above 0, that is, the paper's flight is not out of reach; the chip
-does not differ from the network in a sign test over their pairs at 5 %.
+a minute in a loop (`system.spiking_bat.circling`), and is censored then; each kind is counted. The paper
+shows one flight, of four crossings without a collision. Rules: the network's and the chip's product-limit
+estimate of crossing four times has an upper limit above 0, that is, the paper's flight is not out of reach;
+the chip does not differ from the network in a sign test over their pairs at 5 %.
 
 The network takes a minute and more a flight: `--param network=6` has it fly fewer forests, `--output` keeps
 what is flown.

@@ -1,10 +1,11 @@
 """Loops of the latency chip's flights: whether the network repeats them from the same place.
 
 The nominal chip flies forests from seed 1006 on, until as many flights as wanted are caught in a loop
-(`system.spiking_bat.loop`). From how the bat stood after the last emergency, when nothing is remembered, the
-published network, integrate-and-fire neurons alone, the chip itself and the analog model fly `PINGS` pings:
-what stays within 2 m all that time repeats the loop. Rule, stated before the run: the lower 95 % limit of the
-share of loops that the network repeats is above one half, so that loops are the network's and not the chip's.
+(`system.spiking_bat.circling`). From how the bat stood after the last emergency, when nothing is remembered,
+the published network, integrate-and-fire neurons alone, the chip itself and the analog model fly `PINGS`
+pings: what stays within 2 m all that time repeats the loop. Rule, stated before the run: the lower 95 % limit
+of the share of loops that the network repeats is above one half, so that loops are the network's and not the
+chip's.
 """
 
 from __future__ import annotations
@@ -31,11 +32,12 @@ from system.papers.checks.latency_forests import FIRST_SEED
 from system.rule import above
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.campaign import CROSSINGS, PINGS, Build, Maker, chip_maker, decided_by
+from system.spiking_bat.circling import REACH, WINDOW, stays
 from system.spiking_bat.flight import Flown, Standing, fly, fly_from
 from system.spiking_bat.lif import all_lif
-from system.spiking_bat.loop import REACH, WINDOW, stays
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import Scenario, place
+from system.spiking_bat.run import place
+from system.spiking_bat.scenario import Scenario
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import share_where

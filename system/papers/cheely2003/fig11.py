@@ -9,7 +9,8 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from system.approach.run import run
-from system.approach.trace import Scenario, Trace, draw, summarise
+from system.approach.scenario import Scenario
+from system.approach.trace import Trace, draw, summarise
 from system.experiment import Experiment, Progress, Report
 from system.rule import Measured, Rule, above, at_least, below
 from system.statement import Statement

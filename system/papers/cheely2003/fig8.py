@@ -40,7 +40,7 @@ from circuits.devices.source import Constant, PiecewiseLinear, Sampled, Waveform
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-from system.approach.run import ENVELOPE_TOLERANCE
+from system.approach.loop import ENVELOPE_TOLERANCE
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
 from system.rule import as_many, below, within

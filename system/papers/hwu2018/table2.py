@@ -22,7 +22,8 @@ from system.experiment import Experiment, Progress, Report
 from system.rover.cost_map import MAPS, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
-from system.rover.run import Scenario, Trace, run, summarise
+from system.rover.run import Trace, run, summarise
+from system.rover.scenario import Scenario
 from system.rule import above, all_of, between
 from system.statement import Statement
 

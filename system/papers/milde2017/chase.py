@@ -17,8 +17,9 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, mean_sd, summaries_of, trials
 from system.pushbot.loop import all_spikes
-from system.pushbot.run import Scenario, Trace
-from system.pushbot.run_picture import draw_run
+from system.pushbot.picture import draw_run
+from system.pushbot.run import Trace
+from system.pushbot.scenario import Scenario
 from system.rule import at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

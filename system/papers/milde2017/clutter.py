@@ -30,7 +30,8 @@ from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, share_of, summaries_of, trials
-from system.pushbot.run import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario, Trace, stood, summarise
+from system.pushbot.run import Trace, stood, summarise
+from system.pushbot.scenario import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario
 from system.rule import Measured, at_least, significant
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

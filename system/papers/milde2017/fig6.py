@@ -14,8 +14,9 @@ from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
 from system.pushbot.campaign import FIRST
 from system.pushbot.loop import rates
-from system.pushbot.run import Scenario, Trace, run, summarise
-from system.pushbot.run_picture import draw_run
+from system.pushbot.picture import draw_run
+from system.pushbot.run import Trace, run, summarise
+from system.pushbot.scenario import Scenario
 from system.rule import at_least, at_most, equal, none
 from system.statement import Statement
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS as INKS
 from system.pushbot.campaign import Drive, drive_cells, summaries_of, trials
-from system.pushbot.run import Scenario
+from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

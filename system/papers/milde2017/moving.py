@@ -23,8 +23,8 @@ from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, Summary, World, drive_cells, share_of, summaries_of, trials
-from system.pushbot.picture import draw_scene
-from system.pushbot.run import Scenario, scene_of
+from system.pushbot.scenario import Scenario, scene_of
+from system.pushbot.scene_picture import draw_scene
 from system.rule import Measured, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

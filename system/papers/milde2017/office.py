@@ -22,8 +22,9 @@ from scipy.stats import chi2
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report
 from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, summaries_of, trials
-from system.pushbot.run import Scenario, Trace, scene_of, stood, summarise
-from system.pushbot.run_picture import draw_run
+from system.pushbot.picture import draw_run
+from system.pushbot.run import Trace, stood, summarise
+from system.pushbot.scenario import Scenario, scene_of
 from system.rule import Measured, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

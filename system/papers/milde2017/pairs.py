@@ -19,8 +19,8 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_cells, share_of, summaries_of, trials
-from system.pushbot.picture import draw_scene
-from system.pushbot.run import Scenario
+from system.pushbot.scenario import Scenario
+from system.pushbot.scene_picture import draw_scene
 from system.rule import at_least, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

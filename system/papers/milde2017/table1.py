@@ -27,7 +27,7 @@ from system.pushbot.campaign import (
     summaries_of,
     trials,
 )
-from system.pushbot.run import Scenario
+from system.pushbot.scenario import Scenario
 from system.rule import Measured, above, at_least, at_most, within
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

@@ -17,7 +17,7 @@ from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.campaign import Drive, Summary, drive_cells, summaries_of, trials
-from system.pushbot.run import Scenario
+from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, below
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

@@ -19,7 +19,7 @@ from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, PALE
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, summaries_of
-from system.pushbot.run import Scenario
+from system.pushbot.scenario import Scenario
 from system.rule import at_least, between
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution

@@ -29,7 +29,8 @@ from matplotlib.figure import Figure
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from system.bug.run import Scenario, run, summarise
+from system.bug.run import run, summarise
+from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.rule import apart_below, at_least

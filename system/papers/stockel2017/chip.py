@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from system.bug.body import RADIUS
-from system.bug.run import Scenario
+from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
 from system.papers.stockel2017.fig6 import MAP as SPIRAL

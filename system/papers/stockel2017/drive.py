@@ -18,7 +18,8 @@ from circuits.arrays import F64
 from circuits.silicon.die import Die
 from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
-from system.bug.run import Scenario, Trace, run
+from system.bug.run import Trace, run
+from system.bug.scenario import Scenario
 from system.papers.stockel2017.fig6 import MAP as SPIRAL
 from system.papers.stockel2017.fig6 import repeats
 from system.study.campaign import Campaign, Numbered

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from system.bug.body import RADIUS
 from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
-from system.bug.run import Scenario, Trace, run
+from system.bug.run import Trace, run
+from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.rule import below, equal
 from system.statement import Statement

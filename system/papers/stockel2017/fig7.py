@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from system.bug.body import STEP
 from system.bug.brain import FOLLOW, GO, MEMORISE, STATES, STORE
 from system.bug.neural2 import AFTER
-from system.bug.run import Scenario, Trace, run
+from system.bug.run import Trace, run
+from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.papers.stockel2017.fig6 import DURATION, MAP
 from system.plot import COLOURS

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.bug.body import RADIUS
-from system.bug.run import Scenario, Trace, summarise
+from system.bug.run import Trace, summarise
+from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
 from system.rule import above, at_least, below, equal, overlapping

@@ -24,7 +24,8 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.car.picture import draw_robot
-from system.car.run import ENDS, Scenario, account, run, side_share
+from system.car.run import ENDS, account, run, side_share
+from system.car.scenario import Scenario
 from system.car.world import FORESTS
 from system.experiment import Experiment, Progress, Report
 from system.rule import Measured, apart_above, at_least, below

@@ -28,15 +28,7 @@ from typing import NamedTuple
 
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
-from system.spiking_bat.network.hodgkin_huxley import (
-    BLOCK,
-    LANES,
-    SPIKED,
-    X_E,
-    X_I,
-    V,
-    step_blocks,
-)
+from system.spiking_bat.network.hodgkin_huxley import BLOCK, LANES, SPIKED, X_E, X_I, V, step_blocks
 
 LATCHED = -1  # as `hold`: until the next release
 FOREVER = 1 << 62  # steps; as `refractory`: until the next release

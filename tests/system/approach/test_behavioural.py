@@ -19,7 +19,7 @@ from system.approach import run as approach
 from system.approach.kernel import Scene
 from system.approach.kernel import echo_delay as compiled_delay
 from system.approach.run import run, run_in_loop
-from system.approach.trace import Scenario
+from system.approach.scenario import Scenario
 from system.loop import AnalogWire
 from system.worlds.sound.acoustics import echo_delay
 from system.worlds.sound.targets import Approach, ConstantVelocity, Target, Waypoints, default_scene

@@ -9,7 +9,8 @@ import pytest
 
 from chips.ranging.circuit import BEST_DELAYS
 from system.approach.run import run
-from system.approach.trace import Box, Scenario, Trace, estimated_range, summarise
+from system.approach.scenario import Box, Scenario
+from system.approach.trace import Trace, estimated_range, summarise
 from system.worlds.sound.targets import Approach, Target
 
 NEAR = (

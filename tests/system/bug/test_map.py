@@ -8,7 +8,8 @@ import pytest
 
 from circuits.errors import DataError, ParameterError, UnknownNameError
 from system.bug.map import LARGEST, MAPS, load_map, pick, read_map
-from system.bug.run import Scenario, run
+from system.bug.run import run
+from system.bug.scenario import Scenario
 
 
 def test_cells_and_places() -> None:

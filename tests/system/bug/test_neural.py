@@ -15,7 +15,8 @@ from system.bug.neural import NeuralBug0, NeuralBug2, network_of
 from system.bug.neural0 import testing as is_testing
 from system.bug.neural2 import DESIGNS
 from system.bug.path import median_distance
-from system.bug.run import Scenario, run
+from system.bug.run import run
+from system.bug.scenario import Scenario
 
 FREE = np.full(8, RANGE)
 WALL = np.array([0.9, 0.25, RADIUS, 0.2, 0.9, RANGE, RANGE, RANGE])  # to the left

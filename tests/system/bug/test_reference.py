@@ -9,7 +9,8 @@ from circuits.errors import UnknownNameError
 from system.bug.body import ARRIVED, RADIUS
 from system.bug.path import path_length
 from system.bug.reference import reference_brain
-from system.bug.run import Scenario, Trace, run
+from system.bug.run import Trace, run
+from system.bug.scenario import Scenario
 
 
 def driven(agent: str, name: str, start: str = "0", duration: float = 200.0) -> Trace:

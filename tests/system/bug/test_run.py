@@ -9,7 +9,8 @@ import pytest
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from system.bug.run import SYSTEM, Scenario, run, summarise
+from system.bug.run import SYSTEM, run, summarise
+from system.bug.scenario import Scenario
 from system.cli.command_line import main
 
 OPEN = ("--map", "bug-open", "--duration", "3s")

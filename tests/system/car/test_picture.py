@@ -8,7 +8,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from system.car.picture import NAMES, RAY, draw_robot
-from system.car.run import SYSTEM, Scenario, run
+from system.car.run import SYSTEM, run
+from system.car.scenario import Scenario
 
 
 def test_each_ping_has_a_ray_in_its_direction() -> None:

@@ -8,7 +8,8 @@ import pytest
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.car.numbers import ARCS
-from system.car.run import ENDS, SUMMARY, SYSTEM, Scenario, Trace, run, summarise
+from system.car.run import ENDS, SUMMARY, SYSTEM, Trace, run, summarise
+from system.car.scenario import Scenario
 
 PINGS = 60
 

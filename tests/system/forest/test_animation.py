@@ -10,7 +10,8 @@ from PIL import Image
 
 from circuits.errors import DataError, ParameterError
 from system.forest.animation import check_animation, save_animation
-from system.forest.run import Scenario, run
+from system.forest.run import run
+from system.forest.scenario import Scenario
 
 
 def test_a_frame_a_ping(tmp_path: Path) -> None:

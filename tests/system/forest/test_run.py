@@ -12,7 +12,8 @@ import pytest
 from circuits.errors import CircuitError
 from circuits.silicon.die import Die
 from system.cli.command_line import main
-from system.forest.run import SUMMARY, SYSTEM, Scenario, Trace, run, summarise
+from system.forest.run import SUMMARY, SYSTEM, Trace, run, summarise
+from system.forest.scenario import Scenario
 from system.openspace.map import SIDE
 from system.openspace.senses import Sensing
 from system.plot import save_picture

@@ -25,7 +25,8 @@ from system.pushbot import run as pushbot
 from system.pushbot.campaign import drive_each
 from system.pushbot.drive import begin_run
 from system.pushbot.loop import Brain, open_loop
-from system.rolls.run import SYSTEM, Scenario, run
+from system.rolls.run import SYSTEM, run
+from system.rolls.scenario import Scenario
 from system.worlds.arena.file import load_scene
 
 RUN = ["run", "approach", "--level", "behavioural", "--duration", "1s", "--json"]

@@ -9,7 +9,7 @@ import pytest
 from chips.ranging import circuit as ranging_chip
 from circuits.silicon.die import Die
 from system.approach import run as approach
-from system.approach.trace import Scenario
+from system.approach.scenario import Scenario
 from system.cli.command_line import main
 from system.options.block import choose, describe_silicon
 from system.options.silicon import SiliconChoice

@@ -15,7 +15,8 @@ from system.papers.milde2017 import table1 as milde2017_table1
 from system.pushbot import campaign as pushbot_campaign
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, drive_again, trials
-from system.pushbot.run import Scenario, summarise
+from system.pushbot.run import summarise
+from system.pushbot.scenario import Scenario
 from system.registry import load_experiment
 from system.study.campaign import Execution, Numbered
 

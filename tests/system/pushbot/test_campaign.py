@@ -26,7 +26,8 @@ from system.pushbot.campaign import (
     summaries_of,
     trials,
 )
-from system.pushbot.run import Scenario, Trace, scene_of
+from system.pushbot.run import Trace
+from system.pushbot.scenario import Scenario, scene_of
 from system.study.campaign import ALONE, Execution
 from system.study.campaign_file import CutLine
 

@@ -7,7 +7,8 @@ import numpy as np
 from chips.rolls.chip import Spikes
 from system.pushbot.brain import Architecture, brain_of, strengthened
 from system.pushbot.loop import is_lost
-from system.pushbot.run import Scenario, make_brain, run_with, scene_of
+from system.pushbot.run import make_brain, run_with
+from system.pushbot.scenario import Scenario, scene_of
 from system.worlds.camera.event import Events
 
 NETWORK = brain_of(Architecture(target=True)).network

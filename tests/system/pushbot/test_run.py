@@ -16,17 +16,8 @@ from system.pushbot.brain import GYRO_ANGLE, GyroInputs
 from system.pushbot.campaign import drive_each, trials
 from system.pushbot.drive import Readings
 from system.pushbot.loop import all_spikes, rates
-from system.pushbot.run import (
-    SUMMARY,
-    SYSTEM,
-    Scenario,
-    Trace,
-    make_brain,
-    run,
-    run_with,
-    scene_of,
-    summarise,
-)
+from system.pushbot.run import SUMMARY, SYSTEM, Trace, make_brain, run, run_with, summarise
+from system.pushbot.scenario import Scenario, scene_of
 from system.study.statistics.share import Share
 from system.worlds.camera.event import joined
 

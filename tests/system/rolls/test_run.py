@@ -14,7 +14,8 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.cli.command_line import main
-from system.rolls.run import SYSTEM, Scenario, Trace, events, run, summarise
+from system.rolls.run import SYSTEM, Trace, events, run, summarise
+from system.rolls.scenario import Scenario
 
 SHORT = Scenario(die=Die(number=1005), duration=0.15, bias_file="rolls_parallella", bias_kind="generator")
 

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from system.rover.cost_map import CostMap, load_map
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
-from system.rover.run import SYSTEM, Scenario, run
+from system.rover.run import SYSTEM, run
+from system.rover.scenario import Scenario
 
 
 def test_a_cost_has_one_colour_on_all_maps() -> None:

@@ -12,7 +12,8 @@ from circuits.errors import CircuitError, ParameterError
 from system.plot import save_picture
 from system.rover.body import Rover
 from system.rover.drive import polyline
-from system.rover.run import SUMMARY, SYSTEM, Scenario, Trace, run, summarise
+from system.rover.run import SUMMARY, SYSTEM, Trace, run, summarise
+from system.rover.scenario import Scenario
 
 EXACT = Rover(
     reach=2.0, gps_drift=0.0, gps_noise=0.0, outage_rate=0.0, outage_rate_covered=0.0, compass_bias=0.0,

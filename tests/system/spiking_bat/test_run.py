@@ -9,7 +9,8 @@ from circuits.errors import CircuitError
 from circuits.silicon.die import Die
 from system.forest import run as forest
 from system.openspace.law import arcs_of
-from system.spiking_bat.run import SYSTEM, Scenario, document, place, run, summarise
+from system.spiking_bat.run import SYSTEM, document, place, run, summarise
+from system.spiking_bat.scenario import Scenario
 
 
 def test_forest_and_start_are_the_analog_models() -> None:

@@ -21,7 +21,8 @@ from system.pushbot.campaign import Summary
 from system.pushbot.drive import begin_run
 from system.pushbot.network.biases import LEVELS
 from system.pushbot.network.plain import pushbot_network
-from system.pushbot.run import Scenario, Trace, scene_of, stood
+from system.pushbot.run import Trace, stood
+from system.pushbot.scenario import Scenario, scene_of
 from system.pushbot.wiring import HALF_ROWS
 from system.registry import EXPERIMENTS, load_experiment
 from system.study.statistics.share import Share

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from system.bug.path import median_distance
-from system.bug.run import Scenario, Trace, run
+from system.bug.run import Trace, run
+from system.bug.scenario import Scenario
 from system.experiment import Report
 from system.papers.stockel2017 import fig5 as stockel2017_fig5
 from system.papers.stockel2017 import fig6 as stockel2017_fig6

@@ -7,10 +7,11 @@ from system.openspace.law import Bat, arcs_of
 from system.openspace.map import SIDE, Forest
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.campaign import Build, chip_maker
+from system.spiking_bat.circling import stays
 from system.spiking_bat.flight import Flown, fly, fly_from
-from system.spiking_bat.loop import stays
 from system.spiking_bat.numbers import Numbers
-from system.spiking_bat.run import Scenario, place
+from system.spiking_bat.run import place
+from system.spiking_bat.scenario import Scenario
 
 ARCS = arcs_of(Bat(ping_rate=10.0))
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from circuits.silicon.die import Die
 from system.plot import save_picture
 from system.pushbot.drive import Order, begin_run, drive
-from system.pushbot.picture import draw_drive, draw_events, draw_intensity, draw_scene
+from system.pushbot.scene_picture import draw_drive, draw_events, draw_intensity, draw_scene
 from system.worlds.arena.file import load_scene, scene_names
 from system.worlds.camera.event import joined
 from system.worlds.camera.sensor import picture

@@ -1,0 +1,70 @@
+"""What an approach is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import ZERO_CELSIUS
+from system.option import check_options, die_option, option, seed_option, temperature_option
+from system.options.noise import Noisy, check_noise, noise_option
+from system.worlds.sound.acoustics import Air
+from system.worlds.sound.targets import Target, default_scene, read_targets
+
+Law = Literal["linear", "d4"]
+Level = Literal["transistor", "behavioural"]
+Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
+LONGEST = 3600.0  # s, of a run; ours
+BOXES: tuple[Box, ...] = ("chip", "centroid", "vocalization", "hearing", "isolation")
+
+
+def _read_targets(text: str, _: str) -> tuple[Target, ...]:
+    return read_targets(text)
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
+
+    `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
+    `transistors`: boxes at transistor level in a behavioural run. `silicon_noise`: of the devices of
+    `noisy_boxes`; `off`, `white`, or `all` with flicker too; the seed chooses it.
+    """
+
+    targets: tuple[Target, ...] = option(
+        default_scene, "CSV of moving targets", read=_read_targets, metavar="FILE"
+    )
+    duration: float = option(4.0, "Length of the run", unit="s", above=0.0, most=LONGEST, study=True)
+    temperature_c: float = temperature_option(27.0)
+    isolation: bool = option(default=True, about="First-target isolation")
+    amplitude_law: Law = option("linear", "Of the call: linear or d4")
+    noise_rms: float = option(0.0, "Rms at a microphone, as 1mV", name="noise", unit="V", least=0.0)
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    level: Level = option("transistor", "Of all boxes")
+    transistors: frozenset[Box] = option(
+        frozenset(), "A box kept as transistors, repeatable", choices=BOXES, collect=frozenset, metavar="BOX"
+    )
+    silicon_noise: Noisy = noise_option(study=False)
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        check_noise(self.silicon_noise, None)
+
+    def level_of(self, box: Box) -> Level:
+        """Level of a box."""
+        return "transistor" if box in self.transistors else self.level
+
+    @property
+    def noisy_boxes(self) -> tuple[Box, ...]:
+        """Boxes whose devices make noise: of the models'; the centroid board's is in the call intervals."""
+        boxes: tuple[Box, ...] = ("chip", "vocalization", "hearing")
+        on = self.silicon_noise != "off"
+        return tuple(box for box in boxes if on and self.level_of(box) == "behavioural")
+
+
+def air_of(scenario: Scenario) -> Air:
+    """Air at the scenario's temperature."""
+    return Air(temperature=scenario.temperature_c + ZERO_CELSIUS)

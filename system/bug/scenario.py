@@ -1,0 +1,99 @@
+"""What a run of the Bug robot is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chips.nef.chip import REFERENCE_C
+from chips.noise import SiliconNoise
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import check_temperature
+from system.bug.body import STEP
+from system.bug.brain import AGENTS
+from system.option import (
+    bias_kind_option,
+    check_options,
+    die_option,
+    option,
+    refuse_silicon,
+    seed_option,
+    temperature_option,
+)
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+
+BRAINS = ("reference", "ideal", "chip")
+DEFAULT_MAP = "bug-spiral"
+DURATION = 200.0  # s, after which a run ends; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a robot is asked to do.
+
+    design: of Bug 2's network, `published` or `improved`; neurons: how many in all, about, the design's if
+    None; map: one of `bug_map.MAPS`, or a file; start, goal: numbers from 0 in reading order, or `X,Y` in map
+    units; duration: s; seed: of the network's neurons. Of a chip: die, temperature_c, the one at which its
+    biases were calibrated, the one at which its decoders were solved (None: the same), kind of its biases,
+    area of its devices, relative, and their noise, whose seed is `seed` unless `noise_seed` is given.
+    """
+
+    agent: str = option("bug2", "Which of the three", choices=AGENTS, study=True)
+    brain: str = option("reference", "A program, or neurons: ideal, or chip", choices=BRAINS)
+    design: str = option("published", "Of Bug 2's neurons: published or improved", study=True)
+    neurons: int | None = option(None, "How many in all, about; the design's unless given", study=True)
+    map: str = option(DEFAULT_MAP, "Or a file of # S G and spaces", metavar="MAP", study=True)
+    start: str = option("0", "Number of the S, from 0, or a place", metavar="N|X,Y", study=True)
+    goal: str = option("0", "As the start, of a G", metavar="N|X,Y", study=True)
+    duration: float = option(
+        DURATION, "After which the run ends", unit="s", least=STEP, below=1e6, study=True
+    )
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(REFERENCE_C)
+    calibrated_c: float = option(
+        REFERENCE_C, "Where the chip's biases were trimmed", name="calibrated", unit="degC", study=True,
+        silicon=True, key="calibrated_C",
+    )  # fmt: skip
+    solved_c: float | None = option(
+        None, "Where its decoders were solved; where biases were trimmed unless given", name="solved",
+        unit="degC", study=True, silicon=True, key="solved_C",
+    )  # fmt: skip
+    bias_kind: BiasKind = bias_kind_option("gate")
+    area: float = option(1.0, "Of the chip's devices, relative", unit="", study=True, silicon=True)
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        if self.brain == "reference" and (self.neurons is not None or self.design != "published"):
+            name = "design" if self.neurons is None else "neurons"
+            raise ParameterError(f"{name}: a reference has no neurons; add `brain=ideal`, or leave it out")
+        check_temperature(self.temperature_c)
+        check_temperature(self.calibrated_c)
+        check_temperature(self.solved)
+        check_noise(self.silicon_noise, self.noise_seed)
+        if no_silicon(self):
+            refuse_silicon(self, no_silicon(self))
+
+    def device_noise(self) -> SiliconNoise | None:
+        """Noise of the chip's devices."""
+        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
+
+    @property
+    def solved(self) -> float:
+        """Where decoders were solved, degC."""
+        return self.calibrated_c if self.solved_c is None else self.solved_c
+
+
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.brain == "chip" else "add `brain=chip`"
+
+
+def check_seed(scenario: Scenario) -> None:
+    """Refuse a seed of a program, which draws nothing."""
+    if scenario.brain == "reference" and scenario.seed != 0:
+        raise ParameterError(f"seed: {scenario.seed}, a reference has no neurons to draw; leave it out")

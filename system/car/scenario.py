@@ -1,0 +1,96 @@
+"""What a drive of the car is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from system.car.numbers import OpenspaceNumbers, Robot
+from system.car.world import FORESTS, check_forest, is_file, read_pipes
+from system.openspace.reader import CALIBRATIONS, Calibration
+from system.option import (
+    bias_kind_option,
+    check_options,
+    die_option,
+    option,
+    refuse_silicon,
+    seed_option,
+    temperature_option,
+)
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
+from system.reader import place
+
+RANGES = ("flight", "exact", "chip")
+PINGS = 1500  # of a run, three times those of a drive without detours; ours
+ROOM_TEMPERATURE = 27.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a robot is asked to do.
+
+    forest: one of `FORESTS`, or a file; start: x, y in m, drawn unless given; pings: after which a run ends;
+    occlusion, multipath, soft_pings: None where there is no sonar to have them; silicon_noise: of the chip's
+    devices, by `noise_seed`, `seed` unless given.
+    """
+
+    robot: Robot = field(default_factory=Robot)
+    openspace: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
+    forest: str = option(FORESTS[0], "As corridor, open, dense, or a FILE", metavar="FOREST", study=True)
+    ranges: str = option(
+        RANGES[0], "Of the echoes' flight, exact places, or chip to time echoes", choices=RANGES, study=True
+    )
+    occlusion: bool | None = option(None, "Pipes hide those behind; they do", study=True)
+    multipath: bool | None = option(None, "Echoes by way of two pipes; there are", study=True)
+    soft_pings: bool | None = option(None, "A softer ping where something is near; there is", study=True)
+    reader: Calibration | None = option(
+        None, "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True, silicon=True,
+        choices=CALIBRATIONS,
+    )  # fmt: skip
+    bias_kind: BiasKind | None = bias_kind_option(None)
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
+    start: tuple[float, float] | None = option(
+        None, "As 40m,25m; drawn unless given", read=place, metavar="X,Y", key="start_m"
+    )
+    pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_forest(self.forest)
+        check_options(self)
+        check_noise(self.silicon_noise, self.noise_seed)
+        for name in ("occlusion", "multipath", "soft_pings"):
+            if getattr(self, name) and self.ranges == "exact":
+                raise ParameterError(f"{name}: not with `ranges=exact`; give `ranges=flight` or chip")
+        if no_silicon(self):
+            refuse_silicon(self, no_silicon(self))
+
+    @property
+    def silicon(self) -> bool:
+        """Whether a chip is in the loop."""
+        return self.ranges == "chip"
+
+    @property
+    def senses(self) -> dict[str, bool]:
+        """Options of the sonar as they are in force: all of them on with a sonar, unless given."""
+        names = ("occlusion", "multipath", "soft_pings")
+        if self.ranges == "exact":
+            return dict.fromkeys(names, False)
+        return {name: getattr(self, name) is not False for name in names}
+
+
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.silicon else "give `ranges=chip`"
+
+
+def check_pipes(scenario: Scenario) -> None:
+    """Raise `DataError` for a file of pipes that is none."""
+    if is_file(scenario.forest):
+        read_pipes(scenario.forest)

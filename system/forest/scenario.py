@@ -1,0 +1,87 @@
+"""What a sample of flights through a forest is asked to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from system.forest.weights import weighted
+from system.openspace.law import Bat
+from system.openspace.map import OBSTACLES, check_count, read_place
+from system.openspace.senses import IDEAL, Sensing, with_area
+from system.option import check_options, die_option, option, seed_option, temperature_option
+
+PINGS = 20_000  # of a sample: more make a picture of one colour; ours
+STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
+CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
+ROOM_TEMPERATURE = 27.0
+AREA = "area"  # options that set no single field
+KINDS = "weights"
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a bat is asked to do.
+
+    map: file of obstacles, None to plant `obstacles` from the seed; start: x, y in m, drawn unless given;
+    pings: after which a sample ends undecided; rows: pings of the first run whose path is kept.
+    """
+
+    bat: Bat = field(default_factory=Bat)
+    sensing: Sensing = IDEAL
+    map: str | None = option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
+    obstacles: int = option(OBSTACLES, "How many are planted from the seed", study=True)
+    start: tuple[float, float] | None = option(
+        None, "As 40m,25m; drawn unless given", read=read_place, metavar="X,Y", key="start_m"
+    )
+    pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
+    rows: int = PINGS
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        way = self.bat.max_speed / self.bat.ping_rate
+        if way > self.bat.max_range:
+            raise ParameterError(
+                f"vmax: {self.bat.max_speed:g} m/s at {self.bat.ping_rate:g} Hz is {way:.3g} m between"
+                f" pings, must be at most the {self.bat.max_range:g} m that a ping shows; fly slower"
+            )
+        if self.temperature_c != ROOM_TEMPERATURE and not self.sensing.silicon:
+            raise ParameterError(
+                f"temperature_c: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
+                f" loop; {no_silicon(self)}, or leave it out"
+            )
+        if self.map is None:
+            check_count(self.obstacles)
+
+
+def no_silicon(scenario: Scenario) -> str:
+    """What puts a chip into the loop, "" where one is."""
+    return "" if scenario.sensing.silicon else "give `ranges=chip` or `selection=chip`"
+
+
+def make(fields: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of a scenario with the bat's weights by its speed, and the area of both chips."""
+    if fields.get("map") is not None and "obstacles" in fields:
+        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
+    found = dict(fields)
+    if KINDS in more:
+        found["bat"] = weighted(fields.get("bat", Bat()), more[KINDS])
+    if AREA in more:
+        sensing = fields.get("sensing", IDEAL)
+        if not sensing.silicon:
+            raise ParameterError("area: no chip is in the loop; give `ranges=chip` or `selection=chip`")
+        found["sensing"] = with_area(sensing, more[AREA])
+    return found
+
+
+def of_study(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Pings of a study's samples, fewer with chips; no rows of a path are kept."""
+    silicon = "chip" in (given.get("ranges"), given.get("selection"))
+    return {"pings": CHIP_STUDY_PINGS if silicon else STUDY_PINGS, "rows": 0}

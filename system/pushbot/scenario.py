@@ -1,0 +1,119 @@
+"""What a run of the Pushbot is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chips.noise import SiliconNoise
+from circuits.circuit import BiasKind
+from circuits.silicon.die import NOMINAL, Die
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.pushbot.body import Factors
+from system.pushbot.brain import FIELD_SCENES, Architecture
+from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
+from system.pushbot.readout import Kind as ReadoutKind
+from system.worlds.arena.file import load_scene
+from system.worlds.arena.scene import Scene, recoloured
+
+DEFAULT_SCENE = "single-block"
+TURN_FACTOR = 0.5  # the only one that the paper names with 0.35 m/s: Table 1, sections 3.5 and 3.7
+MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are short; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a Pushbot is asked to do.
+
+    scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
+    window, readout: of equations (1) and (2), s; turn factor and window None for those of the architecture;
+    target: whether the field gets events, None where the scene has a target; temperature_c: of the run
+    (degC); calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
+    raise_lateral: see `Architecture`; duration: s, None for the scene's; way: m after which the run ends too,
+    None for no such end; silicon_noise: of its devices, and its seed, None for `seed`, which is also that of
+    the scene and the sensor.
+    """
+
+    scene: str = option(DEFAULT_SCENE, "Its name, or a FILE.toml", metavar="SCENE", study=True)
+    speed_factor: float = option(
+        0.5, "Of equation (2), the usual one about 0.35 m/s", unit="", study=True, key="speed_factor"
+    )
+    turn_factor: float | None = option(
+        None, "Of equation (1), 0.5, or 2 for the modified architecture, unless given", unit="", study=True
+    )
+    window: float | None = option(
+        None, "In which spikes are counted, 500ms unless told otherwise", unit="s", study=True
+    )
+    readout: ReadoutKind = option(
+        "sliding", "As fixed a command at each window's end, as spikes to the motors", study=True
+    )
+    modified: bool = option(
+        default=False, about="Gyro-driven suppression and graded weights (section 3.4)", study=True
+    )
+    dropped: float = option(
+        0.8, "Of events that are dropped at random", name="drop", unit="", metavar="SHARE", study=True
+    )
+    colour: str | None = option(None, "Of the blocks, as blue, red or yellow", study=True, key="")
+    light: str | None = option(None, "As normal, dark, very-dark, or 500lux", study=True, key="")
+    target: bool | None = option(
+        None, "Events to the target field; where the scene has a target", study=True, key=""
+    )
+    duration: float | None = option(
+        None, "After which the run ends; the scene's", unit="s", above=0.0, study=True, key=""
+    )
+    way: float | None = option(
+        None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
+    )
+    exc: int = option(16, "Neurons that fire constantly", study=True, key="")
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(27.0)
+    bias_kind: BiasKind = bias_kind_option("generator")
+    calibrated: bool = option(
+        default=True,
+        about="Codes of the die's own calibration; they are",
+        study=True,
+        opposite="uncalibrated",
+    )
+    frame: bool = option(
+        default=False, about="A target frame that keeps its orientation, on a second chip", study=True, key=""
+    )
+    raise_lateral: bool = option(
+        default=False, about="Stronger lateral weights while the target is lost", study=True, key=""
+    )
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        check_noise(self.silicon_noise, self.noise_seed)
+
+    def device_noise(self) -> SiliconNoise | None:
+        """Noise of the chips' devices."""
+        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
+
+    def read(self) -> Readout:
+        """How spikes become commands."""
+        usual = DIRECT if self.readout == "spikes" else (LOOK if self.modified else REFERENCE)
+        window = self.window if self.window is not None else usual
+        turn = MODIFIED_TURN_FACTOR if self.modified else TURN_FACTOR
+        turn = self.turn_factor if self.turn_factor is not None else turn
+        return Readout(Factors(self.speed_factor, turn), window, self.readout)
+
+    def architecture(self) -> Architecture:
+        """What is on the chip."""
+        target = self.target if self.target is not None else self.scene in FIELD_SCENES
+        return Architecture(self.modified, target, self.exc, self.frame, self.raise_lateral)
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """The scene in its light and colour; the scenario's seed is of what is scattered."""
+    scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
+    return scene if scenario.colour is None else recoloured(scene, scenario.colour)
+
+
+def check_scene(scenario: Scenario) -> None:
+    """Refuse a readout, scene, light or colour that there is none of."""
+    scenario.read()
+    scene_of(scenario)

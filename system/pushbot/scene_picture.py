@@ -1,0 +1,114 @@
+"""Pictures of a Pushbot's world: the scene from above with a path, what the sensor sees, and its events."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon as Patch
+
+from circuits.arrays import F64
+from system.plot import COLOURS, INK, PALE
+from system.worlds.arena.geometry import obstacles_of, outline_at, robot_outline
+from system.worlds.arena.scene import COLOURS as REFLECTANCES
+from system.worlds.arena.scene import Scene
+from system.worlds.camera.event import Events, frame
+
+_INKS = {"blue": COLOURS[0], "red": COLOURS[1], "yellow": COLOURS[6], "black": INK, "grey": "#808080",
+         "wood": "#C19A6B", "white": "#FFFFFF"}  # fmt: skip
+_MOST = 4  # events a pixel that the darkest dot stands for
+_FRAMES = 4
+
+
+def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
+    """Draw a scene from above as it is at `time` s: floor, shades, bodies in their colours, paths dotted."""
+    ax.add_patch(
+        Patch(np.array(scene.corners), closed=True, facecolor="#F7F7F7", edgecolor=INK, linewidth=1.2)
+    )
+    for shade in scene.shades:
+        ax.add_patch(Patch(np.array(shade.corners), closed=True, facecolor=PALE, edgecolor="none", zorder=1))
+    for line in scene.partitions:
+        ax.plot(*np.array(line).T, color=INK, linewidth=1.2, zorder=3)
+    obstacles = obstacles_of(scene)
+    for k, body in enumerate(scene.bodies):
+        outline = np.array(outline_at(obstacles, k, time).exterior.coords)
+        high = not obstacles.solid[k]
+        ax.add_patch(
+            Patch(outline, closed=True, facecolor="none" if high else _ink(body.reflectance), edgecolor=INK,
+                  linewidth=0.5, linestyle=":" if high else "-", zorder=3)
+        )  # fmt: skip
+        if body.motion is not None:
+            ax.plot(*np.array(body.motion.path).T, color=INK, linewidth=0.7, linestyle=":", zorder=2)
+        if body.led is not None:
+            middle = outline[:-1].mean(axis=0)
+            ax.plot(*middle, marker="*", color=COLOURS[4], markersize=7, linestyle="", zorder=4)
+    corners = np.array(scene.corners)
+    (left, low), (right, high_y) = corners.min(axis=0), corners.max(axis=0)
+    ax.set_xlim(left - 0.05, right + 0.05)
+    ax.set_ylim(low - 0.05, high_y + 0.05)
+    ax.set_aspect("equal")
+    ax.set_xlabel("x (m)")
+    ax.set_ylabel("y (m)")
+
+
+def draw_path(path: F64, ax: Axes, moments: Sequence[float] = ()) -> None:
+    """Draw a path, float64[n, 4] of s, m, m, rad, with the robot at its start and at numbered moments (s)."""
+    ax.plot(path[:, 1], path[:, 2], color=COLOURS[2], linewidth=1.4, zorder=5)
+    for k, moment in enumerate((path[0, 0], *moments)):
+        row = path[min(int(np.searchsorted(path[:, 0], moment - 1e-9)), len(path) - 1)]
+        outline = np.array(robot_outline((row[1], row[2], row[3])).exterior.coords)
+        ax.add_patch(
+            Patch(outline, closed=True, facecolor="none", edgecolor=COLOURS[2], linewidth=1.0, zorder=5)
+        )
+        nose = 0.05 * math.cos(row[3]), 0.05 * math.sin(row[3])
+        ax.plot(
+            [row[1], row[1] + nose[0]], [row[2], row[2] + nose[1]], color=COLOURS[2], linewidth=1.0, zorder=5
+        )
+        if k > 0:
+            ax.annotate(str(k), (row[1], row[2]), (5, 5), textcoords="offset points", fontsize=8, zorder=6)
+
+
+def draw_intensity(image: F64, ax: Axes) -> None:
+    """Draw what the pixels see, lux [rows, columns], in log shades; a dotted line parts the halves."""
+    ax.imshow(np.log(image), origin="lower", cmap="gray", interpolation="nearest")
+    ax.axhline(0.5 * image.shape[0] - 0.5, color=COLOURS[1], linewidth=0.6, linestyle=":")
+
+
+def draw_events(events: Events, columns: int, rows: int, ax: Axes) -> None:
+    """Draw events by pixel as in Figure 8: on events blue, off events green, darker where there are more."""
+    image = np.ones((rows, columns, 3))
+    for on, taken in ((True, (0, 1)), (False, (0, 2))):
+        chosen = events.where(events.on == on)
+        count = np.minimum(np.abs(frame(chosen, columns, rows)), _MOST) / _MOST
+        for channel in taken:
+            image[:, :, channel] -= count
+    ax.imshow(np.clip(image, 0.0, 1.0), origin="lower", interpolation="nearest")
+    ax.axhline(0.5 * rows - 0.5, color=COLOURS[1], linewidth=0.6, linestyle=":")
+    ax.set_xticks([])
+    ax.set_yticks([])
+
+
+def draw_drive(
+    scene: Scene, path: F64, events: Events, moments: Sequence[float], figure: Figure, window: float = 0.5
+) -> None:
+    """Fill a figure: path over the scene, below it the events of `window` s before up to four moments (s)."""
+    figure.set_size_inches(8.0, 7.6)
+    shown = list(moments)[:_FRAMES]
+    axes = figure.subplot_mosaic([["above"] * len(shown), [f"frame{k}" for k in range(len(shown))]],
+                                 height_ratios=(2.4, 1.0))  # fmt: skip
+    draw_scene(scene, axes["above"], float(path[-1, 0]))
+    draw_path(path, axes["above"], shown)
+    axes["above"].set_title(f"{scene.name}: {scene.summary}", fontsize=9)
+    for k, moment in enumerate(shown):
+        ax = axes[f"frame{k}"]
+        inside = events.where((events.time > moment - window) & (events.time <= moment))
+        draw_events(inside, 128, 128, ax)
+        ax.set_title(f"{k + 1}: {moment:.3g} s, {len(inside)} events", fontsize=8)
+
+
+def _ink(reflectance: float) -> str:
+    name = min(REFLECTANCES, key=lambda n: abs(REFLECTANCES[n] - reflectance))
+    return _INKS[name]

@@ -1,0 +1,49 @@
+"""What a die of ROLLS is driven with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.options.noise import Noisy, noise_option, silicon_noise
+from system.rolls.options import bias_table
+
+INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
+SETTLING = 0.1  # s, before rates are counted; ours
+STUDY_DURATION = 4.0  # s, unless asked
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of events and noise."""
+
+    bias_file: str | None = option(
+        None, "Codes: rolls_default, rolls_parallella or a CSV; the first unless given", metavar="FILE",
+        study=True,
+    )  # fmt: skip
+    input_rate: float = option(
+        INPUT_RATE, "Of events a neuron, 0Hz for none", unit="Hz", least=0.0, study=True
+    )
+    duration: float = option(1.0, "Of the run", unit="s", study=True)
+    bias_kind: BiasKind = bias_kind_option("gate")
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(27.0)
+    seed: int = seed_option()
+    silicon_noise: Noisy = noise_option()
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        if not self.duration > SETTLING:
+            raise ParameterError(
+                f"duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
+            )
+        silicon_noise(self.silicon_noise, self.seed)
+
+
+def check_codes(scenario: Scenario) -> None:
+    """Raise `DataError` for a bias file that is none."""
+    bias_table(scenario.bias_file)
