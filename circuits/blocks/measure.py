@@ -52,5 +52,10 @@ def spiked(result: Result, port: str = "spike") -> bool:
     return bool(result.spikes[port].size)
 
 
+def spike_outcome(result: Result) -> str:
+    """How often a neuron has given an event at its port `spike`: `none`, `one-spike` or `several-spikes`."""
+    return ("none", "one-spike", "several-spikes")[min(result.spikes["spike"].size, 2)]
+
+
 def _positive(time: float | None) -> float | None:
     return time if time is not None and time > 0.0 else None

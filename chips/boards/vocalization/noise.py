@@ -44,6 +44,7 @@ from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
 from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.arrays import F64
+from circuits.blocks.sonar import board as parts
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
@@ -113,18 +114,18 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
     start, ahead = board.thresholds(p, v_dd)[1], AHEAD + slope * SETTLE
 
     def at(t: float, y: F64) -> tuple[F64, float]:
-        u = board.GAIN * (y[0] - start + ahead - slope * t) / half
+        u = parts.GAIN * (y[0] - start + ahead - slope * t) / half
         drive = (half + half * math.tanh(u) - y[1]) * output
         rise = np.array([
-            (v_dd * top + y[1] * feedback - y[0] * total) / board.STRAY,
+            (v_dd * top + y[1] * feedback - y[0] * total) / parts.STRAY,
             (drive - (y[1] - y[0]) * feedback) / board.COMPARATOR_CAPACITANCE,
         ])  # fmt: skip
-        return rise, board.GAIN * (1.0 - math.tanh(u) ** 2)
+        return rise, parts.GAIN * (1.0 - math.tanh(u) ** 2)
 
     def jacobian(t: float, y: F64) -> F64:
         gain = at(t, y)[1] * output + feedback
         return np.array([
-            [-total / board.STRAY, feedback / board.STRAY],
+            [-total / parts.STRAY, feedback / parts.STRAY],
             [gain / board.COMPARATOR_CAPACITANCE, -(output + feedback) / board.COMPARATOR_CAPACITANCE],
         ])  # fmt: skip
 
@@ -143,13 +144,13 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
     def backwards(tau: float, y: F64) -> F64:
         # the integral of lambda_theta^2 beside lambda, in units of its end
         own = jacobian(end - tau, way.sol(end - tau)).T @ y[:2]
-        return np.array([own[0], own[1], y[0] * y[0] / board.STRAY])
+        return np.array([own[0], own[1], y[0] * y[0] / parts.STRAY])
 
     back = solve_ivp(
         backwards, (0.0, end), [0.0, -math.copysign(1.0, falls), 0.0], method="LSODA", rtol=1e-6, atol=1e-12
     )
     density = 4.0 * BOLTZMANN * kelvin(silicon.temperature_c) * total
-    return float(scale * math.sqrt(0.5 * density * back.y[2, -1] / board.STRAY))
+    return float(scale * math.sqrt(0.5 * density * back.y[2, -1] / parts.STRAY))
 
 
 @compiled()

@@ -23,9 +23,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.measure import spike_outcome
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.sonar.rebound_neuron import outcome
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Source
@@ -136,7 +136,7 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spike_outcome,
     plotted=("v_mem", "v_o1", "v_ref", "spike"),
     process=ROLLS_180,
 )

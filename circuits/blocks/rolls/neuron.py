@@ -31,10 +31,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.measure import spike_outcome
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import OFF_CURRENT, default_current
-from circuits.blocks.sonar.rebound_neuron import outcome
 from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
@@ -283,7 +283,7 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spike_outcome,
     plotted=("i_in", "v_mem", "spike"),
     process=ROLLS_180,
 )

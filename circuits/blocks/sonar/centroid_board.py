@@ -14,18 +14,18 @@ The d^4 law. An amplitude that falls as `a = a_0 + s V` with its control voltage
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.sonar.vocalization_controller import amplifier, inverter, mos, strays
-from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Port
+from circuits.blocks.drive import elements, powered
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, event_in
+from circuits.blocks.sonar.board import amplifier, strays, transmission_gate
+from circuits.circuit import Bias, Circuit, Port
 from circuits.count import PULSES, whole_number
-from circuits.devices import Capacitor, Resistor, Source
-from circuits.devices.source import Constant
+from circuits.devices import Capacitor, Resistor
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.solver.power import supply_power
@@ -35,7 +35,6 @@ from circuits.units import quantity
 
 NEURONS = 13
 NEAREST, FARTHEST = 3.0, 0.2  # V, look-up voltages of the first and the last neuron; ours
-GATE_WIDTH = 100.0  # um, both pass transistors of a transmission gate; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,59 +100,23 @@ def fourth_power_lookup(
     return Lookup(tuple(float(v) for v in within), tuple(bool(c) for c in clipped))
 
 
-def static_centroid(params: Params, voltages: Sequence[float]) -> float:
-    """Voltage to which the common node tends while the gates at `voltages` (V) are on, V."""
-    on, leak = 1.0 / params.gate_resistance, 1.0 / params.leak_resistance
-    return sum(voltages) * on / (len(voltages) * on + leak)
-
-
-def centroid_after(params: Params, before: float, voltages: Sequence[float], duration: float) -> float:
-    """Voltage of the common node, V, `duration` s after gates came on while it was at `before` V.
-
-    voltages: what the gates that are on lead to, V; none leaves the leak alone.
-    """
-    conductance = len(voltages) / params.gate_resistance + 1.0 / params.leak_resistance
-    target = static_centroid(params, voltages)
-    return target + (before - target) * math.exp(-duration * conductance / params.hold_capacitance)
-
-
-def transmission_gate() -> Circuit:
-    """An nFET and a pFET that join a and b while control is high; an inverter makes the complement."""
-    return Circuit(
-        "transmission_gate",
-        (Port("vdd", "supply"), Port("control", "event"), Port("a", "analog"), Port("b", "analog", "out")),
-        (
-            *inverter("i", "control", "complement"),
-            mos("m_n", "n", ("a", "control", "b"), GATE_WIDTH),
-            mos("m_p", "p", ("a", "complement", "b"), GATE_WIDTH),
-        ),
-    )
-
-
 def lookup_switch(params: Params) -> Circuit:
     """A transmission gate in series with a resistor, from a look-up voltage to the common node."""
-    ports = (
-        Port("vdd", "supply"),
-        Port("spike", "event"),
-        Port("entry", "analog"),
-        Port("common", "analog", "out"),
-    )
-    wires = {"vdd": "vdd", "control": "spike", "a": "entry", "b": "end"}
     return Circuit(
         "lookup_switch",
-        ports,
+        (SUPPLY, *event_in("spike"), *analog_in("entry"), *analog_out("common")),
         (Resistor("r_gate", "end", "common", params.gate_resistance), *strays("end")),
-        (Instance("gate", transmission_gate(), wires),),
+        (transmission_gate().instance("gate", control="spike", a="entry", b="end"),),
     )
 
 
 def build(params: Params = Params()) -> Circuit:
     """The board: ports spike and lookup (13 each), proximity (out) and supply."""
     ports = (
-        Port("vdd", "supply"),
+        SUPPLY,
         Port("spike", "event", shape=(NEURONS,)),
         Port("lookup", "bias", shape=(NEURONS,)),
-        Port("proximity", "analog", "out"),
+        *analog_out("proximity"),
     )
     devices = (
         Resistor("r_leak", "common", "0", params.leak_resistance),
@@ -163,8 +126,7 @@ def build(params: Params = Params()) -> Circuit:
         Capacitor("c_filter", "filtered", "0", params.filter_capacitance),
         *amplifier("output_follower", "filtered", "proximity", "proximity"),
     )
-    wires = {"vdd": "vdd", "spike": "spike", "entry": "lookup", "common": "common"}
-    gates = InstanceArray("switch", lookup_switch(params), (NEURONS,), wires)
+    gates = lookup_switch(params).array("switch", (NEURONS,), entry="lookup")
     biases = (Bias("lookup", "lookup", "voltage", linear_lookup()),)
     return Circuit("centroid_board", ports, devices, (gates,), biases=biases)
 
@@ -188,11 +150,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     wanted = 0.0 if rate is None else max(0.0, float(np.ceil((stop - FIRST_SPIKE) * rate - 1e-9)))
     count = whole_number("spikes", wanted, 0, PULSES)
     times = tuple(FIRST_SPIKE + k / (rate or 1.0) for k in range(count))
-    spikes = (
-        Source(f"spike[{k}]", f"spike[{k}]", pulse(times if k in chosen else (), v_dd))
-        for k in range(NEURONS)
-    )
-    return Testbench("centroid board", circuit, (Source("vdd", "vdd", Constant(v_dd)), *spikes), stop)
+    spikes = elements(circuit.port("spike"), {k: pulse(times, v_dd) for k in chosen})
+    return Testbench("centroid board", circuit, powered(v_dd, spikes), stop)
 
 
 def measures(result: Result) -> dict[str, float | None]:

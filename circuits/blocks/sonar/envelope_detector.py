@@ -26,10 +26,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.circuit import Bias, Circuit, Port
+from circuits.blocks.drive import powered
+from circuits.blocks.measure import between
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
+from circuits.circuit import Bias, Circuit
 from circuits.count import SAMPLES, whole_number
-from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source, Transistor
-from circuits.devices.source import Constant, Sampled
+from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transistor
+from circuits.devices.source import Sampled
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
 from circuits.solver.power import supply_power
@@ -70,12 +73,7 @@ def build(params: Params = Params()) -> Circuit:
     r_1, r_2, stray = params.input_resistance, params.feedback_resistance, params.stray_capacitance
     return Circuit(
         "envelope_detector",
-        (
-            Port("vdd", "supply"),
-            Port("microphone", "analog"),
-            Port("envelope", "analog", "out"),
-            *(Port(b.port, "bias") for b in BIASES),
-        ),
+        (SUPPLY, *analog_in("microphone"), *analog_out("envelope"), *bias_ports(BIASES)),
         (
             Transistor("mf", "n", "vdd", "microphone", "v_e", "0", width, length),
             Resistor("re", "v_e", "v_return", params.leak_resistance),
@@ -137,11 +135,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     if second is not None:
         bursts.append((SOUND_TIME + delay, duration, second))
     stop = max(start for start, _, _ in bursts) + duration + AFTER_SOUND
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("microphone", "microphone", tone_bursts(tuple(bursts), stop, 0.5 * v_dd, v_dd)),
-    )
-    return Testbench("envelope detector", circuit, sources, stop)
+    sound = tone_bursts(tuple(bursts), stop, 0.5 * v_dd, v_dd)
+    return Testbench("envelope detector", circuit, powered(v_dd, {"microphone": sound}), stop)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -156,12 +151,12 @@ def measures(result: Result) -> dict[str, float | None]:
     peak = float(rise.max())
     heard = peak >= HEARD
     half = rising_crossing(time, rise, 0.5 * peak) if heard else None
-    falls = [_last_fall(time, rise, share * peak) if heard else None for share in (0.5, 0.05)]
+    falls = (_last_fall(time, rise, share * peak) if heard else None for share in (0.5, 0.05))
     return {
         "pedestal_V": float(envelope[0]),
         "envelope_peak_V": peak,
-        "latency_s": None if half is None else half - SOUND_TIME,
-        "fall_time_s": None if falls[0] is None or falls[1] is None else falls[1] - falls[0],
+        "latency_s": between(SOUND_TIME, half),
+        "fall_time_s": between(*falls),
         "supply_power_W": supply_power(result),
     }
 

@@ -10,16 +10,17 @@ The latch has two rest states; `rest(v_dd)` starts a run with the array open.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.sonar.centroid_board import NEURONS, neuron_index, transmission_gate
-from circuits.blocks.sonar.vocalization_controller import inverter, mos, strays
+from circuits.blocks.drive import elements, powered
+from circuits.blocks.measure import between
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_out, bias_in, event_in
+from circuits.blocks.sonar.board import LENGTH, inverter, nor, strays, transmission_gate
+from circuits.blocks.sonar.centroid_board import NEURONS, neuron_index
 from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Device, Resistor, Source
-from circuits.devices.source import Constant
+from circuits.devices import Capacitor, Resistor
 from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.solver.power import supply_power
@@ -41,24 +42,12 @@ class Params:
     load_capacitance: float = quantity(2e-12 + NEURONS * 20e-15, "F")
 
 
-def nor(name: str, a: str, b: str, y: str, width: float = 30.0) -> tuple[Device, ...]:
-    """`y = not (a or b)`; `width` of the nFETs in um, the stacked pFETs four times as wide."""
-    return (
-        mos(f"{name}_pa", "p", (f"{name}_mid", a, "vdd"), 4 * width),
-        mos(f"{name}_pb", "p", (y, b, f"{name}_mid"), 4 * width),
-        mos(f"{name}_na", "n", (y, a, "0"), width),
-        mos(f"{name}_nb", "n", (y, b, "0"), width),
-    )
-
-
 def build(params: Params = Params()) -> Circuit:
     """The board: ports spike (13) and call (events in), v_ex_max (out), bias v_ex_max_set and supply."""
-    ports = (
-        Port("vdd", "supply"), Port("spike", "event", shape=(NEURONS,)), Port("call", "event"),
-        Port("v_ex_max_set", "bias"), Port("v_ex_max", "analog", "out"),
-    )  # fmt: skip
+    spike = Port("spike", "event", shape=(NEURONS,))
+    ports = (SUPPLY, spike, *event_in("call"), *bias_in("v_ex_max_set"), *analog_out("v_ex_max"))
     devices = (
-        *(mos(f"m_or{k}", "n", ("quiet", f"spike[{k}]", "0"), 6) for k in range(NEURONS)),
+        *(mos(f"m_or{k}", "n", "quiet", f"spike[{k}]", "0", 6, LENGTH) for k in range(NEURONS)),
         Resistor("r_pull_up", "vdd", "quiet", params.pull_up_resistance),
         *inverter("i_set", "quiet", "set"),
         *nor("nor_q", "call", "q_bar", "q"),
@@ -77,18 +66,6 @@ def build(params: Params = Params()) -> Circuit:
     return Circuit("first_target_isolation", ports, devices, gates, biases=biases)
 
 
-def isolated_intervals(spikes: Sequence[float], calls: Sequence[float]) -> list[tuple[float, float]]:
-    """Ideal behaviour: (start, end), s, of every isolation of the array; inf where no call ends it.
-
-    spikes, calls: times of rising edges, s, in any order.
-    """
-    intervals: list[tuple[float, float]] = []
-    for spike in sorted(spikes):
-        if not intervals or spike >= intervals[-1][1]:
-            intervals.append((spike, min((c for c in calls if c > spike), default=math.inf)))
-    return intervals
-
-
 def rest(v_dd: float) -> dict[str, float]:
     """Start voltages (V) by node of the rest state in which the array is open."""
     return {"q": 0.0, "q_bar": v_dd}
@@ -99,11 +76,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     stop = stimuli["duration"] or 0.0
     neuron = neuron_index("neuron", stimuli["neuron"])
     spike, call = (() if time is None else (time,) for time in (stimuli["spike"], stimuli["call"]))
-    spikes = (
-        Source(f"spike[{k}]", f"spike[{k}]", pulse(spike if k == neuron else (), v_dd))
-        for k in range(NEURONS)
-    )
-    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("call", "call", pulse(call, v_dd)), *spikes)
+    spikes = elements(circuit.port("spike"), {neuron: pulse(spike, v_dd)})
+    sources = powered(v_dd, {"call": pulse(call, v_dd), **spikes})
     return Testbench("first-target isolation", circuit, sources, stop, start=rest(v_dd))
 
 
@@ -119,8 +93,8 @@ def measures(result: Result) -> dict[str, float | None]:
     spike = min((t for t in spikes if t is not None), default=None)
     out = result["v_ex_max"]
     return {
-        "set_delay_s": _delay(spike, rising_crossing(result.time, out, level)),
-        "reset_delay_s": _delay(
+        "set_delay_s": between(spike, rising_crossing(result.time, out, level)),
+        "reset_delay_s": between(
             rising_crossing(result.time, result["call"], half), falling_crossing(result.time, out, level)
         ),
         "v_ex_max_V": float(out[-1]),
@@ -133,10 +107,6 @@ def outcome(result: Result) -> str:
     """`isolated` or `open`, at the end of the run."""
     half = half_supply(result.machine)
     return "isolated" if float(result["q"][-1]) > half else "open"
-
-
-def _delay(cause: float | None, effect: float | None) -> float | None:
-    return None if cause is None or effect is None else effect - cause
 
 
 BLOCK = Block(

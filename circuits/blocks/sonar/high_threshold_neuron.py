@@ -11,20 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Values
-from circuits.blocks.sonar.rebound_neuron import outcome
-from circuits.blocks.sonar.spike_generator import (
-    SUPPLY,
-    GeneratorParams,
-    envelope_testbench,
-    generator_biases,
-    sound_stimuli,
-    spike_generator,
-    spike_measures,
-)
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.solver.transient import Result
-from circuits.testbench import Testbench
+from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.sonar import spike_generator
+from circuits.circuit import Bias, Circuit
 from circuits.units import quantity
 
 
@@ -37,47 +26,22 @@ class Params:
 
 
 # Ours: 1 V at the microphone is an envelope of 1.07 V, 2.4 V one of 2.51 V; 1.4 V just fires.
-BIASES = (Bias("v_threshold", "v_threshold", "voltage", 1.5), *generator_biases("generator"))
+BIASES = (Bias("v_threshold", "v_threshold", "voltage", 1.5), *spike_generator.BIASES)
 
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports envelope (analog in), spike (event out), biases and the supply."""
-    generator = spike_generator(
-        GeneratorParams(
-            refractory_capacitance=params.refractory_capacitance,
-            refractory_resistance=params.refractory_resistance,
-        )
-    )
-    connections = generator.wired(v_in="envelope")
-    ports = (
-        SUPPLY,
-        Port("envelope", "analog"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
-    return Circuit(
-        "high_threshold_neuron", ports, (), (Instance("generator", generator, connections),), biases=BIASES
-    )
+    refractory = params.refractory_capacitance, params.refractory_resistance
+    generator = spike_generator.generator(*refractory, "envelope")
+    ports = (SUPPLY, *analog_in("envelope"), *event_out("spike"), *bias_ports(BIASES))
+    return Circuit("high_threshold_neuron", ports, (), (generator,), biases=BIASES)
 
 
-def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Trapezoids of the envelope on its pedestal, at 0.5 ms and `delay` later."""
-    return envelope_testbench("high-threshold neuron", circuit, stimuli, v_dd)
-
-
-def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s`, `interval_s`, `spike_width_s`, `margin_V` (of the envelope), `supply_power_W`."""
-    return spike_measures(result, "envelope", "v_threshold")
-
-
-BLOCK = Block(
+BLOCK = spike_generator.listening_block(
     name="high-threshold-neuron",
     summary="single spike when the envelope passes a threshold that only the call reaches",
     params=Params,
     build=build,
-    stimuli=sound_stimuli(2.2),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
+    amplitude=2.2,
     plotted=("envelope", "spike"),
 )

@@ -20,21 +20,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Values
-from circuits.blocks.sonar.rebound_neuron import outcome
-from circuits.blocks.sonar.spike_generator import (
-    SUPPLY,
-    GeneratorParams,
-    envelope_testbench,
-    generator_biases,
-    sound_stimuli,
-    spike_generator,
-    spike_measures,
-)
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.sonar import spike_generator
+from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transistor
-from circuits.solver.transient import Result
-from circuits.testbench import Testbench
 from circuits.units import quantity
 
 
@@ -60,28 +49,17 @@ class Params:
 BIASES = (
     Bias("v_base", "v_base", "voltage", 2.5),  # ours: v_h rests at 1.42 V
     Bias("v_level", "v_level", "voltage", 2.56),  # ours: the threshold is 42 mV, 4.2 mV at the envelope
-    *generator_biases("generator"),
+    *spike_generator.BIASES,
 )
 
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports envelope (analog in), spike (event out), biases and the supply."""
     width, length = params.follower_width, params.follower_length
-    generator = spike_generator(
-        GeneratorParams(
-            refractory_capacitance=params.refractory_capacitance,
-            refractory_resistance=params.refractory_resistance,
-        )
-    )
-    connections = generator.wired(v_in="v_h")
+    refractory = params.refractory_capacitance, params.refractory_resistance
     return Circuit(
         "onset_neuron",
-        (
-            SUPPLY,
-            Port("envelope", "analog"),
-            Port("spike", "event", "out"),
-            *(Port(b.port, "bias") for b in BIASES),
-        ),
+        (SUPPLY, *analog_in("envelope"), *event_out("spike"), *bias_ports(BIASES)),
         (
             OperationalAmplifier(
                 "op", "envelope", "v_n", "v_amp", "vdd",
@@ -99,29 +77,17 @@ def build(params: Params = Params()) -> Circuit:
             Transistor("mt", "n", "vdd", "v_level", "v_threshold", "0", width, length),
             Capacitor("ct", "v_threshold", "0", params.stray_capacitance),
         ),
-        (Instance("generator", generator, connections),),
+        (spike_generator.generator(*refractory, "v_h"),),
         biases=BIASES,
     )  # fmt: skip
 
 
-def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Trapezoids of the envelope on its pedestal, at 0.5 ms and `delay` later."""
-    return envelope_testbench("onset neuron", circuit, stimuli, v_dd)
-
-
-def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s`, `interval_s`, `spike_width_s`, `margin_V` (of v_h), `supply_power_W`."""
-    return spike_measures(result, "v_h", "v_threshold")
-
-
-BLOCK = Block(
+BLOCK = spike_generator.listening_block(
     name="onset-neuron",
     summary="single spike at the beginning of a sound, by the slope of its envelope",
     params=Params,
     build=build,
-    stimuli=sound_stimuli(0.03),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
+    amplitude=0.03,
     plotted=("envelope", "v_amp", "v_h", "spike"),
+    signal="v_h",
 )

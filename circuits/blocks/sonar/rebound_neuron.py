@@ -13,22 +13,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.blocks.block import Block, EquationText, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, EquationText, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.measure import between, fall, rise, spike_outcome
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.sonar.rebound_analysis import closed_forms
 from circuits.blocks.sonar.rebound_equation_table import EQUATIONS
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Device, Source, Transistor
-from circuits.devices.source import Constant
+from circuits.circuit import Bias, Circuit
+from circuits.devices import Capacitor, Device
 from circuits.errors import ParameterError
-from circuits.event import falling_crossing, pulse, rising_crossing
-from circuits.lowering.supply import half_supply
-from circuits.silicon.process import Polarity
+from circuits.event import pulse
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-UM = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,42 +46,27 @@ class Params:
 I_INH_TAU = 199.9e-12
 I_EX_TAU = 60.7e-12
 
-SUPPLY = Port("vdd", "supply")
-
-
-def _mos(
-    name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
-) -> Transistor:
-    bulk = "vdd" if polarity == "p" else "0"
-    return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
-
 
 def _inverter(p: str, n: str, a: str, y: str, top: str = "vdd") -> tuple[Device, ...]:
-    return _mos(p, "p", y, a, top, 6, 1.5), _mos(n, "n", y, a, "0", 3, 1.5)
+    return mos(p, "p", y, a, top, 6, 1.5), mos(n, "n", y, a, "0", 3, 1.5)
 
 
 def inhibitory_synapse(params: Params) -> Circuit:
     """The call charges C_inh through a diode, I_inh_tau empties it; while it is high v_mem is held down."""
     return Circuit(
         "inhibitory_synapse",
-        (
-            SUPPLY,
-            Port("call", "event"),
-            Port("v_mem", "analog", "out"),
-            Port("v_inh_tau", "bias"),
-            Port("v_ilim", "bias"),
-        ),
+        (SUPPLY, *event_in("call"), *analog_out("v_mem"), *bias_in("v_inh_tau", "v_ilim")),
         (
             *_inverter("mi1", "mi2", "call", "callb"),
-            _mos("mi3", "p", "nd", "callb", "vdd", 3, 1.5),
-            _mos("mi4", "n", "nd", "nd", "v_inh", 3, 1.5),
-            _mos("mi5", "n", "v_inh", "v_inh_tau", "0", 6, 6),
+            mos("mi3", "p", "nd", "callb", "vdd", 3, 1.5),
+            mos("mi4", "n", "nd", "nd", "v_inh", 3, 1.5),
+            mos("mi5", "n", "v_inh", "v_inh_tau", "0", 6, 6),
             Capacitor("c_inh", "v_inh", "0", params.inhibition_capacitance),
-            _mos("mi6", "p", "ap", "v_ilim", "vdd", 3, 3),
+            mos("mi6", "p", "ap", "v_ilim", "vdd", 3, 3),
             *_inverter("mi7", "mi8", "v_inh", "a", "ap"),
-            _mos("mi9", "p", "bp", "v_ilim", "vdd", 3, 3),
+            mos("mi9", "p", "bp", "v_ilim", "vdd", 3, 3),
             *_inverter("mi10", "mi11", "a", "b", "bp"),
-            _mos("mi12", "n", "v_mem", "b", "0", 3, 1.5),
+            mos("mi12", "n", "v_mem", "b", "0", 3, 1.5),
         ),
     )
 
@@ -91,20 +75,14 @@ def membrane(params: Params) -> Circuit:
     """C_m, charged by I_rslope, tied to V_rest through m1, whose gate v_r follows at I_rtau / C_r."""
     return Circuit(
         "membrane",
-        (
-            SUPPLY,
-            Port("v_mem", "analog", "out"),
-            Port("v_rest", "bias"),
-            Port("v_rslope", "bias"),
-            Port("v_rtau", "bias"),
-        ),
+        (SUPPLY, *analog_out("v_mem"), *bias_in("v_rest", "v_rslope", "v_rtau")),
         (
             Capacitor("c_m", "v_mem", "0", params.membrane_capacitance),
             Capacitor("c_r", "v_r", "0", params.rebound_capacitance),
-            _mos("m1", "n", "v_mem", "v_r", "v_rest", 3, 6),
-            _mos("mr1", "p", "v_mem", "v_rslope", "vdd", 6, 6),
-            _mos("m2", "p", "0", "v_mem", "v_r", 6, 3),
-            _mos("mr2", "p", "v_r", "v_rtau", "vdd", 6, 6),
+            mos("m1", "n", "v_mem", "v_r", "v_rest", 3, 6),
+            mos("mr1", "p", "v_mem", "v_rslope", "vdd", 6, 6),
+            mos("m2", "p", "0", "v_mem", "v_r", 6, 3),
+            mos("mr2", "p", "v_r", "v_rtau", "vdd", 6, 6),
         ),
     )
 
@@ -113,19 +91,13 @@ def excitatory_synapse(params: Params) -> Circuit:
     """The echo pulls v_ex to V_ex,max; I_ex_tau charges it back: the output current decays exponentially."""
     return Circuit(
         "excitatory_synapse",
-        (
-            SUPPLY,
-            Port("echo", "event"),
-            Port("v_mem", "analog", "out"),
-            Port("v_ex_max", "bias"),
-            Port("v_ex_tau", "bias"),
-        ),
+        (SUPPLY, *event_in("echo"), *analog_out("v_mem"), *bias_in("v_ex_max", "v_ex_tau")),
         (
             *_inverter("me1", "me2", "echo", "echob"),
-            _mos("me3", "p", "v_ex_max", "echob", "v_ex", 3, 1.5),
-            _mos("me4", "p", "v_ex", "v_ex_tau", "vdd", 6, 6),
+            mos("me3", "p", "v_ex_max", "echob", "v_ex", 3, 1.5),
+            mos("me4", "p", "v_ex", "v_ex_tau", "vdd", 6, 6),
             Capacitor("c_ex", "v_ex", "vdd", params.excitation_capacitance),
-            _mos("me5", "p", "v_mem", "v_ex", "vdd", 6, 3),
+            mos("me5", "p", "v_mem", "v_ex", "vdd", 6, 3),
         ),
     )
 
@@ -134,44 +106,31 @@ def comparator(params: Params) -> Circuit:
     """Differential pair: charges the axon's input while v_mem is above V_th."""
     return Circuit(
         "comparator",
+        (SUPPLY, *analog_in("v_mem"), *analog_out("v_ax"), *bias_in("v_th", "v_bcmp")),
         (
-            SUPPLY,
-            Port("v_mem", "analog"),
-            Port("v_ax", "analog", "out"),
-            Port("v_th", "bias"),
-            Port("v_bcmp", "bias"),
-        ),
-        (
-            _mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
-            _mos("mc1", "p", "m", "v_mem", "tail", 6, 3),
-            _mos("mc2", "p", "v_ax", "v_th", "tail", 6, 3),
-            _mos("mc4", "n", "m", "m", "0", 6, 3),
-            _mos("mc5", "n", "v_ax", "m", "0", 6, 3),
+            mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
+            mos("mc1", "p", "m", "v_mem", "tail", 6, 3),
+            mos("mc2", "p", "v_ax", "v_th", "tail", 6, 3),
+            mos("mc4", "n", "m", "m", "0", 6, 3),
+            mos("mc5", "n", "v_ax", "m", "0", 6, 3),
         ),
     )
 
 
 def axon(params: Params) -> Circuit:
     """Axon-hillock: two inverters with capacitive feedback; a spike resets v_ax at I_pw, and v_mem."""
-    ports = ("v_ax", "v_mem")
     return Circuit(
         "axon",
-        (
-            SUPPLY,
-            *(Port(p, "analog", "out") for p in ports),
-            Port("spike", "event", "out"),
-            Port("v_ilim", "bias"),
-            Port("v_pw", "bias"),
-        ),
+        (SUPPLY, *analog_out("v_ax", "v_mem"), *event_out("spike"), *bias_in("v_ilim", "v_pw")),
         (
             Capacitor("c_ax", "v_ax", "0", params.axon_capacitance),
             Capacitor("c_fb", "spike", "v_ax", params.feedback_capacitance),
-            _mos("ma1", "p", "xp", "v_ilim", "vdd", 3, 3),
+            mos("ma1", "p", "xp", "v_ilim", "vdd", 3, 3),
             *_inverter("ma2", "ma3", "v_ax", "x", "xp"),
             *_inverter("ma4", "ma5", "x", "spike"),
-            _mos("ma6", "n", "v_ax", "spike", "rm", 3, 1.5),
-            _mos("ma7", "n", "rm", "v_pw", "0", 6, 6),
-            _mos("ma8", "n", "v_mem", "spike", "0", 3, 1.5),
+            mos("ma6", "n", "v_ax", "spike", "rm", 3, 1.5),
+            mos("ma7", "n", "rm", "v_pw", "0", 6, 6),
+            mos("ma8", "n", "v_mem", "spike", "0", 3, 1.5),
         ),
     )
 
@@ -222,18 +181,15 @@ BIAS_SETS: Mapping[str, Mapping[str, float]] = {
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports call, echo (events in), v_mem (analog), spike (event out), biases and supply."""
-    parts = (
-        ("inhibition", inhibitory_synapse(params)),
-        ("membrane", membrane(params)),
-        ("excitation", excitatory_synapse(params)),
-        ("comparator", comparator(params)),
-        ("axon", axon(params)),
+    instances = (
+        inhibitory_synapse(params).instance("inhibition"),
+        membrane(params).instance("membrane"),
+        excitatory_synapse(params).instance("excitation"),
+        comparator(params).instance("comparator"),
+        axon(params).instance("axon"),
     )
-    ports = (
-        SUPPLY, Port("call", "event"), Port("echo", "event"), Port("v_mem", "analog", "out"),
-        Port("spike", "event", "out"), *(Port(b.port, "bias") for b in BIASES),
-    )  # fmt: skip
-    instances = tuple(Instance(name, part, part.wired()) for name, part in parts)
+    events = (*event_in("call", "echo"), *analog_out("v_mem"), *event_out("spike"))
+    ports = (SUPPLY, *events, *bias_ports(BIASES))
     return Circuit("rebound_neuron", ports, (), instances, biases=BIASES)
 
 
@@ -250,11 +206,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     call = (CALL_TIME,) if stimuli["call"] is not None else ()
     echo = (CALL_TIME + delay,) if stimuli["echo"] is not None else ()
     stop = stimuli["duration"] or CALL_TIME + max(delay, NOMINAL_RELEASE) + AFTER_RELEASE
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("call", "call", pulse(call, v_dd)),
-        Source("echo", "echo", pulse(echo, v_dd)),
-    )
+    sources = powered(v_dd, {"call": pulse(call, v_dd), "echo": pulse(echo, v_dd)})
     return Testbench("rebound neuron", circuit, sources, stop, watch=("spike",))
 
 
@@ -265,24 +217,16 @@ def measures(result: Result) -> dict[str, float | None]:
     supply; t_reb: from there to the peak of v_mem, or to the spike that ends the rise; None without a call.
     v_mem_peak: largest v_mem after the release, or over the whole run without a call.
     """
-    half = half_supply(result.machine)
-    release = falling_crossing(result.time, result["inhibition.b"], half)
+    call, release = rise(result, "call"), fall(result, "inhibition.b")
     v_mem = result["v_mem"]
     after = result.time >= (release or 0.0)
     peak = int(np.argmax(np.where(after, v_mem, -np.inf)))
-    call = rising_crossing(result.time, result["call"], half)
     return {
-        "t_inh_s": None if release is None or call is None else release - call,
+        "t_inh_s": between(call, release),
         "t_reb_s": None if release is None or call is None else float(result.time[peak]) - release,
         "v_mem_peak_V": float(v_mem[peak]),
         "supply_power_W": supply_power(result),
     }
-
-
-def outcome(result: Result) -> str:
-    """`none`, `one-spike` or `several-spikes`."""
-    n = result.spikes["spike"].size
-    return "none" if n == 0 else "one-spike" if n == 1 else "several-spikes"
 
 
 BLOCK = Block(
@@ -294,11 +238,11 @@ BLOCK = Block(
         Stimulus("delay", "s", 6.4e-3, "echo after the call"),
         Stimulus("call", "", 1.0, "the call's pulse", can_be_off=True),
         Stimulus("echo", "", 1.0, "the echo's pulse", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spike_outcome,
     plotted=("call", "echo", "v_mem", "spike"),
     closed_forms=closed_forms,
     equations=tuple(

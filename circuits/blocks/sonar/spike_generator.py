@@ -19,26 +19,27 @@ refractory part and every number here are ours. The pair is large: mismatch shif
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from circuits.blocks.block import Stimulus, Values
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.measure import between, fall, latency, rise, spike_outcome
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_out
 from circuits.blocks.sonar.rebound_neuron import Params as RangingParams
 from circuits.blocks.sonar.rebound_neuron import axon
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Resistor, Source, Transistor
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.circuit import Bias, Circuit, Instance
+from circuits.devices import Capacitor, Resistor
+from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.event import falling_crossing, rising_crossing
-from circuits.lowering.supply import half_supply
-from circuits.silicon.process import Polarity
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
-
-UM = 1e-6
-SUPPLY = Port("vdd", "supply")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,73 +57,68 @@ def comparator() -> Circuit:
 
     mc7 is 0.65 of the tail: `v_active` rises while mc1 carries less than that, just below the threshold.
     """
-    ports = (Port("v_in", "analog"), Port("v_threshold", "analog"))
-    out = (Port("v_ax", "analog", "out"), Port("v_active", "analog", "out"))
+    inputs = analog_in("v_in", "v_threshold")
     return Circuit(
         "spike_comparator",
-        (SUPPLY, *ports, *out, Port("v_bcmp", "bias")),
+        (SUPPLY, *inputs, *analog_out("v_ax", "v_active"), *bias_in("v_bcmp")),
         (
-            _mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
-            _mos("mc1", "p", "m", "v_in", "tail", 30, 6),
-            _mos("mc2", "p", "v_ax", "v_threshold", "tail", 30, 6),
-            _mos("mc4", "n", "m", "m", "0", 10, 10),
-            _mos("mc5", "n", "v_ax", "m", "0", 10, 10),
-            _mos("mc6", "n", "v_active", "m", "0", 10, 10),
-            _mos("mc7", "p", "v_active", "v_bcmp", "vdd", 3.9, 6),
+            mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
+            mos("mc1", "p", "m", "v_in", "tail", 30, 6),
+            mos("mc2", "p", "v_ax", "v_threshold", "tail", 30, 6),
+            mos("mc4", "n", "m", "m", "0", 10, 10),
+            mos("mc5", "n", "v_ax", "m", "0", 10, 10),
+            mos("mc6", "n", "v_active", "m", "0", 10, 10),
+            mos("mc7", "p", "v_active", "v_bcmp", "vdd", 3.9, 6),
         ),
     )
 
 
 def refractory(params: GeneratorParams) -> Circuit:
     """C_ref, emptied by the axon's spike, holds `v_ax` down until R_ref has filled it."""
-    ports = (Port("v_ref", "analog", "out"), Port("v_ax", "analog", "out"), Port("v_active", "analog"))
     return Circuit(
         "refractory",
-        (SUPPLY, *ports, Port("v_pw", "bias")),
+        (SUPPLY, *analog_out("v_ref", "v_ax"), *analog_in("v_active"), *bias_in("v_pw")),
         (
             Capacitor("c_ref", "v_ref", "0", params.refractory_capacitance),
             Resistor("r_ref", "vdd", "v_ref", params.refractory_resistance),
-            _mos("mf1", "p", "v_block", "v_ref", "vdd", 6, 1.5),
-            _mos("mf2", "n", "v_block", "v_ref", "0", 3, 1.5),
-            _mos("mf3", "n", "v_ax", "v_block", "bm", 3, 1.5),
-            _mos("mf4", "n", "bm", "v_pw", "0", 6, 6),
-            _mos("mf5", "n", "v_ref", "v_block", "hm", 3, 1.5),
-            _mos("mf6", "n", "hm", "v_active", "0", 3, 1.5),
+            mos("mf1", "p", "v_block", "v_ref", "vdd", 6, 1.5),
+            mos("mf2", "n", "v_block", "v_ref", "0", 3, 1.5),
+            mos("mf3", "n", "v_ax", "v_block", "bm", 3, 1.5),
+            mos("mf4", "n", "bm", "v_pw", "0", 6, 6),
+            mos("mf5", "n", "v_ref", "v_block", "hm", 3, 1.5),
+            mos("mf6", "n", "hm", "v_active", "0", 3, 1.5),
         ),
     )
 
 
 def spike_generator(params: GeneratorParams) -> Circuit:
     """Ports v_in, v_threshold (analog in), spike (event out), v_bcmp, v_ilim, v_pw (bias), supply."""
-    parts = {
-        "comparator": comparator(),
-        "axon": axon(RangingParams(
+    spiking = axon(
+        RangingParams(
             axon_capacitance=params.axon_capacitance, feedback_capacitance=params.feedback_capacitance
-        )),
-        "refractory": refractory(params),
-    }  # fmt: skip
-    ports = (
-        SUPPLY,
-        Port("v_in", "analog"),
-        Port("v_threshold", "analog"),
-        Port("spike", "event", "out"),
-        *(Port(p, "bias") for p in ("v_bcmp", "v_ilim", "v_pw")),
+        )
     )
-    renamed = {"v_mem": "v_ref"}  # the axon pulls this port down during a spike
-    instances = tuple(
-        Instance(name, part, {p.name: renamed.get(p.name, p.name) for p in part.ports})
-        for name, part in parts.items()
+    inputs, biases = analog_in("v_in", "v_threshold"), bias_in("v_bcmp", "v_ilim", "v_pw")
+    ports = (SUPPLY, *inputs, *event_out("spike"), *biases)
+    instances = (
+        comparator().instance("comparator"),
+        spiking.instance("axon", v_mem="v_ref"),  # which the axon pulls down during a spike
+        refractory(params).instance("refractory"),
     )
     return Circuit("spike_generator", ports, (), instances)
 
 
-def generator_biases(instance: str) -> tuple[Bias, ...]:
-    """Biases of a block that holds a spike generator as `instance`; all ours."""
-    return (
-        Bias("i_cmp", "v_bcmp", "gate", 250e-9, f"{instance}.comparator.mc3"),
-        Bias("i_lim", "v_ilim", "gate", 6.3e-6, f"{instance}.axon.ma1"),
-        Bias("i_pw", "v_pw", "gate", 500e-9, f"{instance}.axon.ma7"),
-    )
+def generator(capacitance: float, resistance: float, v_in: str) -> Instance:
+    """A spike generator called `generator` at node `v_in`, with its refractory C_ref (F) and R_ref (Ohm)."""
+    params = GeneratorParams(refractory_capacitance=capacitance, refractory_resistance=resistance)
+    return spike_generator(params).instance("generator", v_in=v_in)
+
+
+BIASES = (  # of a block with a `generator`; all ours
+    Bias("i_cmp", "v_bcmp", "gate", 250e-9, "generator.comparator.mc3"),
+    Bias("i_lim", "v_ilim", "gate", 6.3e-6, "generator.axon.ma1"),
+    Bias("i_pw", "v_pw", "gate", 500e-9, "generator.axon.ma7"),
+)
 
 
 SOUND_TIME = 0.5e-3  # s, ours: when the testbench's first sound begins
@@ -155,9 +151,9 @@ def envelope_testbench(title: str, circuit: Circuit, stimuli: Values, v_dd: floa
         for name, start in zip(("amplitude", "second_amplitude"), starts, strict=True)
     )
     envelope = PiecewiseLinear(tuple(time.tolist()), tuple(height.tolist()))
-    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("envelope", "envelope", envelope))
     last = SOUND_TIME + (0.0 if stimuli["second_amplitude"] is None else delay)
-    return Testbench(title, circuit, sources, last + duration + AFTER_SOUND, watch=("spike",))
+    stop = last + duration + AFTER_SOUND
+    return Testbench(title, circuit, powered(v_dd, {"envelope": envelope}), stop, watch=("spike",))
 
 
 def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, float | None]:
@@ -167,21 +163,32 @@ def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, flo
     spike_width: of the first spike at half the supply; None without such a spike. margin: the largest of
     node `signal` minus node `threshold`, below 0 where there is no reason to fire.
     """
-    half = half_supply(result.machine)
     spikes = result.spikes["spike"]
-    up = rising_crossing(result.time, result["spike"], half)
-    down = falling_crossing(result.time, result["spike"], half)
     return {
-        "latency_s": float(spikes[0]) - SOUND_TIME if spikes.size else None,
+        "latency_s": latency(result, SOUND_TIME),
         "interval_s": float(spikes[1] - spikes[0]) if spikes.size > 1 else None,
-        "spike_width_s": None if up is None or down is None else down - up,
+        "spike_width_s": between(rise(result, "spike"), fall(result, "spike")),
         "margin_V": float((result[signal] - result[threshold]).max()),
         "supply_power_W": supply_power(result),
     }
 
 
-def _mos(
-    name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
-) -> Transistor:
-    bulk = "vdd" if polarity == "p" else "0"
-    return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
+def listening_block(
+    name: str, summary: str, params: type, build: Callable[[Any], Circuit], amplitude: float,
+    plotted: tuple[str, ...], signal: str = "envelope",
+) -> Block:  # fmt: skip
+    """A neuron that listens to an envelope and spikes where node `signal` is above `v_threshold`.
+
+    Its testbench gives it trapezoids of the envelope on its pedestal, by default one of `amplitude` (V).
+    """
+    return Block(
+        name=name,
+        summary=summary,
+        params=params,
+        build=build,
+        stimuli=sound_stimuli(amplitude),
+        testbench=partial(envelope_testbench, f"{name.removesuffix('-neuron')} neuron"),
+        measures=partial(spike_measures, signal=signal, threshold="v_threshold"),
+        outcome=spike_outcome,
+        plotted=plotted,
+    )

@@ -19,28 +19,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.circuit import Circuit, Port
-from circuits.devices import Capacitor, Device, OperationalAmplifier, Resistor, Source, Transistor
-from circuits.devices.source import Constant, PiecewiseLinear
-from circuits.event import rising_crossing
-from circuits.lowering.supply import half_supply
-from circuits.silicon.process import Polarity
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.measure import last_rate, latency, rise, spiked
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, event_out
+from circuits.blocks.sonar.board import GAIN, LENGTH, amplifier, inverter, strays
+from circuits.circuit import Circuit
+from circuits.devices import Capacitor, Device, OperationalAmplifier, Resistor
+from circuits.devices.source import PiecewiseLinear
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-UM = 1e-6
-
-# Ours, all of them, for every board block. The compensation sets an amplifier's unity-gain frequency,
-# gain / (2 pi R_o C) = 1.6 MHz.
-STRAY = 5e-12  # F, at every board node
-GAIN = 1e4  # V/V
-AMPLIFIER_RESISTANCE = 10e3  # ohm
-COMPENSATION = 100e-9  # F
-COMPARATOR_RESISTANCE = 100.0  # ohm
-COMPARATOR_CAPACITANCE = 1e-9  # F
+COMPARATOR_RESISTANCE = 100.0  # ohm; ours
+COMPARATOR_CAPACITANCE = 1e-9  # F; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,38 +59,10 @@ class Params:
     amplitude_bottom_resistance: float = quantity(100e3, "Ohm")
 
 
-def mos(
-    name: str, polarity: Polarity, terminals: tuple[str, str, str], width: float, length: float = 1.5
-) -> Transistor:
-    """A transistor on (drain, gate, source), its bulk at its supply; width and length in um."""
-    bulk = "vdd" if polarity == "p" else "0"
-    return Transistor(name, polarity, *terminals, bulk, width * UM, length * UM)
-
-
-def inverter(name: str, a: str, y: str, width: float = 30.0) -> tuple[Device, ...]:
-    """An inverter from `a` to `y`; `width` of its nFET in um, the pFET twice as wide."""
-    return mos(f"{name}_p", "p", (y, a, "vdd"), 2 * width), mos(f"{name}_n", "n", (y, a, "0"), width)
-
-
-def amplifier(name: str, positive: str, negative: str, output: str) -> tuple[Device, ...]:
-    """A compensated operational amplifier."""
-    return (
-        OperationalAmplifier(name, positive, negative, output, "vdd", "0", GAIN, AMPLIFIER_RESISTANCE),
-        Capacitor(f"c_{name}", output, "0", COMPENSATION),
-    )
-
-
-def strays(*nodes: str) -> tuple[Device, ...]:
-    """A stray capacitance from each of `nodes` to ground."""
-    return tuple(Capacitor(f"c_stray_{n}", n, "0", STRAY) for n in nodes)
-
-
 def build(params: Params = Params()) -> Circuit:
     """The board: ports proximity, amplitude_control, enable (in), call, amplitude (out) and supply."""
-    ports = (
-        Port("vdd", "supply"), Port("proximity", "analog"), Port("amplitude_control", "analog"),
-        Port("enable", "analog"), Port("call", "event", "out"), Port("amplitude", "analog", "out"),
-    )  # fmt: skip
+    inputs = analog_in("proximity", "amplitude_control", "enable")
+    ports = (SUPPLY, *inputs, *event_out("call"), *analog_out("amplitude"))
     devices = (*_current(params), *_oscillator(params), *_amplitude(params))
     return Circuit("vocalization_controller", ports, devices)
 
@@ -108,10 +74,10 @@ def _current(params: Params) -> tuple[Device, ...]:
         Resistor("r_off", "vdd", "mix", params.mix_offset_resistance),
         Resistor("r_gnd", "mix", "0", params.mix_ground_resistance),
         *amplifier("converter", "mix", "sense", "drive"),
-        mos("m_drive", "n", ("mirror", "drive", "sense"), 30),
+        mos("m_drive", "n", "mirror", "drive", "sense", 30, LENGTH),
         Resistor("r_current", "sense", "0", params.current_resistance),
-        mos("m_in", "p", ("mirror", "mirror", "vdd"), 60, 6),
-        mos("m_out", "p", ("ramp", "mirror", "vdd"), 60, 6),
+        mos("m_in", "p", "mirror", "mirror", "vdd", 60, 6),
+        mos("m_out", "p", "ramp", "mirror", "vdd", 60, 6),
         *strays("mix", "sense", "mirror"),
     )
 
@@ -128,10 +94,10 @@ def _oscillator(params: Params) -> tuple[Device, ...]:
         Resistor("r_bottom", "threshold", "0", params.threshold_bottom_resistance),
         Resistor("r_fb", "idle", "threshold", params.threshold_feedback_resistance),
         *inverter("i_call", "idle", "call"),
-        mos("m_reset", "n", ("ramp", "call", "foot"), 600),
+        mos("m_reset", "n", "ramp", "call", "foot", 600, LENGTH),
         Resistor("r_discharge", "foot", "0", params.discharge_resistance),
         *inverter("i_hold", "enable", "hold"),
-        mos("m_hold", "n", ("ramp", "hold", "0"), 60),
+        mos("m_hold", "n", "ramp", "hold", "0", 60, LENGTH),
         *strays("threshold", "call", "foot", "hold"),
     )
 
@@ -192,11 +158,13 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Constant `proximity`; `amplitude_control` off is proximity. `duration` overrides 2.5 intervals."""
     proximity, control = stimuli["proximity"] or 0.0, stimuli["amplitude_control"]
     stop = stimuli["duration"] or ENABLE_TIME + INTERVALS / call_rate(Params(), max(proximity, 0.0), v_dd)
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("proximity", "proximity", Constant(proximity)),
-        Source("amplitude_control", "amplitude_control", Constant(proximity if control is None else control)),
-        Source("enable", "enable", PiecewiseLinear((ENABLE_TIME, ENABLE_TIME + EDGE), (0.0, v_dd))),
+    sources = powered(
+        v_dd,
+        {
+            "proximity": proximity,
+            "amplitude_control": proximity if control is None else control,
+            "enable": PiecewiseLinear((ENABLE_TIME, ENABLE_TIME + EDGE), (0.0, v_dd)),
+        },
     )
     return Testbench("vocalization controller", circuit, sources, stop, watch=("call",))
 
@@ -206,12 +174,9 @@ def measures(result: Result) -> dict[str, float | None]:
 
     The first call counts from the enabling; the rate is that of the last interval, None without one.
     """
-    calls = result.spikes["call"]
-    half = half_supply(result.machine)
-    enabled = rising_crossing(result.time, result["enable"], half) or 0.0
     return {
-        "first_call_s": float(calls[0]) - enabled if calls.size else None,
-        "call_rate_Hz": 1.0 / float(calls[-1] - calls[-2]) if calls.size > 1 else None,
+        "first_call_s": latency(result, rise(result, "enable") or 0.0, "call"),
+        "call_rate_Hz": last_rate(result.spikes["call"]),
         "amplitude_V": float(result["amplitude"][-1]),
         "supply_power_W": supply_power(result),
     }
@@ -219,7 +184,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 def outcome(result: Result) -> str:
     """`calling` or `silent`."""
-    return "calling" if result.spikes["call"].size else "silent"
+    return "calling" if spiked(result, "call") else "silent"
 
 
 BLOCK = Block(
@@ -229,17 +194,12 @@ BLOCK = Block(
     build=build,
     stimuli=(
         Stimulus("proximity", "V", 1.5, "proximity voltage"),
-        Stimulus(
-            "amplitude_control",
-            "V",
-            None,
-            "control of the amplitude, off for the proximity voltage",
-            can_be_off=True,
-        ),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        Stimulus("amplitude_control", "V", None, "control of the amplitude, off for the proximity voltage",
+                 can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,
     outcome=outcome,
     plotted=("proximity", "ramp", "call", "amplitude"),
-)
+)  # fmt: skip

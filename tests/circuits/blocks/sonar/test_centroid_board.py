@@ -1,12 +1,12 @@
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
+from circuits.blocks.drive import elements, powered
 from circuits.blocks.sonar import centroid_board as board
 from circuits.blocks.sonar import vocalization_controller
-from circuits.devices import Source
-from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.event import HALF_WIDTH
 from circuits.silicon.silicon import Silicon
@@ -34,15 +34,32 @@ def at(result: Result, node: str, time: float) -> float:
     return float(np.interp(time, result.time, result[node]))
 
 
+def static_centroid(voltages: Sequence[float]) -> float:
+    """Voltage to which the common node tends while the gates at `voltages` (V) are on, V."""
+    on, leak = 1.0 / PARAMS.gate_resistance, 1.0 / PARAMS.leak_resistance
+    return sum(voltages) * on / (len(voltages) * on + leak)
+
+
+def centroid_after(before: float, voltages: Sequence[float], duration: float) -> float:
+    """Voltage of the common node, V, `duration` s after gates came on while it was at `before` V.
+
+    voltages: what the gates that are on lead to, V; none leaves the leak alone.
+    """
+    conductance = len(voltages) / PARAMS.gate_resistance + 1.0 / PARAMS.leak_resistance
+    target = static_centroid(voltages)
+    return target + (before - target) * math.exp(-duration * conductance / PARAMS.hold_capacitance)
+
+
 @pytest.mark.parametrize("temperature_c", [-20.0, 27.0])
 @pytest.mark.parametrize("on", [(2,), (2, 3), (0, 12), (0, 5, 12)])
 def test_static_centroid_agrees_with_the_circuit(on: tuple[int, ...], temperature_c: float) -> None:
-    spikes = (Source(f"spike[{k}]", f"spike[{k}]", Constant(V_DD if k in on else 0.0)) for k in range(13))
-    testbench = Testbench("static", board.build(), (Source("vdd", "vdd", Constant(V_DD)), *spikes), 1e-3)
+    circuit = board.build()
+    spikes = elements(circuit.port("spike"), dict.fromkeys(on, V_DD))
+    testbench = Testbench("static", circuit, powered(V_DD, spikes), 1e-3)
     point = operating_point(testbench, Silicon(temperature_c=temperature_c))
     voltages = [LOOKUP[k] for k in on]
     tolerance = GATE_SHIFTS * (max(voltages) - min(voltages)) + 1e-3
-    assert point["common"] == pytest.approx(board.static_centroid(PARAMS, voltages), abs=tolerance)
+    assert point["common"] == pytest.approx(static_centroid(voltages), abs=tolerance)
     assert point["proximity"] == pytest.approx(
         point["common"], abs=3e-3
     )  # two followers of gain 1e4 near a rail
@@ -56,7 +73,7 @@ def test_one_event_moves_the_centroid_by_the_closed_form(
     result = run(neuron, 20.0, 10e-3, second, temperature_c)
     before = at(result, "common", board.FIRST_SPIKE - 1e-6)
     voltages = [LOOKUP[k] for k in (neuron, second) if k is not None]
-    expected = board.centroid_after(PARAMS, before, voltages, HALF_WIDTH)
+    expected = centroid_after(before, voltages, HALF_WIDTH)
     # 2 mV: charge of the gates' edges on the hold capacitor
     after = at(result, "common", board.FIRST_SPIKE + 20e-6)
     assert after == pytest.approx(expected, rel=GATE_SLOWS, abs=2e-3)
@@ -66,7 +83,7 @@ def test_one_event_moves_the_centroid_by_the_closed_form(
 def test_estimate_leaks_to_the_far_default() -> None:
     result = run(2, 1.0, 0.5)
     start = board.FIRST_SPIKE + 1e-3
-    expected = board.centroid_after(PARAMS, at(result, "common", start), (), 0.5 - start)
+    expected = centroid_after(at(result, "common", start), (), 0.5 - start)
     # 1 %: strays of 13 idle gates add 3.5 % to the hold capacitor, seen over a quarter of its time constant
     assert board.measures(result)["centroid_V"] == pytest.approx(expected, rel=1e-2)
 

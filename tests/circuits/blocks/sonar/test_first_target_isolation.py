@@ -1,12 +1,11 @@
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
+from circuits.blocks.drive import elements, powered
 from circuits.blocks.sonar import first_target_isolation as board
-from circuits.blocks.sonar.centroid_board import NEURONS
-from circuits.devices import Source
-from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.check import check_circuit
@@ -31,6 +30,18 @@ def run(
 
 def at(result: Result, node: str, time: float) -> float:
     return float(np.interp(time, result.time, result[node]))
+
+
+def isolated_intervals(spikes: Sequence[float], calls: Sequence[float]) -> list[tuple[float, float]]:
+    """Ideal behaviour: (start, end), s, of every isolation of the array; inf where no call ends it.
+
+    spikes, calls: times of rising edges, s, in any order.
+    """
+    intervals: list[tuple[float, float]] = []
+    for spike in sorted(spikes):
+        if not intervals or spike >= intervals[-1][1]:
+            intervals.append((spike, min((c for c in calls if c > spike), default=math.inf)))
+    return intervals
 
 
 def test_circuit_checks_and_rests_open(temperature_c: float) -> None:
@@ -78,14 +89,12 @@ def test_a_call_without_a_spike_changes_nothing(temperature_c: float) -> None:
 def test_a_sequence_agrees_with_the_ideal_latch(temperature_c: float) -> None:
     calls = (0.1e-3, 0.4e-3, 0.6e-3, 0.8e-3)
     spikes = {3: (0.2e-3, 0.5e-3), 4: (0.21e-3, 0.3e-3), 12: (0.9e-3,)}
-    sources = (
-        Source("vdd", "vdd", Constant(V_DD)),
-        Source("call", "call", pulse(calls, V_DD)),
-        *(Source(f"spike[{k}]", f"spike[{k}]", pulse(spikes.get(k, ()), V_DD)) for k in range(NEURONS)),
-    )
-    testbench = Testbench("sequence", board.build(), sources, 1e-3, start=board.rest(V_DD))
+    circuit = board.build()
+    array = elements(circuit.port("spike"), {k: pulse(times, V_DD) for k, times in spikes.items()})
+    sources = powered(V_DD, {"call": pulse(calls, V_DD), **array})
+    testbench = Testbench("sequence", circuit, sources, 1e-3, start=board.rest(V_DD))
     result = simulate(testbench, Silicon(temperature_c=temperature_c))
-    intervals = board.isolated_intervals([t for times in spikes.values() for t in times], calls)
+    intervals = isolated_intervals([t for times in spikes.values() for t in times], calls)
     assert intervals == [(0.2e-3, 0.4e-3), (0.5e-3, 0.6e-3), (0.9e-3, math.inf)]
     time = np.arange(0.0, 1e-3, 1e-6)
     ideal = np.zeros(time.size, dtype=np.bool_)

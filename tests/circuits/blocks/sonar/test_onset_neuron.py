@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from circuits.blocks.drive import powered, step
 from circuits.blocks.sonar.onset_neuron import BIASES, BLOCK, build
-from circuits.devices import Source
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.devices.source import PiecewiseLinear
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -28,12 +28,7 @@ def number(value: float | None) -> float:
 
 def ramp(slope: float, height: float, temperature: float) -> Result:
     rise = height / slope
-    sources = (
-        Source("vdd", "vdd", Constant(5.0)),
-        Source(
-            "envelope", "envelope", PiecewiseLinear((0.0, 1e-3, 1e-3 + rise), (0.15, 0.15, 0.15 + height))
-        ),
-    )
+    sources = powered(5.0, {"envelope": step(1e-3, 1e-3 + rise, 0.15, 0.15 + height)})
     bench = Testbench("ramp", build(), sources, 2e-3 + rise, watch=("spike",))
     return simulate(bench, Silicon(AMI_1500, temperature))
 
@@ -93,10 +88,8 @@ def test_the_noise_of_an_envelope_gives_no_spike(temperature: float) -> None:
     time = np.arange(0.0, 0.1, 0.125e-3)
     noise = 0.15 + 0.3e-3 * np.random.Generator(np.random.Philox(key=6)).standard_normal(time.size)
     noise[0] = 0.15
-    sources = (
-        Source("vdd", "vdd", Constant(5.0)),
-        Source("envelope", "envelope", PiecewiseLinear(tuple(time.tolist()), tuple(noise.tolist()))),
-    )
+    envelope = PiecewiseLinear(tuple(time.tolist()), tuple(noise.tolist()))
+    sources = powered(5.0, {"envelope": envelope})
     bench = Testbench("noise", build(), sources, 0.1, watch=("spike",))
     result = simulate(bench, Silicon(AMI_1500, temperature))
     assert result.spikes["spike"].size == 0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from circuits.blocks.drive import powered
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron
 from circuits.blocks.sonar.spike_generator import (
     PEDESTAL,
@@ -10,8 +11,7 @@ from circuits.blocks.sonar.spike_generator import (
     envelope_testbench,
     spike_generator,
 )
-from circuits.devices import Source
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -25,10 +25,7 @@ THRESHOLD = 1.5  # V
 
 def fire(vertices: list[tuple[float, float]], stop: float, temperature: float = 27.0) -> Result:
     time, value = zip(*vertices, strict=True)
-    sources = (
-        Source("vdd", "vdd", Constant(5.0)),
-        Source("envelope", "envelope", PiecewiseLinear(time, value)),
-    )
+    sources = powered(5.0, {"envelope": PiecewiseLinear(time, value)})
     bench = Testbench("generator", high_threshold_neuron.build(), sources, stop, watch=("spike",))
     return simulate(bench, Silicon(AMI_1500, temperature))
 
@@ -56,7 +53,7 @@ def test_a_long_input_gives_one_spike(temperature: float) -> None:
 @pytest.mark.parametrize("temperature", TEMPERATURES)
 def test_the_spike_is_a_full_pulse_of_some_microseconds(temperature: float) -> None:
     result = fire(square(1e-3, 2e-3), 3e-3, temperature)
-    width = high_threshold_neuron.measures(result)["spike_width_s"]
+    width = high_threshold_neuron.BLOCK.measures(result)["spike_width_s"]
     assert width is not None
     assert 4e-6 < width < 15e-6  # fixed gates: 12 us at -20 degC, 5.5 us at 85 degC
     assert result["spike"].max() > 4.9
