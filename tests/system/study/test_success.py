@@ -32,7 +32,8 @@ def test_a_study_tells_success_without_being_asked(
     page = (folder / "report.html").read_text()
     assert f"<h3>collided</h3><p>3 samples defined, 0 not defined.</p><p>Yes: {NONE}" in page
     assert "<h3>Yield: 0.00 %</h3>" in page
-    assert not re.search("-0[^.0-9]", text + re.sub('src="data:[^"]*"', "", page))
+    told = (text + re.sub('src="data:[^"]*"', "", page)).replace(str(folder), "")  # a path may have "-0"
+    assert not re.search("-0[^.0-9]", told)
     assert main([*STUDY, "-o", str(folder), "--resume", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     share = found["metrics"]["collided"]["share"]
