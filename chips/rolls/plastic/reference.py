@@ -32,6 +32,7 @@ from chips.rolls.synapse.charge import pulse_length
 from chips.rolls.synapse.model import model_of
 from circuits.arrays import F64
 from circuits.bias import bias_voltages, rebias
+from circuits.blocks.ports import SUPPLY
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import calcium_gate, dpi_synapse, plastic_synapse
 from circuits.circuit import BiasKind, Circuit, Instance, Port
@@ -81,7 +82,7 @@ def pair() -> Circuit:
         ),
     )
     ports = (
-        dpi_synapse.SUPPLY, Port("event", "event"), Port("spike", "event"), Port("v_mem", "analog"),
+        SUPPLY, Port("event", "event"), Port("spike", "event"), Port("v_mem", "analog"),
         *(Port(name, "analog", "out") for name in ("line", "w", "low", "up_b", "dn")),
         *(Port(b.port, "bias") for b in biases),
     )  # fmt: skip

@@ -20,12 +20,12 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.drive import Wave, powered, step
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, analog_out, bias_ports
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Port
-from circuits.devices import Source
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.circuit import Bias, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -80,7 +80,7 @@ def build(params: Params = Params()) -> Circuit:
         mos("mm1", "n", "low", "low", "0", params.mirror_width, params.mirror_length),
         mos("mm2", "n", "i_out", "low", "0", params.mirror_width, params.mirror_length),
     )
-    ports = (Port("vdd", "supply"), Port("i_out", "analog", "out"), *(Port(b.port, "bias") for b in BIASES))
+    ports = (SUPPLY, *analog_out("i_out"), *bias_ports(BIASES))
     return Circuit("nef_encoder", ports, (*banks, *steering), biases=BIASES)
 
 
@@ -101,17 +101,11 @@ STEP_TIME, STOP = 1e-3, 5e-3  # s
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A code, and a signal above its middle whose gate goes `step` volts down from its bias at 1 ms."""
-    code, step = stimuli["code"] or 0.0, stimuli["step"] or 0.0
-    sources = [
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("i_out", "i_out", Constant(MEMBRANE)),
-        *(Source(name, name, Constant(v)) for name, v in bits_of(code, v_dd).items()),
-    ]
-    if step:
+    waves: dict[str, Wave] = {"i_out": MEMBRANE, **bits_of(stimuli["code"] or 0.0, v_dd)}
+    if stimuli["step"]:
         begin = float(bias_voltages(circuit, circuit.bias("i_pos"), Silicon(ROLLS_180)))
-        line = PiecewiseLinear((0.0, STEP_TIME, 1.1 * STEP_TIME), (begin, begin, begin - step))
-        sources.append(Source("v_pos", "v_pos", line))
-    return started_at_rest(Testbench("NEF encoder", circuit, tuple(sources), STOP), ROLLS_180)
+        waves["v_pos"] = step(STEP_TIME, 1.1 * STEP_TIME, begin, begin - stimuli["step"])
+    return started_at_rest(Testbench("NEF encoder", circuit, powered(v_dd, waves), STOP), ROLLS_180)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -23,13 +23,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.measure import spike_outcome
+from circuits.blocks.drive import powered, step
+from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Port
+from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
@@ -72,12 +73,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """Ports v_mem (current in), spike (event out), biases and the supply."""
-    ports = (
-        Port("vdd", "supply"),
-        Port("v_mem", "analog"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
+    ports = (SUPPLY, *analog_in("v_mem"), *event_out("spike"), *bias_ports(BIASES))
     length, switch = params.logic_length, (params.switch_width, params.switch_length)
     devices = (
         Capacitor("c_mem", "v_mem", "0", params.membrane_capacitance),
@@ -105,8 +101,8 @@ STEP_RISE = 1e-6  # s
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A step of current into the membrane at 1 ms."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
-    step = PiecewiseLinear((0.0, STEP_TIME, STEP_TIME + STEP_RISE), (0.0, 0.0, values["current"]))
-    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("i_in", "v_mem", step, "current"))
+    current = step(STEP_TIME, STEP_TIME + STEP_RISE, 0.0, values["current"])
+    sources = (*powered(v_dd), Source("i_in", "v_mem", current, "current"))
     bench = Testbench("NEF neuron", circuit, sources, values["duration"], watch=("spike",))
     return started_at_rest(bench, ROLLS_180)
 
@@ -116,11 +112,9 @@ def measures(result: Result) -> dict[str, float | None]:
 
     latency: from the step to the first spike; rate: of the last interval, None below two spikes.
     """
-    spikes = result.spikes["spike"]
-    gaps = spikes[1:] - spikes[:-1]
     return {
-        "latency_s": float(spikes[0]) - STEP_TIME if spikes.size else None,
-        "rate_Hz": 1.0 / float(gaps[-1]) if gaps.size else None,
+        "latency_s": latency(result, STEP_TIME),
+        "rate_Hz": last_rate(result.spikes["spike"]),
         "supply_power_W": supply_power(result),
     }
 

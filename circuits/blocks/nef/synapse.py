@@ -24,15 +24,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.drive import current_into, powered, step
+from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
 from circuits.blocks.nef.encoder import UNIT
 from circuits.blocks.nef.encoder import Params as EncoderParams
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, OperationalAmplifier, Source, Transistor
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.circuit import Bias, Circuit
+from circuits.devices import Capacitor, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
 from circuits.silicon.process import ROLLS_180
@@ -98,12 +100,7 @@ def line(params: Params = Params()) -> Circuit:
 
     return Circuit(
         "nef_line",
-        (
-            Port("vdd", "supply"),
-            Port("i_sum", "analog"),
-            *(Port(name, "analog", "out") for name in ("v_pos", "v_neg")),
-            *(Port(name, "bias") for name in ("v_ref", "v_split")),
-        ),
+        (SUPPLY, *analog_in("i_sum"), *analog_out("v_pos", "v_neg"), *bias_in("v_ref", "v_split")),
         (
             mos("ml1", "n", "i_sum", "i_sum", "0", *mirror),
             mos("ml2", "n", "difference", "i_sum", "0", *mirror),
@@ -133,17 +130,10 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """Filter, converter, line: ports i_in (drawn beside the middle), v_pos, v_neg, biases, the supply."""
-    ports = (
-        Port("vdd", "supply"),
-        Port("i_in", "analog"),
-        *(Port(name, "analog", "out") for name in ("v_pos", "v_neg")),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
-    inside = {"vdd": "vdd", "line": "i_in", "v_syn": "v_syn", "i_out": "i_sum"}
-    added = line(params)
+    ports = (SUPPLY, *analog_in("i_in"), *analog_out("v_pos", "v_neg"), *bias_ports(BIASES))
     parts = (
-        Instance("filter", low_pass(params), inside | {"v_thr": "v_thr", "v_tau": "v_tau"}),
-        Instance("line", added, added.wired()),
+        low_pass(params).instance("filter", line="i_in", i_out="i_sum"),
+        line(params).instance("line"),
     )
     middle = mos("mv1", "n", "i_in", "v_mid", "0", params.converter_width, params.converter_length)
     return Circuit("nef_synapse", ports, (middle,), parts, biases=BIASES)
@@ -155,11 +145,11 @@ _SETTLED = 12.0  # time constants of the longest step response that is awaited, 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The converter at its middle, and x = `step` from 1 ms on."""
-    step = stimuli["step"] or 0.0
-    if step <= -1.0:
-        raise ParameterError(f"step: {step:g}, must be above -1, where no current is left")
-    drawn = PiecewiseLinear((0.0, STEP_TIME, STEP_TIME + 1e-6), (0.0, 0.0, -step * MIDDLE))
-    sources = (Source("vdd", "vdd", Constant(v_dd)), Source("i_in", "i_in", drawn, "current"))
+    x = stimuli["step"] or 0.0
+    if x <= -1.0:
+        raise ParameterError(f"step: {x:g}, must be above -1, where no current is left")
+    drawn = step(STEP_TIME, STEP_TIME + 1e-6, 0.0, -x * MIDDLE)
+    sources = (*powered(v_dd), current_into("i_in", drawn))
     stop = stimuli["duration"] or STEP_TIME + _SETTLED * 5e-3
     return started_at_rest(Testbench("NEF synapse", circuit, sources, stop), ROLLS_180)
 
@@ -180,7 +170,7 @@ def measures(result: Result) -> dict[str, float | None]:
     else:
         reached = rising_crossing(result.time, (linear - begin) / (end - begin), 1.0 - float(np.exp(-1.0)))
     return {
-        "time_constant_s": None if reached is None else reached - STEP_TIME,
+        "time_constant_s": between(STEP_TIME, reached),
         "middle_A": float(np.interp(0.99 * STEP_TIME, result.time, current)),
         "current_A": float(current[-1]),
         "signal_A": float(np.abs(drain_current(result, "line.mu1")[-1]))

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from circuits.blocks.bias.generator import COARSE, CODES
+from circuits.circuit import Bias
 from circuits.errors import ParameterError, unknown_name
 
 Code = tuple[int, int]  # coarse, fine
@@ -60,3 +61,13 @@ def default_current(name: str) -> float:
     if name not in DEFAULT_CODES:
         raise unknown_name("ROLLS bias", name, DEFAULT_CODES)
     return current_of(DEFAULT_CODES[name])
+
+
+def gate_bias(name: str, code: Code | str, device: str) -> Bias:
+    """Bias `i_{name}` of the port `v_{name}` into `device`: of a code, or of a bias of the lab software.
+
+    Raises `ParameterError` for a code outside 0 to 7 and 0 to 255, `UnknownNameError` for a name that the
+    software does not have.
+    """
+    current = default_current(code) if isinstance(code, str) else current_of(code)
+    return Bias(f"i_{name}", f"v_{name}", "gate", current, device)

@@ -20,21 +20,20 @@ are ours.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered, train
 from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, event_in
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.rolls.bias import current_of
-from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
+from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.count import pulse_count
-from circuits.devices import Capacitor, Source
+from circuits.blocks.rolls.dpi_synapse import pulse_extender
+from circuits.circuit import Bias, Circuit
+from circuits.devices import Capacitor
 from circuits.devices.device import Device
-from circuits.devices.source import Constant
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
@@ -64,11 +63,8 @@ class Params:
 
 def gate(params: Params) -> Circuit:
     """Ports pulse (in), v_mem (in), up_b, dn, biases."""
-    ports = (
-        SUPPLY, Port("pulse", "analog"), Port("v_mem", "analog"),
-        Port("up_b", "analog", "out"), Port("dn", "analog", "out"),
-        *(Port(b.port, "bias") for b in BIASES if b.port != "v_pwlk"),
-    )  # fmt: skip
+    biases = bias_ports(b for b in BIASES if b.port != "v_pwlk")
+    ports = (SUPPLY, *analog_in("pulse", "v_mem"), *analog_out("up_b", "dn"), *biases)
     return Circuit("learning_gate", ports, (*_calcium(params), *_comparators(params), *_logic(params)))
 
 
@@ -127,16 +123,15 @@ def _logic(params: Params) -> tuple[Device, ...]:
     )
 
 
-_gate = partial(Bias, kind="gate")
 BIASES = (
-    _gate("i_pwlk", "v_pwlk", value=current_of((3, 53)), device="extender.mp2"),
-    _gate("i_caw", "v_caw", value=current_of(STEP), device="gate.mc2"),
-    _gate("i_catau", "v_catau", value=current_of(TAU), device="gate.md3"),
-    _gate("i_cathr", "v_cathr", value=current_of(GAIN), device="gate.md4"),
-    _gate("i_thmin", "v_thmin", value=current_of(LEAST), device="gate.ms_thmin"),
-    _gate("i_thdn", "v_thdn", value=current_of(MOST_DOWN), device="gate.ms_thdn"),
-    _gate("i_thup", "v_thup", value=current_of(MOST_UP), device="gate.ms_thup"),
-    _gate("i_mcmp", "v_mcmp", value=current_of((4, 40)), device="gate.mm1"),
+    gate_bias("pwlk", (3, 53), "extender.mp2"),
+    gate_bias("caw", STEP, "gate.mc2"),
+    gate_bias("catau", TAU, "gate.md3"),
+    gate_bias("cathr", GAIN, "gate.md4"),
+    gate_bias("thmin", LEAST, "gate.ms_thmin"),
+    gate_bias("thdn", MOST_DOWN, "gate.ms_thdn"),
+    gate_bias("thup", MOST_UP, "gate.ms_thup"),
+    gate_bias("mcmp", (4, 40), "gate.mm1"),
     Bias("v_memthr", "v_memthr", "voltage", MEMBRANE_THRESHOLD),
     Bias("v_shift", "v_shift", "voltage", SHIFT),
 )
@@ -144,15 +139,9 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event (in), v_mem (in), up_b, dn, biases and the supply."""
-    extender, one = pulse_extender(params.synapse), gate(params)
-    instances = (
-        Instance("extender", extender, extender.wired()),
-        Instance("gate", one, one.wired()),
-    )
-    ports = (
-        SUPPLY, Port("event", "event"), Port("v_mem", "analog"),
-        Port("up_b", "analog", "out"), Port("dn", "analog", "out"), *(Port(b.port, "bias") for b in BIASES),
-    )  # fmt: skip
+    instances = (pulse_extender(params.synapse).instance("extender"), gate(params).instance("gate"))
+    inputs = (*event_in("event"), *analog_in("v_mem"))
+    ports = (SUPPLY, *inputs, *analog_out("up_b", "dn"), *bias_ports(BIASES))
     return Circuit("calcium_gate", ports, (), instances, biases=BIASES)
 
 
@@ -163,12 +152,8 @@ AFTER = 0.25  # s, ours: of the run, after the last spike
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`spikes` spikes at `rate` from 1 ms on, the membrane at an ideal voltage."""
     count, rate = (float(stimuli[name] or 0.0) for name in ("spikes", "rate"))
-    times = tuple(FIRST + k / rate for k in range(pulse_count("spikes", count, rate)))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("event", "event", pulse(times, v_dd)),
-        Source("v_mem", "v_mem", Constant(stimuli["membrane"] or 0.0)),
-    )
+    times = train("spikes", count, rate, FIRST)
+    sources = powered(v_dd, {"event": pulse(times, v_dd), "v_mem": stimuli["membrane"] or 0.0})
     bench = Testbench("calcium gate", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
     return started_at_rest(bench, ROLLS_180)
 
@@ -221,7 +206,7 @@ BLOCK = Block(
         Stimulus("spikes", "", 6.0, "spikes of the neuron"),
         Stimulus("rate", "Hz", 100.0, "of the spikes"),
         Stimulus("membrane", "V", 0.5, "v_mem", can_be_off=True),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -24,19 +24,18 @@ for which there is no name, and the codes of both currents are ours.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.blocks.rolls import dpi_synapse
-from circuits.blocks.rolls.bias import current_of
-from circuits.blocks.rolls.dpi_synapse import SUPPLY
+from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
@@ -93,10 +92,8 @@ def depression(params: Params) -> Circuit:
         mos("mr2", "p", "back", "back", "level", params.diode_width, params.diode_length),
         mos("mr3", "p", "level", "back", "w", params.recovery_width, params.recovery_length),
     )
-    ports = (
-        SUPPLY, Port("exc_off", "analog"), Port("exc_on", "analog"), Port("level", "bias"),
-        Port("w", "analog", "out"), Port("v_std", "bias"), Port("v_rec", "bias"),
-    )  # fmt: skip
+    pulse, biases = analog_in("exc_off", "exc_on"), bias_in("v_std", "v_rec")
+    ports = (SUPPLY, *pulse, *bias_in("level"), *analog_out("w"), *biases)
     return Circuit("weight_depression", ports, devices)
 
 
@@ -105,36 +102,24 @@ def synapse(params: Params) -> Circuit:
     one = dpi_synapse.synapse(params.synapse)
     gates = {f"v_{name}" for name in WEIGHTS}
     ports = tuple(replace(p, kind="analog") if p.name in gates else p for p in one.ports)
-    pulse = Port("exc_off", "analog", "out"), Port("exc_on", "analog", "out")
-    return replace(one, ports=(*ports, *pulse))
+    return replace(one, ports=(*ports, *analog_out("exc_off", "exc_on")))
 
 
-_gate = partial(Bias, kind="gate")
 BIASES = (
     *dpi_synapse.BIASES,
-    _gate("i_std", "v_std", value=current_of(STEP), device="depression_exc.ms1"),
-    _gate("i_rec", "v_rec", value=current_of(RECOVERY), device="depression_exc.mr1"),
+    gate_bias("std", STEP, "depression_exc.ms1"),
+    gate_bias("rec", RECOVERY, "depression_exc.mr1"),
 )
 
 
 def build(params: Params = Params()) -> Circuit:
     """Ports of the DPI synapse, and the gates `w_exc`, `w_exc0` and `w_exc1` of the excitatory weights."""
-    base, one, cell = dpi_synapse.build(params.synapse), synapse(params), depression(params)
+    base, cell = dpi_synapse.build(params.synapse), depression(params)
     to_gate = {f"v_{name}": f"w_{name}" for name in WEIGHTS}
-    connected = Instance("synapse", one, {p.name: to_gate.get(p.name, p.name) for p in one.ports})
-    cells = (
-        Instance(
-            f"depression_{name}",
-            cell,
-            cell.wired(level=f"v_{name}", w=f"w_{name}"),
-        )
-        for name in WEIGHTS
-    )
+    connected = synapse(params).instance("synapse", **to_gate)
+    cells = (cell.instance(f"depression_{name}", level=f"v_{name}", w=f"w_{name}") for name in WEIGHTS)
     instances = (*(connected if i.name == "synapse" else i for i in base.instances), *cells)
-    ports = (
-        *base.ports, Port("v_std", "bias"), Port("v_rec", "bias"),
-        *(Port(gate, "analog", "out") for gate in to_gate.values()),
-    )  # fmt: skip
+    ports = (*base.ports, *bias_in("v_std", "v_rec"), *analog_out(*to_gate.values()))
     return Circuit("depressing_synapse", ports, (), instances, biases=BIASES)
 
 
@@ -228,7 +213,7 @@ BLOCK = Block(
         Stimulus("level", "", 1.0, "weight, -4 to 4"),
         Stimulus("events", "", 6.0, "how many events"),
         Stimulus("rate", "Hz", 200.0, "of the events"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

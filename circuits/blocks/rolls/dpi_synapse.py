@@ -23,22 +23,22 @@ here). Topology in detail, sizes and capacitors are ours; default weights and ti
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered, train
+from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_in
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.rolls.bias import default_current
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.count import pulse_count
-from circuits.devices import Capacitor, Source
+from circuits.blocks.rolls.bias import gate_bias
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Capacitor
 from circuits.devices.device import Device
-from circuits.devices.source import Constant
 from circuits.errors import ParameterError
-from circuits.event import falling_crossing, pulse, rising_crossing
+from circuits.event import falling_crossing, pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current, supply_power
@@ -46,7 +46,6 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-SUPPLY = Port("vdd", "supply")
 LATCHES = ("recurrent", "sign", "w0", "w1")
 
 
@@ -76,7 +75,7 @@ def pulse_extender(params: Params) -> Circuit:
     size = {"width": params.logic_width, "length": params.logic_length}
     return Circuit(
         "pulse_extender",
-        (SUPPLY, Port("event", "event"), Port("pulse", "analog", "out"), Port("v_pwlk", "bias")),
+        (SUPPLY, *event_in("event"), *analog_out("pulse"), *bias_in("v_pwlk")),
         (
             Capacitor("c_pw", "v_p", "0", params.pulse_capacitance),
             mos("mp1", "n", "v_p", "event", "0", 2.0, params.logic_length),
@@ -105,11 +104,10 @@ def synapse(params: Params) -> Circuit:
         "nonplastic_synapse",
         (
             SUPPLY,
-            Port("pulse", "analog"),
-            *(Port(name, "bias") for name in LATCHES),
-            Port("exc", "analog", "out"),
-            Port("inh", "analog", "out"),
-            *(Port(b, "bias") for b in (*biases, "v_shift")),
+            *analog_in("pulse"),
+            *bias_in(*LATCHES),
+            *analog_out("exc", "inh"),
+            *bias_in(*biases, "v_shift"),
         ),
         (*gates, *_excitatory(params), *_inhibitory(params)),
     )
@@ -162,14 +160,7 @@ def _filter(params: Params) -> tuple[Device, ...]:
 
 
 def _filter_ports(out: str) -> tuple[Port, ...]:
-    return (
-        SUPPLY,
-        Port("line", "analog"),
-        Port("v_syn", "analog", "out"),
-        Port(out, "analog", "out"),
-        Port("v_thr", "bias"),
-        Port("v_tau", "bias"),
-    )
+    return (SUPPLY, *analog_in("line"), *analog_out("v_syn", out), *bias_in("v_thr", "v_tau"))
 
 
 def excitatory_filter(params: Params) -> Circuit:
@@ -189,51 +180,37 @@ def inhibitory_filter(params: Params) -> Circuit:
     return Circuit("inhibitory_dpi", _filter_ports("i_out"), (*_filter(params), *output))
 
 
-_gate = partial(Bias, kind="gate")
-
 BIASES = (
-    _gate("i_pwlk", "v_pwlk", value=default_current("NPA_PWLK_P"), device="extender.mp2"),
-    *(
-        _gate(f"i_{name}", f"v_{name}", value=default_current(f"NPA_WEIGHT_{code}"), device=f"synapse.{m}")
-        for name, code, m in (
-            ("exc", "EXC_P", "me2"), ("exc0", "EXC0_P", "me4"), ("exc1", "EXC1_P", "me6"),
-            ("inh", "INH_N", "mi2"), ("inh0", "INH0_N", "mi4"), ("inh1", "INH1_N", "mi6"),
-        )
-    ),
-    _gate("i_etau", "v_etau", value=default_current("NPDPIE_TAU_P"), device="excitatory.md3"),
-    _gate("i_ethr", "v_ethr", value=default_current("NPDPIE_THR_P"), device="excitatory.md4"),
-    _gate("i_itau", "v_itau", value=default_current("NPDPII_TAU_P"), device="inhibitory.md3"),
-    _gate("i_ithr", "v_ithr", value=default_current("NPDPII_THR_P"), device="inhibitory.md4"),
+    gate_bias("pwlk", "NPA_PWLK_P", "extender.mp2"),
+    gate_bias("exc", "NPA_WEIGHT_EXC_P", "synapse.me2"),
+    gate_bias("exc0", "NPA_WEIGHT_EXC0_P", "synapse.me4"),
+    gate_bias("exc1", "NPA_WEIGHT_EXC1_P", "synapse.me6"),
+    gate_bias("inh", "NPA_WEIGHT_INH_N", "synapse.mi2"),
+    gate_bias("inh0", "NPA_WEIGHT_INH0_N", "synapse.mi4"),
+    gate_bias("inh1", "NPA_WEIGHT_INH1_N", "synapse.mi6"),
+    gate_bias("etau", "NPDPIE_TAU_P", "excitatory.md3"),
+    gate_bias("ethr", "NPDPIE_THR_P", "excitatory.md4"),
+    gate_bias("itau", "NPDPII_TAU_P", "inhibitory.md3"),
+    gate_bias("ithr", "NPDPII_THR_P", "inhibitory.md4"),
     Bias("v_shift", "v_shift", "voltage", 0.25),  # V, ours: ten U_T
     *(Bias(f"v_{name}", name, "voltage", 1.8 if name in ("recurrent", "sign") else 0.0) for name in LATCHES),
-)  # fmt: skip
+)
 
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event (in), i_exc and i_inh (currents out and in), biases and the supply."""
-    filters = {"excitatory": ("exc", "e", excitatory_filter), "inhibitory": ("inh", "i", inhibitory_filter)}
-    extender, one = pulse_extender(params), synapse(params)
-    instances = [Instance("extender", extender, extender.wired())]
-    instances.append(Instance("synapse", one, one.wired()))
-    for name, (line, letter, make) in filters.items():
-        instances.append(
-            Instance(
-                name,
-                make(params),
-                {
-                    "vdd": "vdd", "line": line, "v_syn": f"v_{line}_syn", "i_out": f"i_{line}_out",
-                    "v_thr": f"v_{letter}thr", "v_tau": f"v_{letter}tau",
-                },
-            )
-        )  # fmt: skip
-    ports = (
-        SUPPLY,
-        Port("event", "event"),
-        Port("i_exc_out", "analog", "out"),
-        Port("i_inh_out", "analog", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
+    instances = (
+        pulse_extender(params).instance("extender"),
+        synapse(params).instance("synapse"),
+        excitatory_filter(params).instance(
+            "excitatory", line="exc", v_syn="v_exc_syn", i_out="i_exc_out", v_thr="v_ethr", v_tau="v_etau"
+        ),
+        inhibitory_filter(params).instance(
+            "inhibitory", line="inh", v_syn="v_inh_syn", i_out="i_inh_out", v_thr="v_ithr", v_tau="v_itau"
+        ),
     )
-    return Circuit("dpi_synapse", ports, (), tuple(instances), biases=BIASES)
+    ports = (SUPPLY, *event_in("event"), *analog_out("i_exc_out", "i_inh_out"), *bias_ports(BIASES))
+    return Circuit("dpi_synapse", ports, (), instances, biases=BIASES)
 
 
 FIRST_EVENT = 1e-3  # s; ours
@@ -257,14 +234,9 @@ def latches(level: float, v_dd: float) -> dict[str, float]:
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`events` events at `rate` from 1 ms on, at a synapse of a `level`; outputs at ideal voltages."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
-    rate = values["rate"]
-    times = tuple(FIRST_EVENT + k / rate for k in range(pulse_count("events", values["events"], rate)))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("event", "event", pulse(times, v_dd)),
-        *(Source(out, out, Constant(MEMBRANE)) for out in ("i_exc_out", "i_inh_out")),
-        *(Source(name, name, Constant(v)) for name, v in latches(values["level"], v_dd).items()),
-    )
+    times = train("events", values["events"], values["rate"], FIRST_EVENT)
+    held = {"i_exc_out": MEMBRANE, "i_inh_out": MEMBRANE, **latches(values["level"], v_dd)}
+    sources = powered(v_dd, {"event": pulse(times, v_dd), **held})
     bench = Testbench("DPI synapse", circuit, sources, stimuli["duration"] or times[-1] + 5e-3)
     return started_at_rest(bench, ROLLS_180)
 
@@ -280,10 +252,8 @@ def measures(result: Result) -> dict[str, float | None]:
     excites = bool(result["sign"][0] > half)
     current = np.abs(drain_current(result, "excitatory.md5" if excites else "inhibitory.md7"))
     current = current - float(np.interp(0.99 * FIRST_EVENT, result.time, current))
-    up = rising_crossing(result.time, result["pulse"], half)
-    down = falling_crossing(result.time, result["pulse"], half)
     return {
-        "pulse_width_s": None if up is None or down is None else down - up,
+        "pulse_width_s": between(rise(result, "pulse"), fall(result, "pulse")),
         "peak_current_A": float(current.max()),
         "decay_s": _decay(result.time, current),
         "charge_C": float(np.trapezoid(current, result.time)),
@@ -295,7 +265,8 @@ def _decay(time: F64, current: F64) -> float | None:
     peak = int(current.argmax())
     after, later = current[peak:], time[peak:]
     high, low = (falling_crossing(later, after, share * after[0]) for share in (DECAY_FROM, DECAY_TO))
-    return None if high is None or low is None else (low - high) / float(np.log(DECAY_FROM / DECAY_TO))
+    took = between(high, low)
+    return None if took is None else took / float(np.log(DECAY_FROM / DECAY_TO))
 
 
 def outcome(result: Result) -> str:
@@ -315,7 +286,7 @@ BLOCK = Block(
         Stimulus("level", "", 1.0, "weight, -4 to 4"),
         Stimulus("events", "", 2.0, "how many events"),
         Stimulus("rate", "Hz", 1e3, "of the events"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

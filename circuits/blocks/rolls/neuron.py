@@ -31,20 +31,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.measure import spike_outcome
+from circuits.blocks.drive import current_into, powered, step
+from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.blocks.rolls.bias import OFF_CURRENT, default_current
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Capacitor, Source
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
+from circuits.circuit import Bias, Circuit
+from circuits.devices import Capacitor
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
-
-SUPPLY = Port("vdd", "supply")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +78,7 @@ def leak(params: Params) -> Circuit:
     switch = params.switch_width, params.switch_length
     return Circuit(
         "leak",
-        (
-            SUPPLY,
-            *(Port(p, "analog", "out") for p in ("i_in", "v_mem")),
-            *(Port(p, "bias") for p in ("select", "v_thr", "v_tau1", "v_tau2", "v_dc")),
-        ),
+        (SUPPLY, *analog_out("i_in", "v_mem"), *bias_in("select", "v_thr", "v_tau1", "v_tau2", "v_dc")),
         (
             Capacitor("c_mem", "v_mem", "0", params.membrane_capacitance),
             mos("ml1", "p", "0", "v_thr", "i_in", *pair),
@@ -104,7 +99,7 @@ def sodium(params: Params) -> Circuit:
     mirror = params.mirror_width, params.mirror_length
     return Circuit(
         "sodium",
-        (SUPPLY, Port("v_mem", "analog", "out"), Port("v_shift", "bias")),
+        (SUPPLY, *analog_out("v_mem"), *bias_in("v_shift")),
         (
             mos("mn1", "n", "nf", "v_mem", "v_shift", params.feedback_width, params.feedback_length),
             mos("mn3", "p", "nf", "nf", "vdd", *mirror),
@@ -121,9 +116,9 @@ def reset(params: Params) -> Circuit:
         "reset",
         (
             SUPPLY,
-            *(Port(p, "analog", "out") for p in ("v_mem", "v_o1", "v_ref")),
-            Port("spike", "event", "out"),
-            *(Port(p, "bias") for p in ("v_buf", "v_rfr1", "v_rfr2")),
+            *analog_out("v_mem", "v_o1", "v_ref"),
+            *event_out("spike"),
+            *bias_in("v_buf", "v_rfr1", "v_rfr2"),
         ),
         (
             mos("mc1", "n", "v_o1", "v_mem", "0", 1.0, 1.0),
@@ -152,10 +147,10 @@ def adaptation(params: Params) -> Circuit:
         "adaptation",
         (
             SUPPLY,
-            Port("v_mem", "analog", "out"),
-            Port("v_o1", "analog"),
-            Port("v_ahp", "analog", "out"),
-            *(Port(p, "bias") for p in ("v_ahw", "v_athr", "v_ahtau")),
+            *analog_out("v_mem"),
+            *analog_in("v_o1"),
+            *analog_out("v_ahp"),
+            *bias_in("v_ahw", "v_athr", "v_ahtau"),
         ),
         (
             Capacitor("c_ahp", "v_ahp", "0", params.adaptation_capacitance),
@@ -179,12 +174,7 @@ def nmda_gate(params: Params) -> Circuit:
     mirror = params.switch_width, params.switch_length
     return Circuit(
         "nmda_gate",
-        (
-            SUPPLY,
-            *(Port(p, "analog") for p in ("i_nmda", "v_mem")),
-            Port("i_in", "analog", "out"),
-            Port("v_nmda", "bias"),
-        ),
+        (SUPPLY, *analog_in("i_nmda", "v_mem"), *analog_out("i_in"), *bias_in("v_nmda")),
         (
             mos("mg1", "p", "gn", "v_nmda", "i_nmda", *pair),
             mos("mg2", "p", "0", "v_mem", "i_nmda", *pair),
@@ -198,17 +188,17 @@ def nmda_gate(params: Params) -> Circuit:
 
 
 BIASES = (
-    Bias("i_thr", "v_thr", "gate", default_current("IF_THR_N"), "leak.ml8"),
-    Bias("i_tau1", "v_tau1", "gate", default_current("IF_TAU1_N"), "leak.ml3"),
-    Bias("i_tau2", "v_tau2", "gate", default_current("IF_TAU2_N"), "leak.ml4"),
+    gate_bias("thr", "IF_THR_N", "leak.ml8"),
+    gate_bias("tau1", "IF_TAU1_N", "leak.ml3"),
+    gate_bias("tau2", "IF_TAU2_N", "leak.ml4"),
     Bias("i_dc", "v_dc", "gate", OFF_CURRENT, "leak.ml9"),
-    Bias("i_buf", "v_buf", "gate", default_current("IF_BUF_P"), "reset.mc2"),
-    Bias("i_rfr1", "v_rfr1", "gate", default_current("IF_RFR1_N"), "reset.mk3"),
-    Bias("i_rfr2", "v_rfr2", "gate", default_current("IF_RFR2_N"), "reset.mk5"),
-    Bias("i_ahw", "v_ahw", "gate", default_current("IF_AHW_P"), "adaptation.ma2"),
-    Bias("i_athr", "v_athr", "gate", default_current("IF_ATHR_N"), "adaptation.ma7"),
-    Bias("i_ahtau", "v_ahtau", "gate", default_current("IF_AHTAU_N"), "adaptation.ma5"),
-    Bias("i_nmda", "v_nmda", "gate", default_current("IF_NMDA_N"), "nmda_gate.mg3"),
+    gate_bias("buf", "IF_BUF_P", "reset.mc2"),
+    gate_bias("rfr1", "IF_RFR1_N", "reset.mk3"),
+    gate_bias("rfr2", "IF_RFR2_N", "reset.mk5"),
+    gate_bias("ahw", "IF_AHW_P", "adaptation.ma2"),
+    gate_bias("athr", "IF_ATHR_N", "adaptation.ma7"),
+    gate_bias("ahtau", "IF_AHTAU_N", "adaptation.ma5"),
+    gate_bias("nmda", "IF_NMDA_N", "nmda_gate.mg3"),
     Bias("v_select", "select", "voltage", 0.0),  # V; latch of the slower leak, tau1, off
     Bias("v_shift", "v_shift", "voltage", 0.15),  # V, ours: keeps the feedback of a resting membrane small
 )
@@ -216,22 +206,15 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """Ports i_in, i_nmda (currents in), v_mem, spike (event out), biases and the supply."""
-    parts: tuple[tuple[str, Circuit], ...] = (
-        ("leak", leak(params)),
-        ("sodium", sodium(params)),
-        ("reset", reset(params)),
-        ("adaptation", adaptation(params)),
-        ("nmda_gate", nmda_gate(params)),
+    instances = (
+        leak(params).instance("leak"),
+        sodium(params).instance("sodium"),
+        reset(params).instance("reset"),
+        adaptation(params).instance("adaptation"),
+        nmda_gate(params).instance("nmda_gate"),
     )
-    ports = (
-        SUPPLY,
-        Port("i_in", "analog"),
-        Port("i_nmda", "analog"),
-        Port("v_mem", "analog", "out"),
-        Port("spike", "event", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
-    instances = tuple(Instance(name, part, part.wired()) for name, part in parts)
+    inputs, outputs = analog_in("i_in", "i_nmda"), (*analog_out("v_mem"), *event_out("spike"))
+    ports = (SUPPLY, *inputs, *outputs, *bias_ports(BIASES))
     return Circuit("rolls_neuron", ports, (), instances, biases=BIASES)
 
 
@@ -243,13 +226,13 @@ RESTING = 0.13e-12  # A, ours: leak of a silent filter into the NMDA gate, whose
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A step of current into the input at 2 ms, and one through the NMDA gate; `select` takes tau1."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
-    step = (0.0, STEP_TIME, STEP_TIME + STEP_RISE)
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("i_in", "i_in", PiecewiseLinear(step, (0.0, 0.0, values["current"])), "current"),
-        Source("i_nmda", "i_nmda", PiecewiseLinear(step, (RESTING, RESTING, values["nmda"])), "current"),
-        Source("select", "select", Constant(0.0 if stimuli["slow"] is None else v_dd)),
+    supply, select = powered(v_dd, {"select": 0.0 if stimuli["slow"] is None else v_dd})
+    edge = STEP_TIME, STEP_TIME + STEP_RISE
+    currents = (
+        current_into("i_in", step(*edge, 0.0, values["current"])),
+        current_into("i_nmda", step(*edge, RESTING, values["nmda"])),
     )
+    sources = (supply, *currents, select)
     bench = Testbench("ROLLS neuron", circuit, sources, values["duration"], watch=("spike",))
     return started_at_rest(bench, ROLLS_180)
 
@@ -263,8 +246,8 @@ def measures(result: Result) -> dict[str, float | None]:
     spikes = result.spikes["spike"]
     gaps = spikes[1:] - spikes[:-1]
     return {
-        "latency_s": float(spikes[0]) - STEP_TIME if spikes.size else None,
-        "rate_Hz": 1.0 / float(gaps[-1]) if gaps.size else None,
+        "latency_s": latency(result, STEP_TIME),
+        "rate_Hz": last_rate(spikes),
         "adaptation": float(gaps[0] / gaps[-1]) if gaps.size > 1 else None,
         "supply_power_W": supply_power(result),
     }

@@ -24,19 +24,20 @@ the software's default file has the learning switched off (PA_DELTAUP and PA_DEL
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered, train
 from circuits.blocks.mos import inverter, mos, nor
-from circuits.blocks.rolls.bias import current_of, default_current
-from circuits.blocks.rolls.dpi_synapse import SUPPLY, pulse_extender
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, event_in
+from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
+from circuits.blocks.rolls.dpi_synapse import pulse_extender
 from circuits.checks import require_positive
-from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.count import pulse_count
+from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
@@ -44,8 +45,6 @@ from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
-from circuits.silicon.silicon import Silicon
-from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -105,11 +104,8 @@ def cell(params: Params) -> Circuit:
         mos("mw4", "n", "wx", "off", "v_shift", 0.5, params.synapse.logic_length),
         mos("mw2", "n", "ws", "v_weight", "0", params.synapse.weight_width, params.synapse.weight_length),
     )
-    ports = (
-        SUPPLY, Port("pulse", "analog"), Port("up_b", "analog"), Port("dn", "analog"),
-        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("low", "analog", "out"),
-        *(Port(b.port, "bias") for b in BIASES if b.port != "v_pwlk"),
-    )  # fmt: skip
+    biases = bias_ports(b for b in BIASES if b.port != "v_pwlk")
+    ports = (SUPPLY, *analog_in("pulse", "up_b", "dn"), *analog_out("line", "w", "low"), *biases)
     return Circuit("plastic_cell", ports, devices)
 
 
@@ -129,15 +125,14 @@ def _comparator(params: Params) -> tuple[Device, ...]:
     )
 
 
-_gate = partial(Bias, kind="gate")
 BIASES = (
-    _gate("i_pwlk", "v_pwlk", value=current_of((3, 53)), device="extender.mp2"),  # PA_PWLK_P
-    _gate("i_up", "v_up", value=current_of(UP), device="cell.mu3"),
-    _gate("i_dn", "v_dn", value=current_of(DOWN), device="cell.md3"),
-    _gate("i_driftup", "v_driftup", value=current_of(DRIFT_UP), device="cell.mr2"),
-    _gate("i_driftdn", "v_driftdn", value=current_of(DRIFT_DOWN), device="cell.mr4"),
-    _gate("i_cmp", "v_cmp", value=current_of((6, 99)), device="cell.mb1"),  # PA_WDRIFT_P
-    _gate("i_weight", "v_weight", value=default_current("NPA_WEIGHT_EXC_P"), device="cell.mw2"),
+    gate_bias("pwlk", (3, 53), "extender.mp2"),  # PA_PWLK_P
+    gate_bias("up", UP, "cell.mu3"),
+    gate_bias("dn", DOWN, "cell.md3"),
+    gate_bias("driftup", DRIFT_UP, "cell.mr2"),
+    gate_bias("driftdn", DRIFT_DOWN, "cell.mr4"),
+    gate_bias("cmp", (6, 99), "cell.mb1"),  # PA_WDRIFT_P
+    gate_bias("weight", "NPA_WEIGHT_EXC_P", "cell.mw2"),
     Bias("v_wthr", "v_wthr", "voltage", THRESHOLD),
     Bias("v_shift", "v_shift", "voltage", SHIFT),
 )
@@ -145,16 +140,9 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """Ports event (in), up_b, dn, line, w, low, biases and the supply."""
-    extender, one = pulse_extender(params.synapse), cell(params)
-    instances = (
-        Instance("extender", extender, extender.wired()),
-        Instance("cell", one, one.wired()),
-    )
-    ports = (
-        SUPPLY, Port("event", "event"), Port("up_b", "analog"), Port("dn", "analog"),
-        Port("line", "analog", "out"), Port("w", "analog", "out"), Port("low", "analog", "out"),
-        *(Port(b.port, "bias") for b in BIASES),
-    )  # fmt: skip
+    instances = (pulse_extender(params.synapse).instance("extender"), cell(params).instance("cell"))
+    inputs = (*event_in("event"), *analog_in("up_b", "dn"))
+    ports = (SUPPLY, *inputs, *analog_out("line", "w", "low"), *bias_ports(BIASES))
     return Circuit("plastic_synapse", ports, (), instances, biases=BIASES)
 
 
@@ -168,24 +156,12 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     up, count, rate = (float(stimuli[name] or 0.0) for name in ("up", "events", "rate"))
     if up not in (-1.0, 0.0, 1.0):
         raise ParameterError(f"up: {up:g}, must be 1, 0 or -1")
-    times = tuple(FIRST + k / rate for k in range(pulse_count("events", count, rate)))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("event", "event", pulse(times, v_dd)),
-        Source("up_b", "up_b", Constant(0.0 if up > 0 else v_dd)),
-        Source("dn", "dn", Constant(v_dd if up < 0 else 0.0)),
-        Source("line", "line", Constant(LINE)),
-    )
+    times = train("events", count, rate, FIRST)
+    lines = {"up_b": 0.0 if up > 0 else v_dd, "dn": v_dd if up < 0 else 0.0, "line": LINE}
+    sources = powered(v_dd, {"event": pulse(times, v_dd), **lines})
     bench = Testbench("plastic synapse", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
-    return _started(bench, v_dd if up < 0 else 0.0)
-
-
-def _started(bench: Testbench, weight: float) -> Testbench:
-    """`bench` from the state of rest with w at one of its rails (V)."""
-    held = replace(bench, sources=(*bench.sources, Source("hold", "w", Constant(weight))))
-    driven = {"0", *(s.node for s in bench.sources)}
-    voltages = operating_point(held, Silicon(ROLLS_180, 27.0)).voltages()
-    return replace(bench, start={n: round(v, 3) for n, v in voltages.items() if n not in driven})
+    rail = Source("hold", "w", Constant(v_dd if up < 0 else 0.0))
+    return started_at_rest(bench, ROLLS_180, (rail,))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -220,7 +196,7 @@ BLOCK = Block(
         Stimulus("up", "", 1.0, "1: events move the weight up, -1: down, 0: not", can_be_off=True),
         Stimulus("events", "", 5.0, "how many events"),
         Stimulus("rate", "Hz", 200.0, "of the events"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -10,6 +10,7 @@ from chips.rolls.plastic.biases import CELL_BIASES
 from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.program.program import Program
 from chips.rolls.setups.learning import learning_biases
+from circuits.blocks.ports import SUPPLY
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse, plastic_synapse
 from circuits.blocks.rolls.neuron import RESTING
@@ -52,7 +53,7 @@ def weight_and_filter(table):
         Instance("filter", slow, wires),
     )
     names = ("event", "up_b", "dn", "w", "low", "i_out")
-    ports = (dpi_synapse.SUPPLY, *(Port(n, "analog") for n in names), *(Port(b.port, "bias") for b in own))
+    ports = (SUPPLY, *(Port(n, "analog") for n in names), *(Port(b.port, "bias") for b in own))
     return Circuit("weight_and_filter", ports, (), instances, biases=tuple(own))
 
 
