@@ -51,6 +51,7 @@ from chips.rolls.layout import (
     V_AHP,
     WRITTEN,
     ZETA,
+    ChipRun,
     Traffic,
     Z,
     new_scratch,
@@ -352,8 +353,8 @@ class RollsChip:
         counts = np.zeros(COUNTS, np.int64)
         last[: senders.size], counts[LAST] = senders, senders.size
         traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
-        bits = values[ZETA].view(np.int64)
-        run_chip(tables, values, bits, steps, now, traffic, self._scratch, plastic, built.noise, depressing)
+        run = ChipRun(tables, values, values[ZETA].view(np.int64), traffic, self._scratch)
+        run_chip(run, steps, now, plastic, built.noise, depressing)
         return traffic
 
 

@@ -66,6 +66,7 @@ from chips.rolls.layout import (
     WRITTEN,
     ZERO,
     ZETA,
+    ChipRun,
     ChipTables,
     Membranes,
     Scratch,
@@ -287,16 +288,16 @@ def _spike(m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traf
 
 
 @_compiled
-def run_chip(  # noqa: C901, PLR0913, PLR0917 - numba tells None from tables by argument and branch
-    c: ChipTables, state: F64, bits: I64, steps: int, now: float, t: Traffic, s: Scratch,
+def run_chip(  # noqa: C901 - numba tells None from tables by argument and branch
+    chip: ChipRun, steps: int, now: float,
     plastic: Plastic | None = None, noise: NoiseTables | None = None, depressing: Depressing | None = None,
 ) -> None:  # fmt: skip
-    """Run `steps` steps from `now` s, or fewer where `sent` could overflow: t.counts[DONE] tells.
+    """Run `steps` steps from `now` s, or fewer where `sent` could overflow: counts[DONE] tells.
 
-    state: float64[STATE_ROWS, n], of which `bits` is the row of zeta as int64. plastic: the
-    plastic array; noise: of the devices; depressing: synapses whose charge depends on their past. Of what is
-    not there numba compiles nothing.
+    plastic: the plastic array; noise: of the devices; depressing: synapses whose charge depends on their
+    past. Of what is None numba compiles nothing.
     """
+    c, state, bits, t, s = chip.tables, chip.state, chip.bits, chip.traffic, chip.scratch
     m = c.membranes
     for k in range(steps):
         if t.counts[WRITTEN] + t.last.size > t.sent.size:

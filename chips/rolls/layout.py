@@ -123,6 +123,19 @@ class Traffic(NamedTuple):
     counts: I64
 
 
+class ChipRun(NamedTuple):
+    """Neurons of a chip, their filters and the synapses between them, in a call of the chip's kernel.
+
+    state: float64[STATE_ROWS, n], overwritten; bits: its row of zeta as int64[n], of the same memory.
+    """
+
+    tables: ChipTables
+    state: F64
+    bits: I64
+    traffic: Traffic
+    scratch: Scratch
+
+
 # Steps done, spikes written, events read, neurons in `last`, filters times steps beyond their table's end
 DONE, WRITTEN, READ, LAST, HELD = range(5)
 COUNTS = 5
