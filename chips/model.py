@@ -103,6 +103,20 @@ class Model:
         return self.name.replace("-", "_")
 
 
+def plain_model(
+    name: str,
+    circuits: Callable[[], Sequence[Circuit]],
+    measure: Callable[[], Record],
+    errors: Callable[[], Mapping[str, float]],
+    load: Callable[[Silicon], object],
+) -> Model:
+    """A model that tells no progress, whose errors are always those of its circuits' own biases.
+
+    errors: of the record in force; the others as in `Model`.
+    """
+    return Model(name, circuits, lambda _: measure(), lambda *_: errors(), load)
+
+
 _models: Catalogue[Model] = Catalogue("model", MODELS, "noctule.models", ("chips.model:Model",))
 
 model_names, load_model = _models.names, _models.load

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.devices.noise import NoiseModel
+from circuits.devices.noise import NoiseModel, noise_model
 from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from circuits.silicon.process import Process
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +29,15 @@ class SiliconNoise:
         for name, value in (("seed", self.seed), ("trial", self.trial)):
             if value < 0:
                 raise ParameterError(f"noise.{name}: {value}, must be at least 0; give a whole number")
+
+    def flicker_in(self, process: Process) -> NoiseModel:
+        """Flicker of devices in `process`: the one that was chosen, else the process's own."""
+        return noise_model(process) if self.flicker is None else self.flicker
+
+
+def die_name(name: str, die: Die) -> str:
+    """Return the chip `name` with its die, as `latency_chip of A/3`, by which its noise is drawn."""
+    return f"{name} of {die.lot}/{die.number}"
 
 
 def mean_variance(length: F64) -> F64:

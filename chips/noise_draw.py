@@ -108,6 +108,16 @@ def draw(d: Draws, number: int, stream: int) -> None:
             d.normal[w * blocks + b] = (np.float32(total) - _MEAN) * _SCALE
 
 
+def normals(fixed: Draws, number: int, like: F64, stream: int = 0) -> F64:
+    """Draws of a stream in step `number`, float64 of the shape of `like`.
+
+    `fixed` is not written to, so that several threads may share it.
+    """
+    own = Draws(fixed.keys, fixed.counters.copy(), fixed.words.copy(), fixed.normal.copy())
+    draw(own, number, stream)
+    return np.asarray(own.normal[: like.size].reshape(like.shape), dtype=np.float64)
+
+
 @_compiled
 def bring(s: Slow, d: Draws, number: int) -> None:
     """Bring slow processes to step `number`; octave j > 0 changes half-way between the changes of j + 1."""

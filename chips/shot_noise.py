@@ -22,7 +22,7 @@ from chips.noise import SiliconNoise, mean_variance
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices import ekv
-from circuits.devices.noise import gate_flicker, noise_model
+from circuits.devices.noise import gate_flicker
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import relaxations
@@ -64,7 +64,7 @@ def gate_wander(
 ) -> F64:
     """Variance (V^2) of the mean of a gate's flicker over a time (s), in its shape; area: m W L, m^2."""
     length = np.asarray(time, dtype=np.float64)
-    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
+    flicker = noise.flicker_in(silicon.process)
     rate, variance = relaxations(flicker, _FASTEST * float(length.min()))
     if rate.size == 0:
         return np.zeros(length.shape)

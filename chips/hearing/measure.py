@@ -29,14 +29,9 @@ from chips.hearing.mismatch_measure import (
     threshold_errors,
 )
 from chips.hearing.model import NEURONS, Deafened, HearingState, circuits, hear, hearing_on
-from chips.measured.table_record import (
-    HELD_OUT,
-    HELD_OUT_TEMPERATURES,
-    WIDEST,
-    Quantities,
-    measure_over,
-)
-from chips.model import Model
+from chips.measured.held_out import every_silicon, rms_and_max
+from chips.measured.table_record import Quantities, measure_over, shifts
+from chips.model import plain_model
 from chips.polyline import thin
 from chips.record import Axis, Record, Table
 from circuits.arrays import F64
@@ -44,7 +39,6 @@ from circuits.blocks.sonar import envelope_detector
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Polyline
-from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -52,7 +46,7 @@ from circuits.testbench import Testbench
 Sound = tuple[float, float]  # onset, s, and peak at the microphone, V
 
 RTOL, NEURON_RTOL = 1e-3, 3e-4
-SHIFTS = (-WIDEST, 0.0, WIDEST)  # V
+SHIFTS = shifts(3)  # V
 TOLERANCE = 1e-3  # V, thinning of the envelope
 START = 0.5e-3  # s, onset of the first sound
 LOUDEST = 12.0  # V: the call at full scale, clipped
@@ -142,29 +136,23 @@ def held_out_errors() -> dict[str, float]:
     """Errors of spikes and thresholds on dies that were not used, those that are silent at rest included."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Deafened)
-        return {**_spike_errors(), **threshold_errors(HELD_OUT, HELD_OUT_TEMPERATURES)}
+        return {**_spike_errors(), **threshold_errors(every_silicon())}
 
 
 def _spike_errors() -> dict[str, float]:
     """Share of spikes on one level only, and error (s) of the times of the others."""
     alone, matched, late, undecided, heard = 0, 0, [], 0, 0
-    for die in HELD_OUT:
-        for temperature in HELD_OUT_TEMPERATURES:
-            silicon = Silicon(temperature_c=temperature, die=Die("0", die))
-            sounds = random_sounds(np.random.default_rng(die))
-            one = Ears(silicon).spikes(sounds)
-            other, unsure = model_spikes(silicon, sounds)
-            undecided, heard = undecided + unsure, heard + len(sounds)
-            for name in NEURONS:
-                pairs, single = paired(one[name], other[name])
-                alone, matched = alone + single, matched + len(pairs)
-                late += [b - a for a, b in pairs]
-    return {
-        "unmatched_share": alone / (matched + alone),
-        "undecided_share": undecided / heard,
-        "latency_max_s": float(np.abs(late).max()),
-        "latency_rms_s": float(np.sqrt(np.square(late).mean())),
-    }
+    for die, silicon in every_silicon():
+        sounds = random_sounds(np.random.default_rng(die))
+        one = Ears(silicon).spikes(sounds)
+        other, unsure = model_spikes(silicon, sounds)
+        undecided, heard = undecided + unsure, heard + len(sounds)
+        for name in NEURONS:
+            pairs, single = paired(one[name], other[name])
+            alone, matched = alone + single, matched + len(pairs)
+            late += [b - a for a, b in pairs]
+    shares = {"unmatched_share": alone / (matched + alone), "undecided_share": undecided / heard}
+    return shares | rms_and_max("latency", late, "s")
 
 
 def paired(one: Sequence[float], other: Sequence[float]) -> tuple[list[tuple[float, float]], int]:
@@ -219,10 +207,4 @@ def _recovery(ears: Ears, name: str, first: float, second: float) -> float:
     return high
 
 
-MODEL = Model(
-    "hearing",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    hearing_on,
-)
+MODEL = plain_model("hearing", circuits, measure, held_out_errors, hearing_on)

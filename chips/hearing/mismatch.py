@@ -20,6 +20,7 @@ from functools import cache
 
 import numpy as np
 
+from chips.measured.perturbation import deviations_of
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
@@ -32,12 +33,7 @@ DEVICES: dict[str, tuple[str, ...]] = {
     "onset_neuron": ("mh", "mt", *_COMPARATOR),
     "high_threshold_neuron": _COMPARATOR[:5],
 }
-PARAMETERS = tuple(
-    f"{circuit}/{device}.{x}"
-    for circuit, names in DEVICES.items()
-    for device in names
-    for x in ("v_t0", "beta")
-)
+PARAMETERS = tuple(f"{circuit}/{x}" for circuit, names in DEVICES.items() for x in deviations_of(names))
 RATIO = np.array(
     [p.startswith("onset") and p.rpartition(".")[0][-3:] in {"mc3", "mc4", "mc6", "mc7"} for p in PARAMETERS]
 )

@@ -13,22 +13,23 @@ capacitor is held empty, until the tail of a loud sound takes v_h far enough bel
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from chips.hearing.mismatch import PARAMETERS
 from chips.hearing.model import hearing_on, rest_margin_on
+from chips.measured.held_out import rms_and_max
 from chips.measured.perturbation import deviating
-from chips.measured.table_record import POLARITIES, TEMPERATURES, WIDEST
+from chips.measured.table_record import POLARITIES, TEMPERATURES, shifts
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear, Polyline
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.die import NOMINAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point, solve_near
 from circuits.solver.transient import simulate
@@ -47,7 +48,7 @@ NEURONS: dict[str, Callable[[], Circuit]] = {
 }
 BENT, BEND_STEP = "onset_neuron/generator.comparator.mc6.v_t0", 3e-3  # V
 EVERY = "*"  # in the place of a circuit: all of them
-REST_SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 9))  # V
+REST_SHIFTS = shifts(9)  # V
 WIDE = 1.1  # about the nominal threshold, within which a step moves it
 GRADIENTS = {
     "onset_neuron": "onset_threshold_gradient",
@@ -133,8 +134,10 @@ def _about(peak: float) -> tuple[float, float]:
     return peak / WIDE, peak * WIDE
 
 
-def threshold_errors(dies: Sequence[int], temperatures: Sequence[float]) -> dict[str, float]:
+def threshold_errors(silicons: Iterable[tuple[int, Silicon]]) -> dict[str, float]:
     """Errors of thresholds (relative) and of the rest margin (V) on other dies, and how many are silent.
+
+    silicons: as of `chips.measured.held_out.every_silicon`.
 
     A die whose onset neuron is silent at rest has no threshold of it; `silent_unmatched` counts those that
     are so on one level only. Of the onset neuron's threshold 2.4 % is the thinning of the envelope at its
@@ -142,25 +145,21 @@ def threshold_errors(dies: Sequence[int], temperatures: Sequence[float]) -> dict
     """
     off: dict[str, list[float]] = {"onset_threshold": [], "high_threshold_threshold": [], "rest_margin": []}
     silent, unmatched = 0, 0
-    for die in dies:
-        for temperature in temperatures:
-            silicon = Silicon(temperature_c=temperature, die=Die("0", die))
-            case, model = Deviating(silicon), hearing_on(silicon)
-            margin = rest_margin(case)
-            ours = rest_margin_on(silicon)
-            off["rest_margin"].append(ours - margin)
-            high = threshold(case, "high_threshold_neuron")
-            off["high_threshold_threshold"].append(math.log(model.high_threshold.threshold / high))
-            silent += margin < 0.0
-            unmatched += (margin < 0.0) != (ours < 0.0)
-            if margin > 0.0:
-                onset = threshold(case, "onset_neuron")
-                off["onset_threshold"].append(math.log(model.onset.threshold / onset))
+    for _, silicon in silicons:
+        case, model = Deviating(silicon), hearing_on(silicon)
+        margin = rest_margin(case)
+        ours = rest_margin_on(silicon)
+        off["rest_margin"].append(ours - margin)
+        high = threshold(case, "high_threshold_neuron")
+        off["high_threshold_threshold"].append(math.log(model.high_threshold.threshold / high))
+        silent += margin < 0.0
+        unmatched += (margin < 0.0) != (ours < 0.0)
+        if margin > 0.0:
+            onset = threshold(case, "onset_neuron")
+            off["onset_threshold"].append(math.log(model.onset.threshold / onset))
     errors = {"silent_dies": float(silent), "silent_unmatched": float(unmatched)}
     for name, values in off.items():
-        unit = "_V" if name == "rest_margin" else ""
-        errors[f"{name}_rms{unit}"] = float(np.sqrt(np.square(values).mean()))
-        errors[f"{name}_max{unit}"] = float(np.abs(values).max())
+        errors |= rms_and_max(name, values, "V" if name == "rest_margin" else "")
     return errors
 
 

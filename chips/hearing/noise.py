@@ -33,7 +33,7 @@ from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onse
 from circuits.circuit import Circuit, Instance, Port
 from circuits.compiled import compiled
 from circuits.devices import Source
-from circuits.devices.noise import NoiseModel, noise_model
+from circuits.devices.noise import NoiseModel
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, to_kernel
@@ -78,7 +78,7 @@ def hearing_noise(
     """Noise of a hearing of these numbers on `silicon`; None for none."""
     if noise is None:
         return no_hearing_noise()
-    model = noise_model(silicon.process) if noise.flicker is None else noise.flicker
+    model = noise.flicker_in(silicon.process)
     path = f"{noise_place(silicon, 'hearing')}, sound"
     found = [
         threshold_spread(name, numbers.threshold, silicon, model)

@@ -31,17 +31,16 @@ from chips.latency.place import (
     line_volts,
     standing,
 )
-from chips.measured.table_record import HELD_OUT_TEMPERATURES
-from chips.model import Model
+from chips.measured.held_out import of_dies, rms_and_max, silicon_in_turn
+from chips.model import plain_model
 from circuits.arrays import F64
 from circuits.blocks.latency import neuron as latency_neuron
 from circuits.blocks.latency import race as latency_race
 from circuits.blocks.latency import tap as latency_tap
 from circuits.blocks.latency import tonic as latency_tonic
 from circuits.blocks.latency import unit as latency_unit
-from circuits.circuit import BiasKind, Circuit, Port
+from circuits.circuit import Circuit, Port
 from circuits.event import WIDTH
-from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -49,7 +48,6 @@ Events = dict[str, Sequence[float]]
 Parts = tuple[tuple[str, tuple[int, ...]], ...]
 
 HELD_OUT = tuple(range(500, 530))  # dies; none is used to build
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
 INSIDE, OUTSIDE = 0.92, 1.08  # of a window
 START = 20e-6  # s, of the first event
 FIRST, SECOND = 3e-3, 6e-3  # s, of a neuron's inputs
@@ -66,20 +64,17 @@ def held_out_errors(dies: Sequence[int] = HELD_OUT) -> dict[str, float]:
     """Errors by name; takes some 10 s on one core."""
     rows: dict[str, list[float]] = {}
     wrong = decisions = 0
-    for k, number in enumerate(dies):
-        kind, celsius = KINDS[k % 2], HELD_OUT_TEMPERATURES[k // 2 % 3]
-        silicon = Silicon(temperature_c=celsius, die=Die(number=number))
-        design = usual_design()
+    design = usual_design()
+    for number, kind, silicon in silicon_in_turn(dies):
         chip = LatencyChip(design, usual_biases(design, kind), silicon)
         for name, ours, theirs in _times(chip, number % 33, number % 15):
             rows.setdefault(name, []).append(ours / theirs - 1.0)
         for ours, theirs in _decisions(chip, number % 33, number % 15):
             decisions += 1
             wrong += ours != theirs
-    found = {"dies": float(len(dies)), "first_die": float(dies[0])}
+    found = of_dies(dies)
     for name, errors in rows.items():
-        found[f"{name}_rms_relative"] = float(np.sqrt(np.mean(np.square(errors))))
-        found[f"{name}_max_relative"] = float(np.abs(errors).max())
+        found |= rms_and_max(name, errors, "relative")
     return found | {"detections": float(decisions), "detections_wrong": float(wrong)}
 
 
@@ -228,10 +223,4 @@ def _usual_chip(silicon: Silicon) -> LatencyChip:
     return LatencyChip(design, usual_biases(design), silicon)
 
 
-MODEL = Model(
-    "latency-chip",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    _usual_chip,
-)
+MODEL = plain_model("latency-chip", circuits, measure, held_out_errors, _usual_chip)

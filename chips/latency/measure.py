@@ -18,8 +18,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from chips.measured.perturbation import deviating
-from chips.measured.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
+from chips.measured.perturbation import deviating, deviations_of, slopes
+from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
@@ -37,17 +37,17 @@ from circuits.lowering.kernel import to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
-SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
+SHIFTS = shifts(5)  # V
 SYNAPSES, EXCITATIONS, INHIBITIONS = 8, 2, 7  # of the chip's neurons and cells; ours
 COMPARATOR = tuple(f"mc{k}" for k in range(7))
-PARAMETERS = tuple(f"{d}.{x}" for d in COMPARATOR for x in ("v_t0", "beta"))
+PARAMETERS = deviations_of(COMPARATOR)
 QUANTITIES = (
     "timer", "tap", "tonic", "integrating", "race", "second", "recurrent", "pulse_width", "sum",
 )  # fmt: skip
 FIRST = 3e-3  # s, of the integrating neuron's only input
 LAG = 2e-3  # s, of the coincidence detector's second input
 RTOL = 1e-6
-_THRESHOLD_STEP, _BETA_STEP = 5e-3, 0.05  # V, 1: of the central differences
+_STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
 
 
 def circuits() -> tuple[Circuit, ...]:
@@ -128,10 +128,6 @@ def _gradient(silicon: Silicon) -> F64:
         found = block.measures(simulate(moved, rtol=RTOL))["window_s"]
         if found is None:
             raise SolverError(f"latency_chip.{parameter}: no window in the run")
-        return found - WIDTH
+        return float(np.log(found - WIDTH))
 
-    slopes = []
-    for parameter in PARAMETERS:
-        h = _THRESHOLD_STEP if parameter.endswith("v_t0") else _BETA_STEP
-        slopes.append(np.log(window(parameter, h) / window(parameter, -h)) / (2.0 * h))
-    return np.array(slopes)
+    return slopes(window, PARAMETERS, _STEPS)

@@ -22,8 +22,8 @@ import numpy as np
 
 from chips.latency.design import NAME
 from chips.latency.model import Lumped, charges_on
-from chips.noise import SiliconNoise
-from chips.noise_draw import Draws, draw, new_draws
+from chips.noise import SiliconNoise, die_name
+from chips.noise_draw import Draws, new_draws, normals
 from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.arrays import F64
 from circuits.blocks.latency.parts import lone_cell
@@ -67,8 +67,7 @@ def noise_of(numbers: Lumped, silicon: Silicon, noise: SiliconNoise, area: float
         length = lengths[name]
         spread[name] = charge_spread(silicon, noise, getattr(numbers, name) / length, length, area)
     spread["inhibit"] = charge_spread(silicon, noise, numbers.inhibit, numbers.inhibition, area, "n", 2.0)
-    die = silicon.die
-    root = f"{NAME} of {die.lot}/{die.number}"
+    root = die_name(NAME, silicon.die)
     draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", s.size) for n, s in spread.items()}
     return LatencyNoise(spread, draws)
 
@@ -77,11 +76,7 @@ def numbers_of_ping(numbers: Lumped, noise: LatencyNoise, start: float) -> Lumpe
     """Numbers of a chip in the ping that begins at `start`, s."""
     found = {}
     for name, spread in noise.spread.items():
-        fixed = noise.draws[name]
-        # working space of its own, so that a chip may answer several threads
-        own = Draws(fixed.keys, fixed.counters.copy(), fixed.words.copy(), fixed.normal.copy())
-        draw(own, round(start / _MICROSECOND), 0)
-        drawn = own.normal[: spread.size].reshape(spread.shape)
+        drawn = normals(noise.draws[name], round(start / _MICROSECOND), spread)
         found[name] = getattr(numbers, name) * (1.0 + spread * drawn)
     found["emergency"] = float(found["emergency"])
     return numbers._replace(**found)

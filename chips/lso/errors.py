@@ -27,8 +27,8 @@ from chips.lso.measure import (
 )
 from chips.lso.model import LEAST_AREA, SIDES, Head, head_on, level_times, side_spikes
 from chips.lso.place import NAME, line_volts
-from chips.measured.table_record import HELD_OUT_TEMPERATURES
-from chips.model import Model
+from chips.measured.held_out import of_dies, rms_and_max, silicon_in_turn
+from chips.model import plain_model
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE
 from circuits.blocks.latency.tonic import START, reset_wave
@@ -36,14 +36,12 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.event import EDGE, WIDTH
-from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 
 HELD_OUT = tuple(range(500, 524))  # dies; none is used to build
 SMALL = tuple(range(524, 540))  # likewise, with devices of the least area
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
 AT, SPREAD = 0.5e-3, 0.15e-3  # s, of the first input after the reset, and of all
 RAMPS = 800.0, 10e3  # V/s, between those that the record is of and beyond
 
@@ -60,9 +58,7 @@ def judge(dies: Sequence[int], area: float = 1.0) -> dict[str, float]:
     times: list[float] = []
     delays: list[float] = []
     wrong_units = 0
-    for k, number in enumerate(dies):
-        kind, celsius = KINDS[k % 2], HELD_OUT_TEMPERATURES[k // 2 % 3]
-        plain = Silicon(temperature_c=celsius, die=Die(number=number))
+    for number, kind, plain in silicon_in_turn(dies):
         silicon = plain.of_area(area)
         head, side = head_on(plain, kind, area), number % SIDES
         ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))
@@ -75,19 +71,15 @@ def judge(dies: Sequence[int], area: float = 1.0) -> dict[str, float]:
             if np.isfinite(theirs_s):
                 delays.append(ours_s - theirs_s)
             wrong_units += int(np.isfinite(theirs_s) != (head.rest[unit] < -FROM))
-    return {
-        "dies": float(len(dies)),
-        "first_die": float(dies[0]),
+    decisions = {
         "counts_wrong": float(np.count_nonzero(counts)),
         "count_max": float(np.abs(counts).max()),
         "spikes_compared": float(len(times)),
-        "spike_rms_relative": float(np.sqrt(np.mean(np.square(times)))),
-        "spike_max_relative": float(np.abs(times).max()),
         "level_decisions": float(len(dies) * len(RAMPS)),
         "level_decisions_wrong": float(wrong_units),
-        "level_rms_s": float(np.sqrt(np.mean(np.square(delays)))),
-        "level_max_s": float(np.abs(delays).max()),
     }
+    errors = rms_and_max("spike", times, "relative") | rms_and_max("level", delays, "s")
+    return of_dies(dies) | decisions | errors
 
 
 def inputs(number: int) -> F64:
@@ -145,10 +137,4 @@ def level_delays(
     return ours, float(spikes[0]) - crossing(slope) if spikes.size else np.inf
 
 
-MODEL = Model(
-    "lso-neuron",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    head_on,
-)
+MODEL = plain_model("lso-neuron", circuits, measure, held_out_errors, head_on)

@@ -25,8 +25,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from chips.lso.law import Membrane, ramp_delay, rise_time
-from chips.measured.perturbation import deviating
-from chips.measured.table_record import TEMPERATURES, WIDEST, Quantities, measure_over
+from chips.measured.perturbation import deviating, deviations_of, slopes
+from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
@@ -45,7 +45,7 @@ from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 
 LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
-SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 3))  # V
+SHIFTS = shifts(3)  # V
 COMPARATOR = tuple(f"mc{k}" for k in range(7))
 LEVEL_COMPARATOR = ("mc1", "mc2", "mc4", "mc5")
 QUANTITIES = ("timer", "membrane", "onset", "dead", "mirror", "turn", "level_offset", "level_charge")
@@ -55,11 +55,6 @@ THRESHOLD = 0.6  # V, of the level unit that is measured: offset and charge do n
 RTOL = 1e-5
 STOP = 6e-3  # s, of the LSO neuron's runs: its steps last 4.6 ms at -10 degC
 _STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
-
-
-def parameters(devices: tuple[str, ...]) -> tuple[str, ...]:
-    """Deviations of these devices, in the order of the record."""
-    return tuple(f"{d}.{x}" for d in devices for x in _STEPS)
 
 
 def circuits() -> tuple[Circuit, ...]:
@@ -80,7 +75,7 @@ def measure() -> Record:
             "comparator": Table(("temperature", "parameter"), timer),
             "level": Table(("temperature", "level_parameter"), level),
         },
-        {"parameter": parameters(COMPARATOR), "level_parameter": parameters(LEVEL_COMPARATOR)},
+        {"parameter": deviations_of(COMPARATOR), "level_parameter": deviations_of(LEVEL_COMPARATOR)},
     )
 
 
@@ -193,7 +188,7 @@ def _timer_slopes(silicon: Silicon) -> F64:
             raise SolverError(f"sonar_head.{parameter}: no step in the run")
         return float(np.log(found - WIDTH))
 
-    return _slopes(lasted, parameters(COMPARATOR))
+    return slopes(lasted, deviations_of(COMPARATOR), _STEPS)
 
 
 def _level_slopes(silicon: Silicon) -> F64:
@@ -203,12 +198,4 @@ def _level_slopes(silicon: Silicon) -> F64:
     def offset(parameter: str, move: float) -> float:
         return level_delay(level, silicon, SLOW, parameter, move) * SLOW
 
-    return _slopes(offset, parameters(LEVEL_COMPARATOR))
-
-
-def _slopes(value: Callable[[str, float], float], names: tuple[str, ...]) -> F64:
-    found = []
-    for name in names:
-        h = _STEPS[name.rpartition(".")[2]]
-        found.append((value(name, h) - value(name, -h)) / (2.0 * h))
-    return np.array(found)
+    return slopes(offset, deviations_of(LEVEL_COMPARATOR), _STEPS)

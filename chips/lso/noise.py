@@ -34,8 +34,8 @@ from chips.lso.measure import circuits
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME
 from chips.measured.table_record import all_on_silicon, tables_of
-from chips.noise import SiliconNoise
-from chips.noise_draw import Draws, draw, new_draws
+from chips.noise import SiliconNoise, die_name
+from chips.noise_draw import Draws, new_draws, normals
 from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
 from circuits.arrays import F64
 from circuits.lowering.on_die import Mirror, transistor_of
@@ -99,7 +99,7 @@ def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.
     grain = Grain(*(
         ELEMENTARY_CHARGE * float(shot_share(getattr(head, n).mean(), source)) for n in ("excite", "inhibit")
     ))  # fmt: skip
-    root = f"{NAME} of {silicon.die.lot}/{silicon.die.number}"
+    root = die_name(NAME, silicon.die)
     count = {**{n: s.size for n, s in spread.items()}, "offset": head.offset.size, LEVEL: head.offset.size}
     count |= {f"{SPIKES}{side}": _ROOM for side in range(SIDES)}
     draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", size) for n, size in count.items()}
@@ -115,14 +115,6 @@ def head_of_ping(head: Head, noise: LsoNoise, number: int) -> Head:
     }
     offset = head.offset + noise.offset * normals(noise.draws["offset"], number, noise.offset)
     return head._replace(offset=offset, **found)
-
-
-def normals(fixed: Draws, number: int, like: F64, stream: int = 0) -> F64:
-    """Draws of ping `number` in the shape of `like`."""
-    # working space of its own, so that one noise may serve several threads
-    own = Draws(fixed.keys, fixed.counters.copy(), fixed.words.copy(), fixed.normal.copy())
-    draw(own, number, stream)
-    return np.asarray(own.normal[: like.size].reshape(like.shape), dtype=np.float64)
 
 
 def level_jitter(head: Head, noise: LsoNoise, number: int, delay: F64, slope: F64) -> F64:

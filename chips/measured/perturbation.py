@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.lowering.kernel import Machine
 
@@ -38,3 +39,22 @@ def deviating(machine: Machine, parameter: str, amount: float, held: Sequence[st
     if kind == "v_t0":
         return perturbed(machine, device, threshold=amount, held=held)
     return perturbed(machine, device, log_beta=amount, held=held)
+
+
+def deviations_of(devices: Sequence[str]) -> tuple[str, ...]:
+    """Return the deviations of devices in turn, as `deviating` names them: V_T0, then ln beta, of each."""
+    return tuple(f"{device}.{kind}" for device in devices for kind in ("v_t0", "beta"))
+
+
+def slopes(
+    value: Callable[[str, float], float], parameters: Sequence[str], steps: Mapping[str, float]
+) -> F64:
+    """Central differences of a value by each deviation, float64[parameters], its unit over V or over 1.
+
+    value: of a deviation and its amount; steps: by `v_t0` (V) and `beta` (ln beta), to both sides.
+    """
+    found = []
+    for parameter in parameters:
+        h = steps[parameter.rpartition(".")[2]]
+        found.append((value(parameter, h) - value(parameter, -h)) / (2.0 * h))
+    return np.array(found)

@@ -30,12 +30,15 @@ VERSION = 2  # of the measurements: what they measure and how
 TEMPERATURES = (-10.0, 8.0, 27.0, 46.0, 65.0)  # degC
 WIDEST = 0.12  # V, largest shared threshold shift that is measured: 3.6 sigma
 POLARITIES: tuple[Polarity, ...] = ("n", "p")
-HELD_OUT = tuple(range(500, 508))  # dies on which a model is judged; none is used to build it
-HELD_OUT_TEMPERATURES = 0.0, 27.0, 60.0
 PLANE = ("temperature", "polarity", "shift")  # axes of a quantity that is measured here, before its own
 
 Quantities = Mapping[str, F64 | float]
 Circuits = Callable[[], Sequence[Circuit]]
+
+
+def shifts(count: int) -> tuple[float, ...]:
+    """Return so many threshold shifts (V), an odd number, evenly spaced from -`WIDEST` to `WIDEST`."""
+    return tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, count))
 
 
 def board_key(circuits: Sequence[Circuit], process: Process, shifts: Sequence[float]) -> str:

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.measured.perturbation import POLARITIES, perturbed
+from chips.measured.held_out import TEMPERATURES, of_dies, rms_and_max
+from chips.measured.perturbation import POLARITIES, deviations_of, perturbed
 from chips.model import Biases, Cells, Model, Progress, Proxy
 from chips.model_law import check_law
 from chips.ranging.chip import RangingChip
@@ -64,7 +65,6 @@ BOX = Box(threshold=0.2, log_beta=0.3, v_th=0.3, v_ex_max=1.2)  # ours: to where
 RATES = 200.0, 800.0  # V/s, of the ramps; a rebound rises at 760
 RAMP_START, RAMP_STOP = -0.25, 0.25  # V about v_th
 HELD_OUT = tuple(range(500, 540))  # dies; none is used to build
-HELD_OUT_TEMPERATURES = 0.0, 27.0, 60.0
 FAR_THRESHOLD = 3.3  # V, that no rebound reaches
 
 INHIBITION = tuple(f"inhibition.mi{k}" for k in (1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12))
@@ -250,7 +250,7 @@ def _measure_echo(neuron: Circuit, silicon: Silicon, current: float, perturb: Pe
 
 
 def _deviations(devices: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(f"{d}.{x}" for d in (*devices, *POLARITIES) for x in ("v_t0", "beta"))
+    return deviations_of((*devices, *POLARITIES))
 
 
 _TASKS = (
@@ -275,16 +275,14 @@ def held_out_errors(
     model = model_of(neuron, process, record)
     rows = []
     for k, number in enumerate(dies):
-        temperature = HELD_OUT_TEMPERATURES[k % len(HELD_OUT_TEMPERATURES)]
+        temperature = TEMPERATURES[k % len(TEMPERATURES)]
         rows += list(_compare(model, Silicon(process, temperature, Die(number=number))))
     if not rows:
         raise SolverError(f"{neuron.name}: none of dies {dies} could be measured; look at its biases")
     t, v, p = np.array(rows).T
-    errors: dict[str, float] = {"dies": float(len(rows)), "first_die": float(dies[0])}
+    errors = of_dies(dies) | {"dies": float(len(rows))}
     for name, values in (("release_relative", t), ("threshold", v), ("peak", p), ("margin", p - v)):
-        unit = "" if name.endswith("relative") else "_V"
-        errors[f"{name}_rms{unit}"] = float(np.sqrt(np.mean(values**2)))
-        errors[f"{name}_max{unit}"] = float(np.abs(values).max())
+        errors |= rms_and_max(name, values, "" if name.endswith("relative") else "V")
     return errors
 
 

@@ -24,7 +24,7 @@ from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current, neuron_of
 from circuits.arrays import F64, I64, U32
 from circuits.compiled import compiled
-from circuits.devices.noise import gate_flicker, noise_model
+from circuits.devices.noise import gate_flicker
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
@@ -80,7 +80,7 @@ def new_jitter(
     gate = gates_on(model, silicon)
     devices = devices_on(model, silicon, gate)
     current = inhibition_current(devices, gate["i_inh_tau"])
-    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
+    flicker = noise.flicker_in(silicon.process)
     rate, variance = relaxations(flicker, shortest / _FASTEST)
     mean = mean_variance(rate * neurons.t_inh[:, None])
     slope = neurons.t_inh * neurons.kappa_n / silicon.thermal_voltage

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chips.measured.table_record import VERSION, board_key
-from chips.model import Model
+from chips.model import plain_model
 from chips.record import Record, Table
 from chips.selection.kernel import Selection
 from chips.selection.model import MEASURED, circuits, decision, selection
@@ -201,10 +201,4 @@ def pair_errors(pairs: Sequence[Pair]) -> dict[str, float]:
     }
 
 
-MODEL = Model(
-    "winner-take-all",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    selection,
-)
+MODEL = plain_model("winner-take-all", circuits, measure, held_out_errors, selection)

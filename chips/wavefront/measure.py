@@ -23,15 +23,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from chips.measured.perturbation import deviating
-from chips.measured.table_record import (
-    HELD_OUT_TEMPERATURES,
-    WIDEST,
-    Quantities,
-    check_box,
-    measure_over,
-    on_silicon,
-)
+from chips.measured.held_out import TEMPERATURES, of_dies, rms_and_max, silicon_in_turn
+from chips.measured.perturbation import deviating, deviations_of, slopes
+from chips.measured.table_record import Quantities, check_box, measure_over, on_silicon, shifts
 from chips.model import Model
 from chips.model_law import check_law
 from chips.record import Axis, Record, Table
@@ -54,7 +48,7 @@ from circuits.bias import gate_voltage, rebias
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_linearity import CODES, delay_at, delay_machine, delays_at
-from circuits.circuit import BiasKind, Circuit
+from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.devices.source import vertices
 from circuits.lowering.kernel import Machine, to_kernel
@@ -64,15 +58,13 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
 RTOL = 1e-6
-THRESHOLD_STEP = 10e-3  # V, of the central differences
-BETA_STEP = 0.1
+STEPS = {"v_t0": 10e-3, "beta": 0.1}  # V, 1: of the central differences
 COORDINATES = {"v_delay": "ms", "v_cmp": "mc0"}  # ports whose currents are coordinates, and their devices
 HELD = ("ms", "mc0", "mc6")  # devices that do not move with their polarity
 GRADIENT_COMPARATOR_CURRENT = 100e-9  # A, at which gradients are measured
 HELD_OUT = tuple(range(500, 530))  # dies; none is used to build
 HELD_OUT_CODES = 1, 3, 10, 31
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
-SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
+SHIFTS = shifts(5)  # V
 RESOLUTION = 1e-11  # s, of the window
 
 
@@ -88,18 +80,18 @@ def measure_axon(
     circuit = circuit or axon_delay.build()
     check_law(process)
     names = tuple(d.name for d in circuit.devices if isinstance(d, Transistor) and d.name not in HELD)
-    parameters = tuple(f"{d}.{x}" for d in (*names, "mc0", "mc6", *SHARED) for x in ("v_t0", "beta"))
+    parameters = deviations_of((*names, "mc0", "mc6", *SHARED))
     charge: list[list[F64]] = []
-    slopes: list[tuple[F64, F64]] = []
+    lines: list[tuple[F64, F64]] = []
     for temperature in grid.temperature:
         machine = delay_machine(circuit, Silicon(process, temperature))
         for i in grid.current:
             charge.append([
                 np.log(delays_at(_biased(machine, i, j), CODES, RTOL) * i) for j in grid.comparator_current
             ])  # fmt: skip
-            slopes.append(_slopes(_biased(machine, i, GRADIENT_COMPARATOR_CURRENT), parameters))
+            lines.append(_gain_and_offset(_biased(machine, i, GRADIENT_COMPARATOR_CURRENT), parameters))
     plane = (len(grid.temperature), len(grid.current))
-    gain, offset = (np.array(x).reshape(*plane, -1) for x in zip(*slopes, strict=True))
+    gain, offset = (np.array(x).reshape(*plane, -1) for x in zip(*lines, strict=True))
     log_charge = np.array(charge).reshape(*plane, len(grid.comparator_current), len(CODES))
     tables = {
         "log_charge": Table((TEMPERATURE, CURRENT, COMPARATOR_CURRENT, "code"), log_charge),
@@ -129,14 +121,14 @@ def _biased(machine: Machine, current: float, comparator_current: float) -> Mach
     return replace(machine, polylines=tuple(lines))
 
 
-def _slopes(machine: Machine, parameters: tuple[str, ...]) -> tuple[F64, F64]:
+def _gain_and_offset(machine: Machine, parameters: tuple[str, ...]) -> tuple[F64, F64]:
     """Gain and offset of every parameter, float64[parameters] each."""
     ends = (CODES[0], CODES[-1])
     low, high = delays_at(machine, ends, RTOL)
     unit = (high - low) / (ends[1] - ends[0])
     gain, offset = [], []
     for parameter in parameters:
-        h = BETA_STEP if parameter.endswith(".beta") else THRESHOLD_STEP
+        h = STEPS[parameter.rpartition(".")[2]]
         down, up = (delays_at(deviating(machine, parameter, s * h, HELD), ends, RTOL) for s in (-1.0, 1.0))
         first, last = (up - down) / (2.0 * h * unit)
         gain.append((last - first) / (ends[1] - ends[0]))
@@ -156,22 +148,14 @@ def axon_errors(
     """
     circuit = circuit or axon_delay.build()
     rows = []
-    for k, number in enumerate(dies):
-        kind = KINDS[k % 2]
-        silicon = Silicon(process, HELD_OUT_TEMPERATURES[k // 2 % 3], Die(number=number))
-        biased = rebias(circuit, kind=kind)
+    for _, kind, usual in silicon_in_turn(dies):
+        silicon, biased = replace(usual, process=process), rebias(circuit, kind=kind)
         machine = delay_machine(biased, silicon)
         model = axon_model(biased, process, record)
         for code in HELD_OUT_CODES:
             ours = float(axon_delays(model, silicon, np.array(code))[()])
             rows.append(ours / delay_at(machine, code, RTOL) - 1.0)
-    found = np.array(rows)
-    return {
-        "dies": float(len(dies)),
-        "first_die": float(dies[0]),
-        "delay_rms_relative": float(np.sqrt(np.mean(found**2))),
-        "delay_max_relative": float(np.abs(found).max()),
-    }
+    return of_dies(dies) | rms_and_max("delay", rows, "relative")
 
 
 def measure_cell() -> Record:
@@ -186,15 +170,11 @@ def cell_errors(data: Record) -> dict[str, float]:
     """Errors of the input delay and of the window, s, known by temperature and shared shift alone."""
     late, wide = [], []
     for k, number in enumerate(HELD_OUT):
-        silicon = Silicon(temperature_c=HELD_OUT_TEMPERATURES[k % 3], die=Die(number=number))
+        silicon = Silicon(temperature_c=TEMPERATURES[k % len(TEMPERATURES)], die=Die(number=number))
         machine = _cell_machine(silicon)
         late.append(float(on_silicon(data, "input_delay_s", silicon)) - _input_delay(machine))
         wide.append(float(on_silicon(data, "window_s", silicon)) - _window(silicon))
-    found = {"dies": float(len(HELD_OUT)), "first_die": float(HELD_OUT[0])}
-    for name, values in (("input_delay", np.array(late)), ("window", np.array(wide))):
-        found[f"{name}_rms_s"] = float(np.sqrt(np.mean(values**2)))
-        found[f"{name}_max_s"] = float(np.abs(values).max())
-    return found
+    return of_dies(HELD_OUT) | rms_and_max("input_delay", late, "s") | rms_and_max("window", wide, "s")
 
 
 def _cell_at(silicon: Silicon) -> Quantities:
@@ -231,13 +211,8 @@ def _window(silicon: Silicon) -> float:
 def _cell_gradient() -> tuple[tuple[str, ...], F64]:
     """Deviations of each device, and what they do to the input delay of the nominal cell at 27 degC."""
     machine = _cell_machine(Silicon())
-    parameters = tuple(f"{d}.{x}" for d in machine.flat.labels(Transistor) for x in ("v_t0", "beta"))
-    gradient = []
-    for parameter in parameters:
-        h = BETA_STEP if parameter.endswith(".beta") else THRESHOLD_STEP
-        down, up = (_input_delay(deviating(machine, parameter, s * h)) for s in (-1.0, 1.0))
-        gradient.append((up - down) / (2.0 * h))
-    return parameters, np.array(gradient)
+    parameters = deviations_of(machine.flat.labels(Transistor))
+    return parameters, slopes(lambda name, x: _input_delay(deviating(machine, name, x)), parameters, STEPS)
 
 
 def _load_axon(silicon: Silicon) -> Conditions:

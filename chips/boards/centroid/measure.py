@@ -25,23 +25,17 @@ from scipy.optimize import brentq
 
 from chips.boards.centroid.model import CentroidModel, circuits
 from chips.cell import Cell, CellState
-from chips.measured.table_record import (
-    HELD_OUT,
-    HELD_OUT_TEMPERATURES,
-    WIDEST,
-    Quantities,
-    measure_over,
-)
-from chips.model import Model
+from chips.measured.held_out import every_silicon, rms_and_max
+from chips.measured.table_record import Quantities, measure_over, shifts
+from chips.model import plain_model
 from chips.part import Event
 from chips.record import Record
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
-from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
 RTOL = 1e-5
-SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 7))  # V
+SHIFTS = shifts(7)  # V
 FLOOR = 0.15  # V, smallest distance from an entry from which a spike's share is measured; ours
 SETTLE = 30e-6  # s, after a spike
 FALL = 1.0  # s, over which the leak is measured
@@ -59,16 +53,8 @@ def measure() -> Record:
 
 def held_out_errors() -> dict[str, float]:
     """Largest and rms error (V) of the proximity voltage on other dies, under random spike trains."""
-    difference = []
-    for die in HELD_OUT:
-        for temperature in HELD_OUT_TEMPERATURES:
-            silicon = Silicon(temperature_c=temperature, die=Die("0", die))
-            difference.append(train_error(silicon, random_train(np.random.default_rng(die))))
-    every = np.concatenate(difference)
-    return {
-        "proximity_max_V": float(np.abs(every).max()),
-        "proximity_rms_V": float(np.sqrt((every**2).mean())),
-    }
+    difference = [train_error(s, random_train(np.random.default_rng(die))) for die, s in every_silicon()]
+    return rms_and_max("proximity", np.concatenate(difference), "V")
 
 
 def random_train(rng: np.random.Generator) -> list[Event]:
@@ -143,10 +129,4 @@ def _spiked(cell: Cell, state: CellState, neuron: int, time: float) -> CellState
     return state
 
 
-MODEL = Model(
-    "centroid-board",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    CentroidModel,
-)
+MODEL = plain_model("centroid-board", circuits, measure, held_out_errors, CentroidModel)

@@ -20,14 +20,9 @@ import numpy as np
 
 from chips.boards.isolation.model import IsolationModel, circuits
 from chips.cell import Cell
-from chips.measured.table_record import (
-    HELD_OUT,
-    HELD_OUT_TEMPERATURES,
-    WIDEST,
-    Quantities,
-    measure_over,
-)
-from chips.model import Model
+from chips.measured.held_out import every_silicon, rms_and_max
+from chips.measured.table_record import Quantities, measure_over, shifts
+from chips.model import plain_model
 from chips.part import Event, Output
 from chips.record import Record
 from circuits.arrays import F64
@@ -35,13 +30,12 @@ from circuits.blocks.sonar import first_target_isolation
 from circuits.blocks.sonar.centroid_board import NEURONS
 from circuits.devices.source import Polyline
 from circuits.event import WIDTH
-from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
 S = TypeVar("S")
 
 RTOL = 1e-4
-SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 5))  # V
+SHIFTS = shifts(5)  # V
 START = 1e-6  # s, of the first event
 SETTLE = 50e-6  # s, from an event to the next one that must find the board at rest
 INSIDE = 0.5 * WIDTH  # s, lag of the spike that outlasts a call
@@ -69,19 +63,15 @@ def held_out_errors() -> dict[str, float]:
     off: list[float] = []
     tie: list[float] = []
     alone, undecided, events = 0, 0, 0
-    for die in HELD_OUT:
-        for temperature in HELD_OUT_TEMPERATURES:
-            silicon = Silicon(temperature_c=temperature, die=Die("0", die))
-            train = random_train(np.random.default_rng(die))
-            one = circuit_output(silicon, train)
-            other, unsure = model_output(silicon, train)
-            found = compare(one, other)
-            late, off, alone = late + found[0], off + found[1], alone + found[2]
-            undecided, events = undecided + unsure, events + len(train)
-            tie.append(IsolationModel(silicon).tie - _tie(_cell(silicon), _half(one[1])))
-    return {
-        "change_max_s": float(np.abs(late).max()),
-        "change_rms_s": float(np.sqrt(np.square(late).mean())),
+    for die, silicon in every_silicon():
+        train = random_train(np.random.default_rng(die))
+        one = circuit_output(silicon, train)
+        other, unsure = model_output(silicon, train)
+        found = compare(one, other)
+        late, off, alone = late + found[0], off + found[1], alone + found[2]
+        undecided, events = undecided + unsure, events + len(train)
+        tie.append(IsolationModel(silicon).tie - _tie(_cell(silicon), _half(one[1])))
+    return rms_and_max("change", late, "s") | {
         "level_max_V": float(np.abs(off).max()),
         "tie_max_s": float(np.abs(tie).max()),
         "unmatched_share": alone / (len(late) + alone),
@@ -197,10 +187,4 @@ def _changes(cell: Cell, lag: float, half: float) -> list[float]:
     return [t - SETTLE for t in crossings(output.time, output.voltage[:, 0], half)]
 
 
-MODEL = Model(
-    "first-target-isolation",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    IsolationModel,
-)
+MODEL = plain_model("first-target-isolation", circuits, measure, held_out_errors, IsolationModel)

@@ -14,21 +14,18 @@ ramps of the proximity voltage.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from chips.boards.vocalization.model import VocalizationModel, circuits, mirror_mismatch
 from chips.cell import Cell
-from chips.measured.table_record import (
-    HELD_OUT,
-    HELD_OUT_TEMPERATURES,
-    TEMPERATURES,
-    WIDEST,
-    Quantities,
-    measure_over,
-)
-from chips.model import Model
+from chips.measured.held_out import every_silicon
+from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
+from chips.model import plain_model
+from chips.part import Part
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
@@ -36,8 +33,10 @@ from circuits.devices.source import Polyline
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
+S = TypeVar("S")
+
 RTOL = 1e-4
-SHIFTS = tuple(float(s) for s in np.linspace(-WIDEST, WIDEST, 7))  # V
+SHIFTS = shifts(7)  # V
 PROXIMITY = np.linspace(0.0, 3.0, 5)  # V
 MIRROR_DIES = tuple(range(12))
 LONGEST = 0.7  # s, within which three calls come at 0 V
@@ -55,15 +54,13 @@ def measure() -> Record:
 def held_out_errors() -> dict[str, float]:
     """Largest error of a call interval (share) and of the amplitude (V) on other dies, under random ramps."""
     interval, amplitude = [], []
-    for die in HELD_OUT:
-        for temperature in HELD_OUT_TEMPERATURES:
-            silicon = Silicon(temperature_c=temperature, die=Die("0", die))
-            ramp = random_ramp(np.random.default_rng(die))
-            one, other = circuit_calls(silicon, ramp), model_calls(silicon, ramp)
-            n = min(len(one), len(other))
-            spans = np.diff(one[:n, 0], prepend=0.0), np.diff(other[:n, 0], prepend=0.0)
-            interval.append(np.abs(spans[1] / spans[0] - 1.0).max())
-            amplitude.append(np.abs(one[:n, 1] - other[:n, 1]).max())
+    for die, silicon in every_silicon():
+        ramp = random_ramp(np.random.default_rng(die))
+        one, other = circuit_calls(silicon, ramp), model_calls(silicon, ramp)
+        n = min(len(one), len(other))
+        spans = np.diff(one[:n, 0], prepend=0.0), np.diff(other[:n, 0], prepend=0.0)
+        interval.append(np.abs(spans[1] / spans[0] - 1.0).max())
+        amplitude.append(np.abs(one[:n, 1] - other[:n, 1]).max())
     return {"interval_max": float(max(interval)), "amplitude_max_V": float(max(amplitude))}
 
 
@@ -77,22 +74,22 @@ def circuit_calls(silicon: Silicon, proximity: Polyline) -> F64:
     cell = _cell(silicon)
     state = cell.begin()
     enable = np.array([0.0, 1e-6]), np.array([0.0, silicon.process.v_dd])
-    state = cell.drive(state, {"enable": enable, "proximity": proximity, "amplitude_control": proximity})
-    found, reached = [], 0.0
-    while reached < proximity[0][-1]:
-        state, reached, output = cell.advance(state, float(proximity[0][-1]))
-        found += [(time, float(output.voltage[-1, 0])) for _, time in output.events]
-    return np.array(found).reshape(-1, 2)
+    lines = {"enable": enable, "proximity": proximity, "amplitude_control": proximity}
+    return _calls(cell, cell.drive(state, lines), {}, float(proximity[0][-1]))
 
 
 def model_calls(silicon: Silicon, proximity: Polyline) -> F64:
     """Calls of the model, as `circuit_calls` has them."""
     model = VocalizationModel(silicon)
-    state = model.begin()
     lines = {"proximity": proximity, "amplitude_control": proximity}
+    return _calls(model, model.begin(), lines, float(proximity[0][-1]))
+
+
+def _calls(part: Part[S], state: S, lines: Mapping[str, Polyline], until: float) -> F64:
+    """Calls of either level up to `until` (s), float64[calls, 2]: time (s) and amplitude (V)."""
     found, reached = [], 0.0
-    while reached < proximity[0][-1]:
-        state, reached, output = model.advance(state, float(proximity[0][-1]), (), lines)
+    while reached < until:
+        state, reached, output = part.advance(state, until, (), lines)
         found += [(time, float(output.voltage[-1, 0])) for _, time in output.events]
     return np.array(found).reshape(-1, 2)
 
@@ -132,10 +129,4 @@ def _mirror(temperature: float) -> F64:
     return np.asarray(np.linalg.lstsq(np.array(differences), np.array(rates), rcond=None)[0].T)
 
 
-MODEL = Model(
-    "vocalization-controller",
-    circuits,
-    lambda _: measure(),
-    lambda *_: held_out_errors(),
-    VocalizationModel,
-)
+MODEL = plain_model("vocalization-controller", circuits, measure, held_out_errors, VocalizationModel)

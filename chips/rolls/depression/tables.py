@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.noise import SiliconNoise
+from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import new_draws
 from chips.rolls.circuit import NAME, Params, chip
 from chips.rolls.depression.circuit import CELLS, RECOVERY, STD, check_cell, depressing_chip
@@ -64,9 +64,8 @@ def cell_noise(
     found: BuiltDepression, chosen: ShortTermDepression, silicon: Silicon, noise: SiliconNoise
 ) -> DepressionNoise:
     """Noise of the cells' steps and recoveries."""
-    die, gate = silicon.die, _cell_model(chosen.cell, silicon.process).gate
-    diffuse = ELEMENTARY_CHARGE / (gate * found.u_t)
-    path = f"{NAME} of {die.lot}/{die.number}"
+    diffuse = ELEMENTARY_CHARGE / (_cell_model(chosen.cell, silicon.process).gate * found.u_t)
+    path = die_name(NAME, silicon.die)
     return DepressionNoise(
         new_draws(noise.seed, noise.trial, path, most_devices(found.tables)),
         np.array([diffuse], np.float32),

@@ -26,7 +26,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from chips.noise import SiliconNoise
+from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import new_draws, new_slow
 from chips.rolls.circuit import NAME, Params
 from chips.rolls.layout import SIGNS, VOLTAGE
@@ -58,7 +58,7 @@ from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import Circuit
 from circuits.devices.ekv import steepness
-from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
+from circuits.devices.noise import NoiseModel, gate_flicker
 from circuits.lowering.on_die import DieDevices, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
@@ -76,14 +76,13 @@ def with_noise(
         rolls_neuron.build(params.neuron), row_place(NEURONS, ("neuron", ())), silicon,
         part_gates("neuron", built.gates),
     )  # fmt: skip
-    flicker = noise_model(silicon.process) if noise.flicker is None else noise.flicker
-    die, step = silicon.die, built.tables.step
+    flicker, step = noise.flicker_in(silicon.process), built.tables.step
     densities = slow_densities(params, silicon, d, program, flicker)
     tables = NoiseTables(
         membrane_rows(built, d, program.slow_leak(), step).astype(np.float32),
         np.stack([ELEMENTARY_CHARGE / f.unit for f in built.filters]).astype(np.float32),
         _excess(built, program).astype(np.float32),
-        new_draws(noise.seed, noise.trial, f"{NAME} of {die.lot}/{die.number}", NEURONS),
+        new_draws(noise.seed, noise.trial, die_name(NAME, silicon.die), NEURONS),
         new_slow(densities, flicker, step, NEURONS),
         *_plastic_grains(built.plastic, program),
     )

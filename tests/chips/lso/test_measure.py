@@ -11,8 +11,8 @@ from chips.lso.measure import (
     circuits,
     level_delay,
     level_numbers,
-    parameters,
 )
+from chips.measured.perturbation import deviations_of
 from chips.record import kept_record
 from circuits.bias import rebias
 from circuits.errors import SolverError
@@ -21,8 +21,8 @@ from circuits.silicon.silicon import Silicon
 
 def test_a_pair_moves_its_reference_by_its_own_offset() -> None:
     data = kept_record("lso_neuron")
-    timer = dict(zip(parameters(COMPARATOR), np.asarray(data["comparator"])[2], strict=True))
-    level = dict(zip(parameters(LEVEL_COMPARATOR), np.asarray(data["level"])[2], strict=True))
+    timer = dict(zip(deviations_of(COMPARATOR), np.asarray(data["comparator"])[2], strict=True))
+    level = dict(zip(deviations_of(LEVEL_COMPARATOR), np.asarray(data["level"])[2], strict=True))
     # ln Q moves by dV / V_ref, 1/2 a volt, with the sign of the input that the device is at
     assert timer["mc1.v_t0"] == pytest.approx(0.5, rel=0.05)
     assert timer["mc2.v_t0"] == pytest.approx(-0.5, rel=0.05)

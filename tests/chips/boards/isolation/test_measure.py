@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from chips.boards.isolation import measure as m
+from chips.measured.held_out import DIES
 from chips.measured.table_record import on_silicon
 from chips.record import kept_record
 from circuits.event import WIDTH
@@ -25,8 +26,8 @@ def test_the_record_holds_what_is_measured() -> None:
 
 def test_the_errors_on_other_dies_are_those_of_the_record() -> None:
     errors = kept_record("first_target_isolation").errors
-    silicon = Silicon(temperature_c=60.0, die=Die("0", m.HELD_OUT[0]))
-    train = m.random_train(np.random.default_rng(m.HELD_OUT[0]))
+    silicon = Silicon(temperature_c=60.0, die=Die("0", DIES[0]))
+    train = m.random_train(np.random.default_rng(DIES[0]))
     late, _, alone = m.compare(m.circuit_output(silicon, train), m.model_output(silicon, train)[0])
     assert alone == 0
     assert len(late) > 10
