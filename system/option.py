@@ -173,25 +173,22 @@ def settings(scenario: type) -> Mapping[str, Setting]:
     return found
 
 
-def check_options(scenario: Any) -> None:
-    """Raise `ParameterError` for a field of a scenario that breaks its option's rule; parts see to theirs."""
+def check_options(scenario: Any, no_silicon: str = "") -> None:
+    """Raise `ParameterError` for a field of a scenario that breaks its option's rule; parts see to theirs.
+
+    no_silicon : where no chip is in the loop, what puts one there; a field that says something of a chip, and
+        is not at its default, is then refused too.
+    """
     kind: Any = type(scenario)
     for one in settings(kind).values():
         if one.part is None:
             one.check(getattr(scenario, one.field))
-
-
-def refuse_silicon(scenario: Any, remedy: str) -> None:
-    """Raise `ParameterError` for a field that says something of a chip where none is in the loop.
-
-    A field at its default says nothing. `remedy`: what puts a chip into the loop.
-    """
-    for each in fields(scenario):
+    for each in fields(scenario) if no_silicon else ():
         stated = each.metadata.get(OPTION)
         value = getattr(scenario, each.name)
         if stated is not None and stated.silicon and value != _default(each):
             name = stated.name or each.name
-            raise ParameterError(f"{name}: {value}, no chip is in the loop; {remedy}, or leave it out")
+            raise ParameterError(f"{name}: {value}, no chip is in the loop; {no_silicon}, or leave it out")
 
 
 def listed(choices: tuple[str, ...]) -> str:

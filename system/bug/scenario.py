@@ -12,15 +12,7 @@ from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import check_temperature
 from system.bug.body import STEP
 from system.bug.brain import AGENTS
-from system.option import (
-    bias_kind_option,
-    check_options,
-    die_option,
-    option,
-    refuse_silicon,
-    seed_option,
-    temperature_option,
-)
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 
 BRAINS = ("reference", "ideal", "chip")
@@ -67,7 +59,7 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
+        check_options(self, no_silicon(self))
         if self.brain == "reference" and (self.neurons is not None or self.design != "published"):
             name = "design" if self.neurons is None else "neurons"
             raise ParameterError(f"{name}: a reference has no neurons; add `brain=ideal`, or leave it out")
@@ -75,8 +67,6 @@ class Scenario:
         check_temperature(self.calibrated_c)
         check_temperature(self.solved)
         check_noise(self.silicon_noise, self.noise_seed)
-        if no_silicon(self):
-            refuse_silicon(self, no_silicon(self))
 
     def device_noise(self) -> SiliconNoise | None:
         """Noise of the chip's devices."""

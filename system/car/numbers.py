@@ -8,10 +8,11 @@ desirabilities have no unit.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from circuits.errors import ParameterError
-from system.openspace.choice import SIGNED, check_number
+from system.numbers import check_numbers
+from system.openspace.choice import SIGNED
 from system.option import option
 
 ARCS, DIRECTIONS = 15, 5  # the paper's; index 0 is the leftmost
@@ -73,10 +74,7 @@ class Robot:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"robot.{each.name}: {value:g}, must be above 0 and finite")
+        check_numbers("robot", self)
         if self.soft_blanking >= self.blanking:
             raise ParameterError(
                 f"robot.soft_blanking: {self.soft_blanking:g} s, must be below blanking, {self.blanking:g} s;"
@@ -147,5 +145,4 @@ class OpenspaceNumbers:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
-        for each in fields(self):
-            check_number(f"robot_openspace.{each.name}", getattr(self, each.name), signed=each.name in SIGNED)
+        check_numbers("robot_openspace", self, signed=SIGNED)

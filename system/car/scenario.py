@@ -10,15 +10,7 @@ from circuits.silicon.die import NOMINAL, Die
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
 from system.openspace.reader import CALIBRATIONS, Calibration
-from system.option import (
-    bias_kind_option,
-    check_options,
-    die_option,
-    option,
-    refuse_silicon,
-    seed_option,
-    temperature_option,
-)
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
 from system.reader import place
 
@@ -63,13 +55,11 @@ class Scenario:
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_forest(self.forest)
-        check_options(self)
+        check_options(self, no_silicon(self))
         check_noise(self.silicon_noise, self.noise_seed)
         for name in ("occlusion", "multipath", "soft_pings"):
             if getattr(self, name) and self.ranges == "exact":
                 raise ParameterError(f"{name}: not with `ranges=exact`; give `ranges=flight` or chip")
-        if no_silicon(self):
-            refuse_silicon(self, no_silicon(self))
 
     @property
     def silicon(self) -> bool:

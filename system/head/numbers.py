@@ -8,14 +8,14 @@ of these are ours, but for the transducers' 40 kHz. Lengths in m, times in s, an
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from chips.lso.measure import LEVELS
 from circuits.errors import ParameterError
+from system.numbers import check_numbers
 from system.option import option
 
 BEHIND = 0.5 * math.pi  # rad from straight ahead: what is further is behind the head
-_NOT_NEGATIVE = ("gain", "ear_noise", "glint", "swing", "azimuth")
 
 
 def _radians(degrees: float) -> float:
@@ -76,7 +76,7 @@ class SonarHead:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
-        _check("head", self)
+        check_numbers("head", self, from_zero=("gain", "ear_noise", "glint"))
         if self.decision > 1.0:
             raise ParameterError(f"head.decision: {self.decision:g}, must be at most 1, the whole period")
         if 2.0 * self.rise > self.call:
@@ -124,7 +124,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
-        _check("target", self)
+        check_numbers("target", self, from_zero=("swing", "azimuth"))
         if self.azimuth >= BEHIND:
             raise ParameterError(
                 f"target.azimuth: {math.degrees(self.azimuth):g} deg, must be below"
@@ -134,12 +134,3 @@ class Motion:
             raise ParameterError(
                 f"target.swing: {self.swing:g} m, must be below the distance, {self.distance:g} m"
             )
-
-
-def _check(name: str, numbers: SonarHead | Motion) -> None:
-    for each in fields(numbers):
-        value = getattr(numbers, each.name)
-        low = each.name in _NOT_NEGATIVE
-        if not (math.isfinite(value) and (value >= 0.0 if low else value > 0.0)):
-            rule = ">= 0" if low else "> 0"
-            raise ParameterError(f"{name}.{each.name}: {value:g}, must be {rule} and finite; see its default")

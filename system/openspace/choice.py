@@ -16,7 +16,6 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-from circuits.errors import ParameterError
 
 SIGNED = (  # numbers of the law that may be negative
     "sharp_turn_cost", "emergency_below", "goal_gain", "ping_bias", "hysteresis", "decay", "inhibition",
@@ -43,13 +42,6 @@ class Weights(Protocol):
     @property
     def suppression_sigma(self) -> float:
         """sigma_m, arcs."""
-
-
-def check_number(name: str, value: float, *, signed: bool) -> None:
-    """Raise `ParameterError` for a number of the law, named with its owner, that is out of range."""
-    if not (math.isfinite(value) and (signed or value > 0.0)):
-        rule = "must be finite" if signed else "must be above 0 and finite"
-        raise ParameterError(f"{name}: {value:g}, {rule}; choose another")
 
 
 def weights(numbers: Weights, arcs: int) -> tuple[F64, F64]:

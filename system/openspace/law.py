@@ -14,14 +14,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
-from system.openspace.choice import SIGNED, check_number, grouped, ping_directions, weights
+from system.numbers import check_numbers
+from system.openspace.choice import SIGNED, grouped, ping_directions, weights
 from system.option import option
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
@@ -99,9 +100,7 @@ class Bat:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
-        for each in fields(self):
-            if each.name != "immediacy":
-                check_number(f"bat.{each.name}", getattr(self, each.name), signed=each.name in SIGNED)
+        check_numbers("bat", self, signed=SIGNED)
         if self.immediacy not in IMMEDIACIES:
             known = " or ".join(IMMEDIACIES)
             raise ParameterError(f"bat.immediacy: {self.immediacy}, must be {known}")

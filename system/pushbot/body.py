@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.errors import ParameterError
+from system.numbers import check_numbers
 
 LIMIT = 100  # of a command, either way
 CM = 0.01  # m
@@ -48,17 +49,12 @@ class Pushbot:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        for name in ("wheel_distance", "wheel_radius", "top_speed", "slip", "gyro_range", "gyro_period"):
-            if not (getattr(self, name) > 0.0 and math.isfinite(getattr(self, name))):
-                raise ParameterError(f"pushbot.{name}: {getattr(self, name):g}, must be above 0")
-        for name in ("lag", "gyro_noise"):
-            if not getattr(self, name) >= 0.0:
-                raise ParameterError(f"pushbot.{name}: {getattr(self, name):g}, must be at least 0")
-        if not 0.0 <= self.latency <= 1.0:
+        check_numbers("pushbot", self, from_zero=("lag", "gyro_noise", "latency", "dropped"))
+        if self.latency > 1.0:
             raise ParameterError(
                 f"pushbot.latency: {self.latency:g} s, must be from 0 to 1; the paper's is below 0.01"
             )
-        if not 0.0 <= self.dropped < 1.0:
+        if self.dropped >= 1.0:
             raise ParameterError(
                 f"pushbot.dropped: {self.dropped:g}, must be from 0 to below 1; the paper's is 0.8"
             )

@@ -7,15 +7,7 @@ from dataclasses import dataclass, field
 from circuits.blocks.wavefront.axon_delay import UNIT
 from circuits.circuit import BiasKind
 from circuits.silicon.die import NOMINAL, Die
-from system.option import (
-    bias_kind_option,
-    check_options,
-    die_option,
-    option,
-    refuse_silicon,
-    seed_option,
-    temperature_option,
-)
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, noise_option
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
@@ -62,9 +54,7 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
-        if no_silicon(self):
-            refuse_silicon(self, no_silicon(self))
+        check_options(self, no_silicon(self))
 
 
 def no_silicon(scenario: Scenario) -> str:

@@ -8,11 +8,11 @@ Everything else in `Numbers` is ours.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 
 from circuits.count import whole_number
 from circuits.errors import ParameterError
+from system.numbers import check_numbers
 
 DIRECTION_PRIORITY = (2, 1, 3, 0, 4)  # middle, middle left, middle right, left, right; the paper's
 PATHS = 33  # memories; the paper's motor choices
@@ -120,10 +120,7 @@ class Numbers:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ParameterError(f"numbers.{each.name}: {value:g}, must be finite and at least 0")
+        check_numbers("numbers", self, from_zero=[each.name for each in fields(self)])
         for name, count in (("paths", self.paths), ("taps", self.taps)):
             whole_number(f"--{name}", count)
         if self.integration >= self.step_current:

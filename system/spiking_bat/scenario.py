@@ -11,15 +11,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.openspace.law import Bat
 from system.openspace.map import OBSTACLES, check_count, read_place
-from system.option import (
-    bias_kind_option,
-    check_options,
-    die_option,
-    option,
-    refuse_silicon,
-    seed_option,
-    temperature_option,
-)
+from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, noise_option, silicon_noise
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
@@ -81,11 +73,9 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
+        check_options(self, no_silicon(self))
         if self.map is None:
             check_count(self.obstacles)
-        if no_silicon(self):
-            refuse_silicon(self, no_silicon(self))
         if silicon_noise(self.silicon_noise, 0) is not None and self.units:
             raise ParameterError(
                 f"silicon_noise: {self.silicon_noise}, not with `unit`, whose transistors make none here;"

@@ -26,6 +26,7 @@ from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die, standard_normals
+from system.numbers import check_numbers
 from system.worlds.arena.motion import go_along_arc, place_bodies
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.event import Bus, Events, in_order, read_out
@@ -39,9 +40,8 @@ from system.worlds.camera.stage import Stage, darkest, stage_of
 
 BUFFER = 1 << 17  # events of one call, more than any bus carries; those beyond count as lost
 _LEAST_THRESHOLD = 0.01  # of log light; v2e's
-_POSITIVE = (
-    "columns", "rows", "field", "height", "blur", "threshold_on", "threshold_off", "follower", "per_lux",
-    "dark", "noise_lux", "bus_rate", "step", "pixels_a_step",
+_FROM_ZERO = (
+    "threshold_sigma", "leak", "leak_sigma", "noise", "refractory", "hot_share", "hot_rate", "bus_depth",
 )  # fmt: skip
 _DECADE = math.log(10.0)
 _compiled = compiled()
@@ -77,13 +77,8 @@ class Dvs:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        for name in _POSITIVE:
-            if not (getattr(self, name) > 0.0 and math.isfinite(getattr(self, name))):
-                raise ParameterError(f"dvs.{name}: {getattr(self, name):g}, must be above 0")
-        for name in ("threshold_sigma", "leak", "leak_sigma", "noise", "refractory", "hot_rate", "bus_depth"):
-            if not getattr(self, name) >= 0.0:
-                raise ParameterError(f"dvs.{name}: {getattr(self, name):g}, must be at least 0")
-        if not 0.0 <= self.hot_share < 1.0:
+        check_numbers("dvs", self, from_zero=_FROM_ZERO, signed=("ahead",))
+        if self.hot_share >= 1.0:
             raise ParameterError(f"dvs.hot_share: {self.hot_share:g}, must be from 0 to below 1")
         if not self.field < math.pi or self.rows % 2:
             raise ParameterError(

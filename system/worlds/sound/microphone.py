@@ -26,6 +26,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, TypeVar
 
 from circuits.errors import ParameterError
+from system.numbers import check_numbers
 from system.worlds.sound.acoustics import (
     CARRIER_FREQUENCY,
     Air,
@@ -37,6 +38,8 @@ from system.worlds.sound.acoustics import (
 from system.worlds.sound.targets import Target
 
 DIRECT = "direct"  # the source of the path from speaker to microphone
+
+_FROM_ZERO = ("mouth_ear_delay", "direct_transfer", "echo_transfer", "noise_rms", "mid_supply")
 
 Number = TypeVar("Number", int, float)
 
@@ -76,15 +79,8 @@ class Microphone:
     air: Air = field(default_factory=Air)
 
     def __post_init__(self) -> None:
-        for name in ("carrier_frequency", "rise_time", "gain", "supply", "noise_rate"):
-            value = getattr(self, name)
-            if not 0.0 < value < math.inf:
-                raise ParameterError(f"microphone.{name}: {value:g}, must be > 0; see its default")
-        for name in ("mouth_ear_delay", "direct_transfer", "echo_transfer", "noise_rms"):
-            value = getattr(self, name)
-            if not 0.0 <= value < math.inf:
-                raise ParameterError(f"microphone.{name}: {value:g}, must be >= 0; see its default")
-        if not 0.0 <= self.mid_supply <= self.supply:
+        check_numbers("microphone", self, from_zero=_FROM_ZERO, signed=("seed", "channel"))
+        if self.mid_supply > self.supply:
             raise ParameterError(
                 f"microphone.mid_supply: {self.mid_supply:g} V, must be 0 to {self.supply:g} V; "
                 "use half the supply"

@@ -29,7 +29,7 @@ def test_the_soft_pings_blind_zone_is_inside_the_other() -> None:
 @pytest.mark.parametrize("name", ["max_speed", "ping_rate", "neck_speed", "call"])
 def test_rates_are_positive(name: str) -> None:
     for value in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(ParameterError, match=rf"robot\.{name}: .* must be above 0"):
+        with pytest.raises(ParameterError, match=rf"robot\.{name}: .* must be > 0"):
             Robot(**{name: value})
 
 
@@ -39,7 +39,7 @@ def test_wheels_do_not_turn_across() -> None:
 
 
 def test_the_mind_is_finite() -> None:
-    with pytest.raises(ParameterError, match=r"robot_openspace\.max_risk: 0, must be above 0"):
+    with pytest.raises(ParameterError, match=r"robot_openspace\.max_risk: 0, must be > 0"):
         OpenspaceNumbers(max_risk=0.0)
     with pytest.raises(ParameterError, match=r"robot_openspace\.goal_gain: nan, must be finite"):
         OpenspaceNumbers(goal_gain=math.nan)

@@ -80,7 +80,7 @@ def test_the_weights_of_equation_6() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"max_speed": 0.0}, r"bat\.max_speed: 0, must be above 0"),
+        ({"max_speed": 0.0}, r"bat\.max_speed: 0, must be > 0"),
         ({"ping_rate": -5.0}, r"bat\.ping_rate: -5"),
         ({"view_sigma": math.nan}, r"bat\.view_sigma: nan"),
         ({"max_range": math.inf}, r"bat\.max_range: inf"),

@@ -118,9 +118,10 @@ def test_factors_are_above_zero(value: float) -> None:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"wheel_radius": 0.0}, r"pushbot\.wheel_radius: 0, must be above 0"),
-        ({"lag": -1.0}, r"pushbot\.lag: -1, must be at least 0"),
-        ({"latency": -1.0}, r"pushbot\.latency: -1 s"),
+        ({"wheel_radius": 0.0}, r"pushbot\.wheel_radius: 0, must be > 0"),
+        ({"lag": -1.0}, r"pushbot\.lag: -1, must be >= 0"),
+        ({"latency": -1.0}, r"pushbot\.latency: -1, must be >= 0"),
+        ({"latency": 2.0}, r"pushbot\.latency: 2 s, must be from 0 to 1"),
         ({"dropped": 1.0}, r"pushbot\.dropped: 1, must be from 0 to below 1"),
     ],
 )

@@ -81,7 +81,7 @@ def test_weights_are_gaussians() -> None:
 
 
 def test_numbers_that_cannot_be_are_refused() -> None:
-    with pytest.raises(ParameterError, match=r"numbers\.drive: -1, must be finite and at least 0"):
+    with pytest.raises(ParameterError, match=r"numbers\.drive: -1, must be >= 0 and finite"):
         Numbers(drive=-1.0)
     with pytest.raises(
         ParameterError, match=r"numbers\.integration: 0\.02 s, must be less than step_current"

@@ -210,8 +210,8 @@ def test_segments_are_whole_steps(duration: float) -> None:
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"threshold_on": 0.0}, r"dvs\.threshold_on: 0, must be above 0"),
-        ({"noise": -1.0}, r"dvs\.noise: -1, must be at least 0"),
+        ({"threshold_on": 0.0}, r"dvs\.threshold_on: 0, must be > 0"),
+        ({"noise": -1.0}, r"dvs\.noise: -1, must be >= 0"),
         ({"hot_share": 1.0}, r"dvs\.hot_share: 1, must be"),
         ({"field": math.pi}, r"dvs\.field: 180 degrees"),
         ({"bus_rate": math.inf}, r"dvs\.bus_rate: inf"),
