@@ -26,6 +26,7 @@ from system.car.picture import draw_robot
 from system.car.scenario import Scenario, check_pipes, no_silicon
 from system.car.sonar import SPEED, Sonar, noise_of
 from system.car.world import Pipes, forest_of, number_of, start_of
+from system.openspace.flight import entries_of
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import AS_BUILT, describe_run
@@ -35,7 +36,6 @@ from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
-SUCCESS = "it comes out at the far end of the forest without having touched a pipe"
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,10 +142,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "start_m": trace.path[0],
         "ended": account(trace).reason,
         "pipes_m": trace.forest.place,
-        "time_s": log[:, 0],
-        "path_m": trace.path,
-        "heading_rad": log[:, 3],
-        "ping_direction": log[:, 4].astype(int),
+        **entries_of(log, trace.path),
         "arc": log[:, 5].astype(int),
         "scanning": log[:, 6].astype(bool),
         "soft_ping": log[:, 7].astype(bool),
@@ -182,8 +179,8 @@ SYSTEM = System(
     name="car",
     summary="car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs",
     about="A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022).",
-    success=SUCCESS,
     kind=Scenario,
+    success="it comes out at the far end of the forest without having touched a pipe",
     run=run,
     account=account,
     numbers=summarise,

@@ -21,7 +21,17 @@ from chips.selection.model import selection_errors
 from system.forest.animation import check_animation, save_animation
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
-from system.openspace.flight import SUCCESS, Planter, Run, Sample, ended_because, fly_sample, gets_on, planter
+from system.openspace.flight import (
+    SUCCESS,
+    Planter,
+    Run,
+    Sample,
+    ended_because,
+    entries_of,
+    fly_sample,
+    gets_on,
+    planter,
+)
 from system.openspace.law import arcs_of
 from system.openspace.map import Forest, read_forest
 from system.openspace.picture import draw_view_of_run
@@ -147,10 +157,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "start_m": first.start,
         "ended": account(trace).reason,
         "obstacles_m": first.forest.place,
-        "time_s": log[:, 0],
-        "path_m": trace.path,
-        "heading_rad": log[:, 3],
-        "ping_direction": log[:, 4].astype(int),
+        **entries_of(log, trace.path),
         "arc": log[:, 5].astype(int),
         "scanning": log[:, 7].astype(bool),
     }
@@ -187,8 +194,8 @@ SYSTEM = System(
     name="forest",
     summary="bat that flies through a dense forest by pings in five directions and a choice of arcs",
     about="A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022).",
-    success=SUCCESS,
     kind=Scenario,
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -158,6 +159,19 @@ def gets_on(progress: float, straight: float) -> bool:
 def ended_because(pings: int, *, collided: bool) -> str:
     """Why a sample or flight of so many pings ended."""
     return "collided with an obstacle" if collided else f"all {pings} pings flown"
+
+
+def entries_of(log: F64, path: F64) -> dict[str, Any]:
+    """Return the entries of JSON of a way that begins with the columns of `system.openspace.state`.
+
+    log : float64[n, 5 or more]; path : float64[n + 1, 2], places (m) of the log's rows and of the end.
+    """
+    return {
+        "time_s": log[:, 0],
+        "path_m": path,
+        "heading_rad": log[:, 3],
+        "ping_direction": log[:, 4].astype(int),
+    }
 
 
 def margin_of(arcs: Arcs) -> float:

@@ -38,11 +38,6 @@ BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
 LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
 NEAR, EVERY = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
 RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
-SUCCESS = (
-    "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot it"
-    f" comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of its time"
-    " at most"
-)
 SUMMARY = (
     "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m",
     "mean_speed_m_per_s", "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW",
@@ -235,8 +230,12 @@ SYSTEM = System(
     name="pushbot",
     summary="robot with an event camera that a network on the ROLLS chip steers round obstacles",
     about="A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017).",
-    success=SUCCESS,
     kind=Scenario,
+    success=(
+        "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot"
+        f" it comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of its"
+        " time at most"
+    ),
     run=run,
     account=account,
     numbers=summarise,

@@ -34,10 +34,6 @@ from system.system import Account, System, metrics_with
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
 SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
-SUCCESS = (
-    "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
-    " without events no neuron fires"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +152,11 @@ SYSTEM = System(
     name="rolls",
     summary="ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)",
     about="All neurons of a ROLLS die under equal input.",
-    success=SUCCESS,
     kind=Scenario,
+    success=(
+        "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
+        " without events no neuron fires"
+    ),
     run=run,
     account=account,
     numbers=summarise,

@@ -38,7 +38,6 @@ from system.rover.wave_planner import ChipPlanner
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
-SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
 SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
     "distance_m", "interventions", "gps_outages", "arrived", "map_error",
@@ -249,8 +248,8 @@ SYSTEM = System(
     name="rover",
     summary="robot that plans on a cost map by a wave of spikes, and drives by GPS and compass",
     about="A rover plans on a delay-line chip and drives the way (Hwu et al. 2018).",
-    success=SUCCESS,
     kind=Scenario,
+    success="on every trip a fix lies within the rover's reach of the goal before its patience is over",
     run=run,
     account=account,
     numbers=summarise,

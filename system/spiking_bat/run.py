@@ -23,7 +23,7 @@ from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
 from circuits.silicon.silicon import Silicon
-from system.openspace.flight import SUCCESS, begin, ended_because, gets_on
+from system.openspace.flight import SUCCESS, begin, ended_because, entries_of, gets_on
 from system.openspace.law import Arcs, arcs_of
 from system.openspace.map import SIDE, Forest, plant, read_forest
 from system.openspace.picture import draw_view_of_run
@@ -145,10 +145,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "start_m": trace.start,
         "ended": account(trace).reason,
         "obstacles_m": trace.forest.place,
-        "time_s": log[:, 0],
-        "path_m": trace.flown.path,
-        "heading_rad": log[:, 3],
-        "ping_direction": log[:, 4].astype(int),
+        **entries_of(log, trace.flown.path),
         "winner": log[:, 6].astype(int),
         "scanning": log[:, 7].astype(bool),
     }
@@ -192,8 +189,8 @@ SYSTEM = System(
     name="spiking-bat",
     summary="bat that flies through a dense forest by spike latencies, of a network or of a die's neurons",
     about="A bat flies through a dense forest by spike latencies (Wen & Horiuchi 2022).",
-    success=SUCCESS,
     kind=Scenario,
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from circuits.lowering.kernel import Machine
-from system.car.run import SUCCESS
+from system.car.run import SYSTEM
 from system.cli.command_line import main
 
 HERE = "tests.system.study.test_success"
@@ -27,7 +27,9 @@ def test_a_study_tells_success_without_being_asked(
     text = capsys.readouterr().out
     assert f"succeeded          0  {NONE}" in text
     assert f"collided           0  {NONE}" in text
-    assert f"yield 0.00 %, 95 % interval 0.00 to 70.76 % (Clopper-Pearson): succeeded ({SUCCESS})" in text
+    assert (
+        f"yield 0.00 %, 95 % interval 0.00 to 70.76 % (Clopper-Pearson): succeeded ({SYSTEM.success})" in text
+    )
     assert "did not succeed" in text
     page = (folder / "report.html").read_text()
     assert f"<h3>collided</h3><p>3 samples defined, 0 not defined.</p><p>Yes: {NONE}" in page
@@ -41,7 +43,7 @@ def test_a_study_tells_success_without_being_asked(
     assert share["interval"]["high"] == pytest.approx(1.0 - 0.025 ** (1 / 3))
     assert found["metrics"]["collided"]["quantiles"] == {}
     assert found["metrics"]["side_share"]["share"] is None
-    assert found["yield"]["specifications"] == [f"succeeded ({SUCCESS})"]
+    assert found["yield"]["specifications"] == [f"succeeded ({SYSTEM.success})"]
     assert found["yield"]["causes"] == {"did not succeed": 3}
 
 
