@@ -21,7 +21,7 @@ from circuits.units import format_quantity
 from system.reader import In, Reader, switch, whole, words
 
 OPTION = "option"  # key of a field's metadata
-METAVARS = {
+_METAVARS = {
     "s": "TIME", "m": "LENGTH", "Hz": "FREQUENCY", "V": "VOLTAGE", "m/s": "SPEED", "deg": "ANGLE",
     "degC": "DEGC",
 }  # fmt: skip
@@ -107,7 +107,7 @@ class Setting:
         if self.kind is bool or self.option.metavar:
             return self.option.metavar
         usual = {int: "COUNT", float: "NUMBER"}.get(self.kind, "WORD")
-        return "|".join(self.choices) or METAVARS.get(self.option.unit or "", usual)
+        return "|".join(self.choices) or _METAVARS.get(self.option.unit or "", usual)
 
     @property
     def help(self) -> str:

@@ -27,7 +27,7 @@ from circuits.solver.transient import Result
 from system.files.writing import check_folder, replace_atomic
 
 SUFFIXES = ("png", "svg", "pdf")
-MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible
+_MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible
 
 # Okabe and Ito (2008): told apart by readers with any kind of colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
@@ -126,13 +126,13 @@ def draw_circuit(circuit: Circuit, figure: Figure) -> None:
     """Fill `figure` with the graph of `circuit`: its devices, or its instances where devices are many."""
     graph = to_graph(circuit)
     devices = sum(1 for _, kind in graph.nodes(data="kind") if kind == "device")
-    if devices > MANY_DEVICES or any(instance.shape for instance in circuit.instances):
+    if devices > _MANY_DEVICES or any(instance.shape for instance in circuit.instances):
         graph = to_instance_graph(circuit)
     figure.set_size_inches(10.0, 7.5)
-    draw_graph(graph, figure.subplots())
+    _draw_graph(graph, figure.subplots())
 
 
-def draw_graph(graph: nx.MultiGraph, ax: Axes) -> None:
+def _draw_graph(graph: nx.MultiGraph, ax: Axes) -> None:
     """Draw a circuit's graph: boxes are devices or instances, in a colour each part; dots are nodes.
 
     Ground and supplies reach nearly everything, so they are left out. Where only a gate or a bulk touches a

@@ -181,20 +181,20 @@ def within_factor(factor: float, text: str = "within a factor of {limit:g}") -> 
 def apart_above(other: Estimated, text: str = "above {limit:g}, intervals apart") -> Rule:
     """The whole interval of ours is above that of `other`, whose value the sentence can give."""
     said = _said(text, ("above", "apart"), _fields("", other.value))
-    return Rule(said, None, lambda ours, _: interval_of(ours)[0] > other.interval.high)
+    return Rule(said, None, lambda ours, _: _interval_of(ours)[0] > other.interval.high)
 
 
 def apart_below(other: Estimated, text: str = "below {limit:g}, intervals apart") -> Rule:
     """The whole interval of ours is below that of `other`, whose value the sentence can give."""
     said = _said(text, ("below", "apart"), _fields("", other.value))
-    return Rule(said, None, lambda ours, _: interval_of(ours)[1] < other.interval.low)
+    return Rule(said, None, lambda ours, _: _interval_of(ours)[1] < other.interval.low)
 
 
 def overlapping(other: Ends, text: str = "intervals overlap: {low:.2f}-{high:.2f}") -> Rule:
     """The intervals of ours and of `other` have a value in common; fields are the ends of `other`."""
 
     def test(ours: Judged, _: Value) -> bool:
-        low, high = interval_of(ours)
+        low, high = _interval_of(ours)
         return low <= other.high and other.low <= high
 
     return Rule(_said(text, ("overlap",), {"low": other.low, "high": other.high}), None, test)
@@ -225,7 +225,7 @@ def shown_of(ours: Judged) -> Value:
     return ours.shown if isinstance(ours, Measured) else ours
 
 
-def interval_of(ours: Judged) -> tuple[float, float]:
+def _interval_of(ours: Judged) -> tuple[float, float]:
     """Ends of the interval of confidence; not numbers where it has none."""
     known = ours.interval if isinstance(ours, Measured) else None
     return (math.nan, math.nan) if known is None else (known.low, known.high)

@@ -37,8 +37,8 @@ from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import Microphone
 
 # Longest round, s; ours, a matter of speed only.
-HORIZON = 4e-3
-BEHAVIOURAL_HORIZON = 20e-3
+_HORIZON = 4e-3
+_BEHAVIOURAL_HORIZON = 20e-3
 ENVELOPE_TOLERANCE = 1e-3  # V, thinning of the envelope between detector and neurons; ours
 # Ours: neuron 2's spikes come within 3 us of the converged ones. How far calls move when all tolerances are
 # divided by ten is measured by benchmarks/approach.py.
@@ -59,7 +59,7 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
         parts["isolation"] = _isolation(scenario, silicon)
     if scenario.amplitude_law == "d4":
         parts["amplitude_centroid"] = _centroid(scenario, silicon, _fourth_power(silicon))
-    horizon = BEHAVIOURAL_HORIZON if all_behavioural(scenario) else HORIZON
+    horizon = _BEHAVIOURAL_HORIZON if all_behavioural(scenario) else _HORIZON
     loop = Loop(parts, _event_wires(parts), _analog_wires(parts), horizon, executor)
     oscillator = parts["vocalization"]
     if isinstance(oscillator, Cell):

@@ -21,8 +21,8 @@ from circuits.arrays import F64
 from system.bug.body import RADIUS, RANGE, RAYS, Senses
 
 GAIN = 0.5
-ROTATION = -np.pi / 4.0
-PULLS = GAIN * np.stack([np.cos(RAYS + ROTATION), np.sin(RAYS + ROTATION)], axis=1)  # float64[8, 2]
+_ROTATION = -np.pi / 4.0
+PULLS = GAIN * np.stack([np.cos(RAYS + _ROTATION), np.sin(RAYS + _ROTATION)], axis=1)  # float64[8, 2]
 
 CONTACT_FILTER = 0.1  # s, low-pass of the contact sensor; ours
 TEST_RATE = 1.0  # Hz, of the oscillator that makes the robot try the way to the goal; the paper's

@@ -32,10 +32,10 @@ from system.bug.brain import (
     along_wall,
 )
 
-AWAY = 0.5  # s after it left a wall until contact counts again, unless it lost contact before; ours
+_AWAY = 0.5  # s after it left a wall until contact counts again, unless it lost contact before; ours
 BACK = 2.0 * RADIUS  # how near a place counts as reached again, map units; ours
-GONE = 4.0 * RADIUS  # from a place, before it can be reached again; ours
-NEARER = 0.1  # map units, by which Bug 2 must be nearer to the goal, and Bug 1 get nearer; ours
+_GONE = 4.0 * RADIUS  # from a place, before it can be reached again; ours
+_NEARER = 0.1  # map units, by which Bug 2 must be nearer to the goal, and Bug 1 get nearer; ours
 
 
 def reference_brain(agent: str, diagonal: float) -> Brain:
@@ -44,13 +44,13 @@ def reference_brain(agent: str, diagonal: float) -> Brain:
     Raises `UnknownNameError`.
     """
     if agent not in AGENTS:
-        raise no_agent(agent)
+        raise _no_agent(agent)
     if agent == "bug0":
         return Bug0()
     return Bug1(diagonal) if agent == "bug1" else Bug2(diagonal)
 
 
-def no_agent(agent: str) -> UnknownNameError:
+def _no_agent(agent: str) -> UnknownNameError:
     """The error for an agent that is none."""
     return unknown_name("agent", agent, AGENTS)
 
@@ -97,7 +97,7 @@ class Bug2:
         if self.state == GO:
             self._since += STEP
             self._was_away = self._was_away or not senses.contact
-            if senses.contact and (self._was_away or self._since > AWAY):
+            if senses.contact and (self._was_away or self._since > _AWAY):
                 self.state, self._hit, self._was_away = FOLLOW, place, False
         elif self._may_leave(place, senses.north):
             self.state, self._since, self._was_away = GO, 0.0, False
@@ -110,11 +110,11 @@ class Bug2:
         """Whether it crosses the line from the start to the goal, nearer to the goal than at the hit."""
         line = self._line if self._line is not None else north
         crosses = self._side * _cross(line, place) <= 0.0 and float(line @ north) > 0.0
-        return crosses and math.hypot(*place) < math.hypot(*self._hit) - NEARER
+        return crosses and math.hypot(*place) < math.hypot(*self._hit) - _NEARER
 
     def _is_back(self, place: F64) -> bool:
         far = math.hypot(*(place - self._hit))
-        self._was_away = self._was_away or far > GONE
+        self._was_away = self._was_away or far > _GONE
         return self._was_away and far < BACK
 
 
@@ -140,8 +140,8 @@ class Bug1:
     def _go(self, place: F64, *, touches: bool) -> None:
         self._since += STEP
         self._was_away = self._was_away or not touches
-        if touches and (self._was_away or self._since > AWAY):
-            if math.hypot(*place) > self._left - NEARER:
+        if touches and (self._was_away or self._since > _AWAY):
+            if math.hypot(*place) > self._left - _NEARER:
                 self.verdict = UNREACHABLE
             self.state, self._hit, self._best = FOLLOW, place, place
             self._around, self._was_away = False, False
@@ -150,7 +150,7 @@ class Bug1:
         if math.hypot(*place) < math.hypot(*self._best):
             self._best = place
         far = math.hypot(*(place - self._hit))
-        self._was_away = self._was_away or far > GONE
+        self._was_away = self._was_away or far > _GONE
         self._around = self._around or (self._was_away and far < BACK)
         if self._around and math.hypot(*(place - self._best)) < RADIUS:
             self.state, self._since, self._was_away = GO, 0.0, False

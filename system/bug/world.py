@@ -6,7 +6,7 @@ within R + PIECE of p, so one query of the tree finds all pieces for all rays an
 the robot has moved by `SLACK`. Rays and motion are then exact on the pieces, where the paper cuts the rays
 into points too and asks the tree for each.
 
-Ours: walls that touch at a corner only are joined there by a square of `SEAL`, so that nothing passes.
+Ours: walls that touch at a corner only are joined there by a square of `_SEAL`, so that nothing passes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from system.bug.map import BugMap, Point
 
 PIECE = 0.25  # largest length of a piece of an outline, the paper's epsilon; ours
 SLACK = 0.25  # way after which pieces are looked up again; ours
-SEAL = 2e-3  # side of the square where walls touch at a corner; ours
+_SEAL = 2e-3  # side of the square where walls touch at a corner; ours
 FRAME = 1.0  # width of the wall around the map; ours
 ROUNDING = 1e-9
 
@@ -111,7 +111,7 @@ def _touching(walls: Bools, height: float) -> list[Point]:
 
 
 def _square(x: float, y: float) -> Polygon:
-    half = 0.5 * SEAL
+    half = 0.5 * _SEAL
     return shapely.box(x - half, y - half, x + half, y + half)
 
 

@@ -204,7 +204,7 @@ def _back_up(robot: Robot, numbers: OpenspaceNumbers, arcs: Arcs, state: _State)
         back = min(way, left)
         if back < way:
             state.way.append((arc, way - back))
-        state.pose = moved_back(state.pose, float(arcs.curvature[arc]), float(arcs.slip[arc]), back)
+        state.pose = _moved_back(state.pose, float(arcs.curvature[arc]), float(arcs.slip[arc]), back)
         left -= back
     done = numbers.retreat - left
     state.distance += done
@@ -214,7 +214,7 @@ def _back_up(robot: Robot, numbers: OpenspaceNumbers, arcs: Arcs, state: _State)
     state.arc, state.head, state.scanning = MIDDLE, DIRECTIONS // 2, False
 
 
-def moved_back(pose: Pose, curvature: float, slip: float, way: float) -> Pose:
+def _moved_back(pose: Pose, curvature: float, slip: float, way: float) -> Pose:
     """Pose from which an arc of `way` m led to this one."""
     return moved(pose, curvature, slip, -way)
 

@@ -30,9 +30,9 @@ WIDEST = math.radians(90.0)  # of the training angles, to either side; ours
 NEAREST, FARTHEST = 0.25, 1.5  # m, ranges of the training echoes; ours
 CENTRES = 130  # of the training echoes, evenly spaced among them; ours
 WIDTH = 0.35  # V, of a basis function; ours
-RIDGE = 1e-6  # of the least squares, relative to the number of echoes; ours
-OUTPUT_STEP = math.radians(1.0)  # the paper's
-TRAINING_SEED = 0  # of the training echoes' noise
+_RIDGE = 1e-6  # of the least squares, relative to the number of echoes; ours
+_OUTPUT_STEP = math.radians(1.0)  # the paper's
+_TRAINING_SEED = 0  # of the training echoes' noise
 
 
 class Localiser(NamedTuple):
@@ -55,7 +55,7 @@ def volts(robot: Robot, amplitude: F64) -> F64:
 
 def training_echoes(robot: Robot) -> tuple[F64, F64]:
     """Voltages, float64[910, 3], and angles (rad) of the training echoes, with the envelope's noise."""
-    random = np.random.default_rng(TRAINING_SEED)
+    random = np.random.default_rng(_TRAINING_SEED)
     angle, distance = (
         v.ravel()
         for v in np.meshgrid(
@@ -75,14 +75,14 @@ def trained(robot: Robot) -> Localiser:
     u, angle = training_echoes(robot)
     centres = u[np.linspace(0, len(u) - 1, CENTRES).astype(np.int64)]
     basis = _basis(u, centres)
-    normal = basis.T @ basis + RIDGE * len(u) * np.eye(CENTRES)
+    normal = basis.T @ basis + _RIDGE * len(u) * np.eye(CENTRES)
     return Localiser(centres, np.asarray(np.linalg.solve(normal, basis.T @ angle), dtype=np.float64))
 
 
 def localise(network: Localiser, u: F64) -> F64:
     """Angles (rad, to the left of the head's axis, whole degrees) of voltages, float64[n, 3]."""
     angle = _basis(u, network.centres) @ network.weights
-    return np.asarray(OUTPUT_STEP * np.rint(angle / OUTPUT_STEP))
+    return np.asarray(_OUTPUT_STEP * np.rint(angle / _OUTPUT_STEP))
 
 
 def _basis(u: F64, centres: F64) -> F64:

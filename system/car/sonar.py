@@ -35,8 +35,8 @@ from system.worlds.sound.acoustics import (
 )
 
 SPEED = speed_of_sound(AIR_TEMPERATURE)  # m/s
-NOISE_SAMPLES = 65_521  # a channel, which the pings of a run take in turn
-FAINT = 0.1  # of the threshold: what is less loud by way of two pipes is left out; ours
+_NOISE_SAMPLES = 65_521  # a channel, which the pings of a run take in turn
+_FAINT = 0.1  # of the threshold: what is less loud by way of two pipes is left out; ours
 
 
 class Heard(NamedTuple):
@@ -53,7 +53,7 @@ class Heard(NamedTuple):
 class Sonar:
     """The head: numbers, network, options; reading: range (m) a `STEP` of delay, NaN for none, or empty.
 
-    noise: complex[3, NOISE_SAMPLES], of the run's seed; reader: of a chip that makes noise, in the place of
+    noise: complex[3, _NOISE_SAMPLES], of the run's seed; reader: of a chip that makes noise, in the place of
     `reading`; every ping overwrites its state.
     """
 
@@ -74,7 +74,7 @@ class _Echoes(NamedTuple):
 
 def noise_of(robot: Robot, random: np.random.Generator) -> C128:
     """Noise of three envelopes' quadratures."""
-    drawn = random.standard_normal((2, 3, NOISE_SAMPLES))
+    drawn = random.standard_normal((2, 3, _NOISE_SAMPLES))
     return np.asarray(robot.noise * (drawn[0] + 1j * drawn[1]))
 
 
@@ -123,7 +123,7 @@ def _bounced(r: Robot, place: F64, distance: F64, angle: F64) -> _Echoes:
     loss = r.scatter * beam(angle, r.beam)[:, None] / (surface[:, None] * apart * surface[None, :])
     ears = hearing(r, angle)
     i, j = np.nonzero(
-        (loss * ears.max(axis=0, initial=0.0) > FAINT * r.threshold) & (way < 2.0 * r.max_range)
+        (loss * ears.max(axis=0, initial=0.0) > _FAINT * r.threshold) & (way < 2.0 * r.max_range)
     )
     return _Echoes(way[i, j] / SPEED, loss[i, j] * ears[:, j])
 
@@ -141,7 +141,7 @@ def _envelopes(
     when = window[0] + np.arange(samples) / r.sample_rate
     shape = tone_envelope(when[None, :] - echoes.delay[:, None], r.call, 0.5 * r.call)
     phase = np.exp(-2j * math.pi * CARRIER_FREQUENCY * echoes.delay)
-    taken = (number * samples + np.arange(samples)) % NOISE_SAMPLES
+    taken = (number * samples + np.arange(samples)) % _NOISE_SAMPLES
     return when, np.abs(gain * (echoes.amplitude * phase) @ shape + sonar.noise[:, taken])
 
 

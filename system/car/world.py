@@ -25,11 +25,11 @@ FORESTS = ("corridor", "open", "dense")
 PIPES = 21  # the paper's
 LONG = {"corridor": 2.4, "open": 1.8, "dense": 1.8}  # m along x; the corridor's ours
 WIDE = {"corridor": 0.9, "open": 1.8, "dense": 1.4}  # m across; the corridor's, between its lines, ours
-CORRIDOR_STEP = 0.3  # m between the pipes of a line; ours
+_CORRIDOR_STEP = 0.3  # m between the pipes of a line; ours
 SPACING = 0.28  # m between any two pipes; ours
 BEFORE = 0.6  # m before the forest where a robot starts: its sonar then has the first pipes in sight; ours
-START_ACROSS = 0.25  # of the width, to either side of the middle; ours
-START_TURN = math.radians(10.0)  # to either side of straight ahead; ours
+_START_ACROSS = 0.25  # of the width, to either side of the middle; ours
+_START_TURN = math.radians(10.0)  # to either side of straight ahead; ours
 
 LARGEST = 100.0  # m, of a file's forest, along and to either side; ours
 LEAST_WIDE = WIDE["corridor"]  # m, that a file's forest counts as wide at least; ours
@@ -97,8 +97,8 @@ def start_of(
 
     Raises `ParameterError` where the body would touch a pipe.
     """
-    y = START_ACROSS * forest.wide * random.uniform(-1.0, 1.0)
-    heading = START_TURN * random.uniform(-1.0, 1.0)
+    y = _START_ACROSS * forest.wide * random.uniform(-1.0, 1.0)
+    heading = _START_TURN * random.uniform(-1.0, 1.0)
     if at is None:
         return -BEFORE, y, heading
     room = clearance(forest, *at)
@@ -111,7 +111,7 @@ def start_of(
 
 
 def _corridor(long: float, wide: float) -> F64:
-    x = np.arange(0.0, long + 1e-9, CORRIDOR_STEP)
+    x = np.arange(0.0, long + 1e-9, _CORRIDOR_STEP)
     side = np.full(x.size, 0.5 * wide)
     return np.concatenate([np.stack([x, side], axis=1), np.stack([x, -side], axis=1)])
 

@@ -51,12 +51,12 @@ from system.openspace.state import DISTANCE as WAY
 from system.openspace.state import TIME as NOW
 
 CLEAR = 1.0  # m about a drawn start; ours
-GETS_ON = 0.1  # of its full speed, that a bat must come on to the left; ours
+_GETS_ON = 0.1  # of its full speed, that a bat must come on to the left; ours
 SUCCESS = (
     "it flies all its pings without a collision and without being trapped, and comes on to the left at"
-    f" {100.0 * GETS_ON:g} % of its full speed at least"
+    f" {100.0 * _GETS_ON:g} % of its full speed at least"
 )
-WORDS = {GOING: "undecided", COLLIDED: "collided", TRAPPED: "trapped", OVER: "over"}
+_WORDS = {GOING: "undecided", COLLIDED: "collided", TRAPPED: "trapped", OVER: "over"}
 _STARTS = 1000  # places that are tried
 _AT_ONCE = 200_000  # pings between signs of life
 
@@ -153,7 +153,7 @@ def fly_sample(
 
 def gets_on(progress: float, straight: float) -> bool:
     """Whether a bat came on to the left, by `progress` (m), where it could have flown `straight` (m)."""
-    return progress >= GETS_ON * straight
+    return progress >= _GETS_ON * straight
 
 
 def ended_because(pings: int, *, collided: bool) -> str:
@@ -203,7 +203,7 @@ def _fly_run(
         if progress is not None:
             progress(used / pings)
     end = float(flight.pose[0]), float(flight.pose[1])
-    return Run(forest, (x, y), WORDS[ended], flight.log[: flight.counts[LOGGED]], end), flight, ended
+    return Run(forest, (x, y), _WORDS[ended], flight.log[: flight.counts[LOGGED]], end), flight, ended
 
 
 def begin(

@@ -42,7 +42,7 @@ from system.openspace.state import (
 from system.openspace.view import add_immediacies, blocked_at, in_view
 
 GOING, COLLIDED, TRAPPED, OVER = range(4)  # how a flight stands
-TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the paper's
+_TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the paper's
 LONGEST = 250_000.0  # s of a run; the paper's
 
 _HALVINGS = 50  # of the way to a touch
@@ -59,7 +59,7 @@ def fly(a: Arcs, s: Senses, c: Cells, f: Flight, pings: int) -> int:
         choose(a, s, f)
         if advance(a, c, f):
             return COLLIDED
-        if f.pose[TIME] - f.pose[CROSSED] >= TRAPPED_AFTER:
+        if f.pose[TIME] - f.pose[CROSSED] >= _TRAPPED_AFTER:
             return TRAPPED
         if f.pose[TIME] >= LONGEST:
             return OVER

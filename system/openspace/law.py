@@ -27,7 +27,7 @@ from system.option import option
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
-IMMEDIACIES = ("linear", "squared")  # equation (11), and the paper's "Squared"
+_IMMEDIACIES = ("linear", "squared")  # equation (11), and the paper's "Squared"
 _SAMPLES = 20_000  # of an arc, to see where it leaves a field of view
 
 
@@ -101,8 +101,8 @@ class Bat:
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the number that breaks its rule."""
         check_numbers("bat", self, signed=SIGNED)
-        if self.immediacy not in IMMEDIACIES:
-            known = " or ".join(IMMEDIACIES)
+        if self.immediacy not in _IMMEDIACIES:
+            known = " or ".join(_IMMEDIACIES)
             raise ParameterError(f"bat.immediacy: {self.immediacy}, must be {known}")
         if self.zone >= self.least_radius:
             raise ParameterError(
@@ -174,7 +174,7 @@ def arcs_of(bat: Bat) -> Arcs:
         view_behind=float(detectable(bat, np.array(0.5 * math.pi))),
         max_risk=bat.max_risk,
         immediacy_range=bat.immediacy_range,
-        power=1 + IMMEDIACIES.index(bat.immediacy),
+        power=1 + _IMMEDIACIES.index(bat.immediacy),
         zone=bat.zone,
         step=1.0 / bat.ping_rate,
         decay=bat.decay,

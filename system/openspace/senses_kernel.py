@@ -57,7 +57,7 @@ from system.openspace.state import (
 )
 from system.openspace.view import add_immediacies
 
-LEAST_RISK = 0.1e-9  # A, into a port of the selection: its standing current
+_LEAST_RISK = 0.1e-9  # A, into a port of the selection: its standing current
 SILENT, GHOST = -2.0, -1.0  # in the place of an obstacle's number
 NO_CHOICE = -2  # of a selection that came too late
 
@@ -225,7 +225,7 @@ def select_on_chip(a: Arcs, s: Senses, f: Flight) -> tuple[int, bool]:
     suppression = a.spread[0, 0]
     for p in range(ARCS):
         excite[p] = s.unit * max(f.wish[p], 0.0)
-        risk[p] = max(s.unit * suppression * f.risk[p], LEAST_RISK)
+        risk[p] = max(s.unit * suppression * f.risk[p], _LEAST_RISK)
     winner, time, margin = noisy_decide(s.chip, s.chip_noise, f.counts[PINGS], excite, risk, f.current[2:6])
     if winner == NOBODY:
         return 0, True

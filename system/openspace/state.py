@@ -16,7 +16,7 @@ from system.openspace.law import ARCS, MIDDLE
 ) = range(21)  # fmt: skip
 COUNTS = 21
 X, Y, HEADING, TIME, CROSSED, DISTANCE, LAPS_X, DECIDING = range(8)  # columns of `Flight.pose`
-POSE = 8
+_POSE = 8
 LOG_COLUMNS = 8  # time (s), x, y (m), heading (rad), direction of the ping, arc, winner, whether scanning
 ECHO_X, ECHO_Y, ECHO_RANGE, ECHO_BEARING, ECHO_NUMBER, ECHO_SIDE = range(6)  # columns of `Flight.echo`
 ECHOES = 256  # of a ping, those of no obstacle included; ours: far more than a field of view of 12 m^2 holds
@@ -52,7 +52,7 @@ def new_flight(x: float, y: float, heading: float, directions: int, obstacles: i
     """A flight that begins: straight ahead, the head in the middle, nothing remembered."""
     counts = np.zeros(COUNTS, dtype=np.int64)
     counts[HEAD], counts[ARC], counts[HIT] = directions // 2, MIDDLE, -1
-    pose = np.zeros(POSE)
+    pose = np.zeros(_POSE)
     pose[X], pose[Y], pose[HEADING], pose[LAPS_X] = x, y, heading, x
     return Flight(
         pose,

@@ -28,7 +28,7 @@ from circuits.errors import ParameterError
 from system.numbers import check_numbers
 
 LIMIT = 100  # of a command, either way
-CM = 0.01  # m
+_CM = 0.01  # m
 SPEED_OF_FACTOR = 0.7  # m/s a unit of the speed factor at full drive, from 0.1 and 0.5 in the paper
 
 
@@ -107,7 +107,7 @@ def wheel_drives(robot: Pushbot, forward: float, turn: float) -> tuple[float, fl
 def _drives(robot: Pushbot, forward: float, turn: float) -> tuple[float, float]:
     if not (math.isfinite(forward) and math.isfinite(turn)):
         raise ParameterError(f"pushbot.command: v {forward:g}, w {turn:g}, must be finite")
-    d, r = robot.wheel_distance / CM, robot.wheel_radius / CM
+    d, r = robot.wheel_distance / _CM, robot.wheel_radius / _CM
     return forward / r - turn / (d * r), forward / r + turn / (d * r)
 
 
@@ -118,13 +118,13 @@ def track_speed(robot: Pushbot, command: float) -> float:
 
 def forward_of(robot: Pushbot, speed: float) -> float:
     """The code's v for a speed ahead (m/s)."""
-    return speed / robot.top_speed * LIMIT * robot.wheel_radius / CM
+    return speed / robot.top_speed * LIMIT * robot.wheel_radius / _CM
 
 
 def turn_of(robot: Pushbot, rate: float) -> float:
     """The code's w for a turn rate (rad/s)."""
     difference = 0.5 * rate * robot.slip * robot.wheel_distance
-    return difference / robot.top_speed * LIMIT * robot.wheel_distance * robot.wheel_radius / CM**2
+    return difference / robot.top_speed * LIMIT * robot.wheel_distance * robot.wheel_radius / _CM**2
 
 
 def demand(factors: Factors, drive_left: float, drive_right: float, speed: float) -> tuple[float, float]:

@@ -70,14 +70,14 @@ def brain_of(
     noise: of the devices of every chip. Raises `ParameterError` for a network that the chip has no room for.
     """
     layout, table = PushbotLayout(exc=architecture.exc), pushbot_biases()
-    whole, codes_of = field_network(layout, LEVELS), calibration_of
+    whole, codes_of = field_network(layout, LEVELS), _calibration_of
     if architecture.modified:
         table = modified_biases(table)
-        whole, codes_of = modified_network(LEVELS, table, layout), modified_calibration_of
+        whole, codes_of = modified_network(LEVELS, table, layout), _modified_calibration_of
     biases, gone = codes_of(layout, die, kind) if calibrated and die != NOMINAL else (table, frozenset())
     network = without(whole, gone)
     if architecture.frame:
-        network = with_relays(network)
+        network = _with_relays(network)
     silicon = Silicon(ROLLS_180, temperature_c, die)
     chip = RollsChip(network_program(network, biases), silicon, kind, step=STEP, noise=noise)
     if not architecture.modified:
@@ -89,7 +89,7 @@ def brain_of(
             second = ring_chip(replace(silicon, die=replace(die, lot=f"{die.lot}{SECOND}")), kind, noise)
 
             def frame() -> Frame:
-                return Frame(second, relay_of(network), second.at_rest())
+                return Frame(second, _relay_of(network), second.at_rest())
 
         return Brain(
             network,
@@ -107,7 +107,7 @@ def brain_of(
     return Brain(network, chip, "graded", architecture.target, synapses, turning)
 
 
-def with_relays(network: Network) -> Network:
+def _with_relays(network: Network) -> Network:
     """The network whose field drives nothing; synapses of two idle neurons take a second chip's spikes."""
     kept = tuple(p for p in network.projections if not p.source.name.startswith("target["))
     left, right = Population("relay_left", (RELAYS[0],)), Population("relay_right", (RELAYS[1],))
@@ -116,7 +116,7 @@ def with_relays(network: Network) -> Network:
     return replace(network, populations=(*network.populations, left, right), projections=(*kept, *relays))
 
 
-def relay_of(network: Network) -> Relay:
+def _relay_of(network: Network) -> Relay:
     """Where the second chip's spikes go in a network with relays."""
     drives = network["DL"].neurons, network["DR"].neurons
     return Relay(*drives, *RELAYS, network["target"].neurons)
@@ -131,7 +131,7 @@ def strengthened(network: Network) -> Network:
 
 
 @lru_cache(maxsize=CALIBRATIONS)
-def calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[BiasTable, frozenset[int]]:
+def _calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[BiasTable, frozenset[int]]:
     """Codes of a die for the plain network, and neurons to leave out; the same at every temperature."""
     found = calibrate_pushbot(
         field_network(layout, LEVELS), pushbot_biases(), Silicon(ROLLS_180, die=die), kind
@@ -140,11 +140,11 @@ def calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[Bia
 
 
 @lru_cache(maxsize=CALIBRATIONS)
-def modified_calibration_of(
+def _modified_calibration_of(
     layout: PushbotLayout, die: Die, kind: BiasKind
 ) -> tuple[BiasTable, frozenset[int]]:
     """Codes of a die for the modified network, searched from the plain one's, and neurons to leave out."""
-    plain, _ = calibration_of(layout, die, kind)
+    plain, _ = _calibration_of(layout, die, kind)
     network = modified_network(LEVELS, modified_biases(pushbot_biases()), layout)
     found = calibrate_modified(network, plain, Silicon(ROLLS_180, die=die), kind)
     return found.biases, dropped(found)

@@ -37,7 +37,7 @@ AHEAD = math.radians(4.0)  # either side of the heading that drives nothing: hal
 COLUMN = math.tan(math.radians(30.0)) / 64.0  # tangent of a column of the sensor
 
 
-def ring_network() -> Network:
+def _ring_network() -> Network:
     """A ring field with one input."""
     ring = Population("ring", tuple(range(RING)))
     lateral = neural_field(ring, NEAR, FAR, boundary="ring")
@@ -46,7 +46,7 @@ def ring_network() -> Network:
 
 def ring_chip(silicon: Silicon, kind: BiasKind, noise: SiliconNoise | None = None) -> RollsChip:
     """The second chip."""
-    program = network_program(ring_network(), pushbot_biases())
+    program = network_program(_ring_network(), pushbot_biases())
     return RollsChip(program, silicon, kind, step=STEP, noise=noise)
 
 

@@ -5,7 +5,7 @@
         step(loop)                          one look: events in, spikes out, a command where one is due
 
 Sensor and chip go on in turn for a look. Events reach the chip at the times at which they arrive over the
-link, so chip and robot only wait for one another where a command leaves. The chip's time begins KICK_TIME
+link, so chip and robot only wait for one another where a command leaves. The chip's time begins _KICK_TIME
 before the robot's: it is started by a pulse to exc, while the robot stands.
 """
 
@@ -29,7 +29,7 @@ Temperature = Callable[[float], float] | float | None
 
 Turning = Callable[[Readings, float, float], Inputs]
 
-KICK_TIME = 0.1  # s, that the chip runs before the robot; ours
+_KICK_TIME = 0.1  # s, that the chip runs before the robot; ours
 BESIDE, LEAST = 4.0, 15  # columns beside a bump, and events of a look in these that show a target; ours
 
 
@@ -100,10 +100,12 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
     sizes = np.array([len(brain.network[name]) for name in OUTPUTS], dtype=np.float64)
     turning = None if brain.turning is None else brain.turning()
     loop = Loop(brain, drive, readout, brain.chip.at_rest(), groups, sizes, temperature, turning)
-    _, loop.state = brain.chip.run(loop.state, KICK_TIME, kick(brain.network, brain.synapses), _at(loop, 0.0))
+    _, loop.state = brain.chip.run(
+        loop.state, _KICK_TIME, kick(brain.network, brain.synapses), _at(loop, 0.0)
+    )
     if brain.frame is not None:
         loop.frame = brain.frame()
-        _, loop.frame.state = loop.frame.chip.run(loop.frame.state, KICK_TIME)
+        _, loop.frame.state = loop.frame.chip.run(loop.frame.state, _KICK_TIME)
     return loop
 
 
@@ -139,11 +141,11 @@ def _inputs(loop: Loop, readings: Readings, before: float) -> Inputs:
         parts.append(target_inputs(brain.network, readings.events, brain.synapses))
     if loop.turning is not None:
         parts.append(loop.turning(readings, before, loop.drive.time))
-    # in the chip's time, which is KICK_TIME later
-    parts.append(replace(loop.heard, times=loop.heard.times - KICK_TIME))
+    # in the chip's time, which is _KICK_TIME later
+    parts.append(replace(loop.heard, times=loop.heard.times - _KICK_TIME))
     found = merged(parts)
     # an event of the very end of the last look may be a rounding before the chip's time
-    return replace(found, times=np.maximum(found.times + KICK_TIME, loop.state.time))
+    return replace(found, times=np.maximum(found.times + _KICK_TIME, loop.state.time))
 
 
 def is_lost(network: Network, events: Events, spikes: Spikes) -> bool:
@@ -164,7 +166,7 @@ def _at(loop: Loop, time: float) -> float | None:
 
 def _keep(loop: Loop, readings: Readings, inputs: Inputs, spikes: Spikes) -> None:
     record = loop.record
-    record.times.append(spikes.times - KICK_TIME)
+    record.times.append(spikes.times - _KICK_TIME)
     record.neurons.append(spikes.neurons)
     record.events.append(readings.events)
     record.inputs += inputs.times.size

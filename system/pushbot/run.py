@@ -233,8 +233,8 @@ SYSTEM = System(
     kind=Scenario,
     success=(
         "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot"
-        f" it comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of its"
-        " time at most"
+        f" it comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of"
+        " its time at most"
     ),
     run=run,
     account=account,

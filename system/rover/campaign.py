@@ -76,9 +76,9 @@ def run_case(
     routes: int64[routes, 2, 2] of (row, column), start and goal; random: of the bootstrap.
     """
     graph, lowest = grid_graph(*cost_map.shape), lowest_costs(cost_map, routes)
-    nominal = cell_delays(case, cost_map, [NOMINAL])
+    nominal = _cell_delays(case, cost_map, [NOMINAL])
     on_nominal = float((regrets(cost_map, graph, nominal, routes) == 0).mean()) if len(nominal) else math.nan
-    table = cell_delays(case, cost_map, dies)
+    table = _cell_delays(case, cost_map, dies)
     if not len(table):
         nothing = Estimate(math.nan, EVERYTHING)
         return Outcome(case, nothing, nothing, math.nan, math.nan, on_nominal, math.nan, math.nan, len(dies))
@@ -98,7 +98,7 @@ def run_case(
     )
 
 
-def cell_delays(case: Case, cost_map: CostMap, dies: Sequence[Die]) -> F64:
+def _cell_delays(case: Case, cost_map: CostMap, dies: Sequence[Die]) -> F64:
     """Delays of each cell's axon and the input that it reaches, s, on those dies that the record covers.
 
     float64[dies, cells]. Raises `ParameterError` for a cost without a code, and a unit or area that is none.

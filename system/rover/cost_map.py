@@ -28,7 +28,7 @@ MAPS: dict[str, tuple[float, float]] = {  # name: width and height of a cell, m
     "map1-road-obstacles": (CELL_SIZE, CELL_SIZE),
     "map2": (STRETCH * CELL_SIZE, CELL_SIZE),
 }
-PASSABLE = 3  # largest cost of a place to stand on: road, gravel and grass; ours
+_PASSABLE = 3  # largest cost of a place to stand on: road, gravel and grass; ours
 TREES = 6  # smallest cost of what hides the sky or stands in the way: benches, bushes, trees; ours
 MAX_CODE = 31  # of a chip's axon delay, 5 bit
 MAX_COST = 1_000_000  # so that sums along any path stay exact; ours
@@ -146,14 +146,14 @@ def for_need(cost_map: CostMap, need: str) -> CostMap:
         raise ParameterError(f"need: {need}, must be {' or '.join(NEEDS)}")
     if need == "energy":
         return cost_map
-    drivable = (cost_map.costs > 0) & (cost_map.costs <= PASSABLE)
+    drivable = (cost_map.costs > 0) & (cost_map.costs <= _PASSABLE)
     costs = np.where(drivable, 1, cost_map.costs)
     return CostMap(cost_map.name, costs, cost_map.cell_width, cost_map.cell_height)
 
 
 def in_bounds(cost_map: CostMap) -> I64:
-    """Cells of the park where a robot can stand, int64[n, 2] of (row, column): cost 1 to `PASSABLE`."""
-    return np.argwhere((cost_map.costs > 0) & (cost_map.costs <= PASSABLE)).astype(np.int64)
+    """Cells of the park where a robot can stand, int64[n, 2] of (row, column): cost 1 to `_PASSABLE`."""
+    return np.argwhere((cost_map.costs > 0) & (cost_map.costs <= _PASSABLE)).astype(np.int64)
 
 
 def random_pairs(

@@ -31,10 +31,10 @@ from system.rover.sensors import (
 )
 
 PATIENCE = 10.0  # times the time that the planned way takes, after which a drive is given up; ours
-GRACE = 120.0  # s more; ours
-OBSTACLE_RADIUS = 0.5  # m; ours
-OBSTACLES_TREES = 0.05  # an expected number a cell and unit of cost where trees stand; ours
-OBSTACLES_OPEN = 0.01  # a cell elsewhere; ours
+_GRACE = 120.0  # s more; ours
+_OBSTACLE_RADIUS = 0.5  # m; ours
+_OBSTACLES_TREES = 0.05  # an expected number a cell and unit of cost where trees stand; ours
+_OBSTACLES_OPEN = 0.01  # a cell elsewhere; ours
 _ASIDE = 0.3  # m that an operator leaves between rover and obstacle; ours
 
 Visit = Callable[[Cell, Cell], None]
@@ -77,12 +77,12 @@ def scatter_obstacles(cost_map: CostMap, key: Sequence[int]) -> tuple[Obstacle, 
     """Posts that no map has, Poisson in each cell; never within a metre of a centre, where routes begin."""
     random = stream(key, OBSTACLE_STREAM)
     costs = cost_map.costs
-    counts = random.poisson(np.where(costs >= TREES, OBSTACLES_TREES * costs, OBSTACLES_OPEN))
+    counts = random.poisson(np.where(costs >= TREES, _OBSTACLES_TREES * costs, _OBSTACLES_OPEN))
     cells = np.repeat(np.argwhere(counts >= 0), counts.ravel(), axis=0)
     centres = polyline(cost_map, cells)
     moves = random.uniform(-0.5, 0.5, centres.shape) * (cost_map.cell_width, cost_map.cell_height)
-    kept = np.hypot(*moves.T) > 1.0 + OBSTACLE_RADIUS
-    return tuple(Obstacle(float(x), float(y), OBSTACLE_RADIUS) for x, y in (centres + moves)[kept])
+    kept = np.hypot(*moves.T) > 1.0 + _OBSTACLE_RADIUS
+    return tuple(Obstacle(float(x), float(y), _OBSTACLE_RADIUS) for x, y in (centres + moves)[kept])
 
 
 def drive(
@@ -106,7 +106,7 @@ def drive(
     cover = tree_cover(cost_map)
     log: list[tuple[float, ...]] = []
     every = max(round(rover.gps_period / rover.control_period), 1)
-    limit = GRACE + PATIENCE * float(np.hypot(*np.diff(points, axis=0).T).sum()) / rover.speed
+    limit = _GRACE + PATIENCE * float(np.hypot(*np.diff(points, axis=0).T).sum()) / rover.speed
     step, waypoint = 0, 0
     while voyage.time < limit:
         if step % every == 0:

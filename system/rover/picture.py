@@ -16,7 +16,7 @@ from circuits.arrays import F64
 from system.plot import COLOURS, INK
 from system.rover.cost_map import MAX_CODE, CostMap
 
-SCALE_BAR = 10.0  # m, as in the paper's Figures 7 to 10
+_SCALE_BAR = 10.0  # m, as in the paper's Figures 7 to 10
 _BLOCKED = "#4A4A4A"
 _LISTED = 12  # different costs that the colour bar names one by one
 _HALO = [withStroke(linewidth=3.0, foreground="white")]
@@ -77,10 +77,10 @@ def draw_scale_bar(cost_map: CostMap, ax: Axes, *, label: bool = True) -> None:
     """Draw 10 m along each axis in the south-west corner."""
     rows, columns = cost_map.shape
     east, north = 0.03 * columns * cost_map.cell_width, 0.03 * rows * cost_map.cell_height
-    ways = [east, east, east + SCALE_BAR], [north + SCALE_BAR, north, north]
+    ways = [east, east, east + _SCALE_BAR], [north + _SCALE_BAR, north, north]
     ax.plot(*ways, color=INK, linewidth=2.0, zorder=5, path_effects=_HALO)
     if label:
-        at = ax.annotate(f"{SCALE_BAR:g} m", (east + SCALE_BAR, north), (4, 2), textcoords="offset points")
+        at = ax.annotate(f"{_SCALE_BAR:g} m", (east + _SCALE_BAR, north), (4, 2), textcoords="offset points")
         at.set(fontsize=8, zorder=5, path_effects=_HALO)
 
 

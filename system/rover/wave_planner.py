@@ -19,7 +19,7 @@ from circuits.errors import ParameterError
 
 Cell = tuple[int, int]
 
-MOST_NEURONS = 10_000  # of the discrete model, a matter of time; ours
+_MOST_NEURONS = 10_000  # of the discrete model, a matter of time; ours
 
 
 def plan_ideal(costs: I64, start: Cell, goal: Cell) -> I64 | None:
@@ -37,9 +37,9 @@ def plan_discrete(costs: I64, start: Cell, goal: Cell) -> I64 | None:
     delivers its spike. A neuron may occur twice. Raises `ParameterError` for a map of more than 10,000 cells:
     every step works on all neurons, and a wave that never arrives ends only when all delays have passed.
     """
-    if costs.size > MOST_NEURONS:
+    if costs.size > _MOST_NEURONS:
         raise ParameterError(
-            f"planner: paper on {costs.size} cells, must be at most {MOST_NEURONS}; use `planner=wave`"
+            f"planner: paper on {costs.size} cells, must be at most {_MOST_NEURONS}; use `planner=wave`"
         )
     try:
         return plan_in_two_passes(costs, start, goal).second_path

@@ -7,7 +7,7 @@ group; those of a group that was pinged in within the last 109 ms turn the body,
 A reset follows where the body turned, or the emergency neuron spiked, as with the network. Temperature may
 change from ping to ping, and is that of the ping's begin until the next one, in steps of 0.1 K.
 
-Ours: T_C is longer than the network's by `EARLIER`, because the chip's units answer that much sooner.
+Ours: T_C is longer than the network's by `_EARLIER`, because the chip's units answer that much sooner.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from system.spiking_bat.maps import Blocking, blocking, echo_delay, nearest_plac
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.topology import layer_delays, passive_current
 
-RECENT = 109e-3  # s, that a ping counts; the network's
+_RECENT = 109e-3  # s, that a ping counts; the network's
 TEMPERATURE_STEP = 0.1  # K; ours
-EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in the network; measured
+_EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in the network; measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class ChipBrain:
         response = self.chip.ping(self.memory, self.now, times, addresses)
         self.lost += response.lost_in + response.lost_out
         groups = np.array(self.chip.design.group)[response.paths]
-        recent = self.now + response.times - self.pinged[groups] < RECENT
+        recent = self.now + response.times - self.pinged[groups] < _RECENT
         turned = float(response.times[recent][0]) if recent.any() else None
         emergency = response.emergency if math.isfinite(response.emergency) else None
         head_to = int(groups[0]) if groups.size else None
@@ -168,7 +168,7 @@ def brain_with(
 ) -> ChipBrain:
     """A chip with its maps and motors, after a reset and a period without a ping."""
     at = places()
-    found = blocking(arcs, at, numbers.constant_delay + EARLIER)
+    found = blocking(arcs, at, numbers.constant_delay + _EARLIER)
     return ChipBrain(
         chip, numbers, arcs, chip.new_memory(), at, _targets(found, len(at)), numbers.ping_period,
         np.full(DIRECTIONS, -math.inf), temperature=temperature,

@@ -29,7 +29,7 @@ def draw_figure_12(story: Story, race: Sequence[F64], obstacles: Places, bat: Ba
         draw_scene(story, k, obstacles, bat, figure.add_subplot(grid[0, k]))
     draw_raster(story, race, figure.add_subplot(grid[1, :]))
     inner = grid[2, :].subgridspec(len(_UNIT), 1, hspace=0.1)
-    draw_unit(story, [figure.add_subplot(inner[k]) for k in range(len(_UNIT))])
+    _draw_unit(story, [figure.add_subplot(inner[k]) for k in range(len(_UNIT))])
 
 
 def draw_scene(story: Story, k: int, obstacles: Places, bat: Bat, ax: Axes) -> None:
@@ -68,7 +68,7 @@ def draw_raster(story: Story, race: Sequence[F64], ax: Axes) -> None:
     ax.legend(fontsize=7, ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def draw_unit(story: Story, axes: Sequence[Axes]) -> None:
+def _draw_unit(story: Story, axes: Sequence[Axes]) -> None:
     """Membranes of a latency unit over three pings."""
     traces = np.concatenate([a.traces for a in story.answers])
     time = 1e3 * story.network.wiring.step * np.arange(1, len(traces) + 1)

@@ -25,7 +25,7 @@ PING_RATE = 10.0  # Hz
 # m ahead of the bat and to its left; ours
 OBSTACLES = ((2.15, -0.19), (2.79, 0.42), (1.90, -1.33), (2.26, 1.66), (1.57, 1.76), (0.65, -1.87))
 HEADING = -math.pi  # the bat flies left, to the goal
-RECALLS = 4
+_RECALLS = 4
 _LISTEN = 0.5  # s, far longer than any inhibition
 
 
@@ -34,7 +34,7 @@ class Story:
     """What happened: both pings and the one after the reset, recalls without one, and the watched unit.
 
     memory: latency of the first output spike of each arc (s, nan without) at each ping, float64[3, ARCS];
-    fresh: arcs whose integrating neuron spiked at the second ping; recalled: float64[RECALLS, ARCS], steps;
+    fresh: arcs whose integrating neuron spiked at the second ping; recalled: float64[_RECALLS, ARCS], steps;
     silence: s, of the watched INH neuron after its CD's spike, without another ping.
     """
 
@@ -78,7 +78,7 @@ def tell(
     three = ping(network, state, numbers, head, goal, np.empty((0, 2)), probes)
     progress(0.6)
     times = (start, start + numbers.ping_period, start + 2.0 * numbers.ping_period)
-    latencies = [first_latencies(a.spikes, t) for a, t in zip((one, two, three), times, strict=True)]
+    latencies = [_first_latencies(a.spikes, t) for a, t in zip((one, two, three), times, strict=True)]
     return Story(
         network=network,
         arcs=arcs,
@@ -99,7 +99,7 @@ def copied(state: State) -> State:
     return State._make(each.copy() for each in state)
 
 
-def first_latencies(spikes: Spikes, start: float) -> F64:
+def _first_latencies(spikes: Spikes, start: float) -> F64:
     """Latency of each arc's first output spike after a ping at `start` (s), nan without, float64[ARCS]."""
     times, arcs = spikes.of("out")
     found = np.full(ARCS, math.nan)
@@ -109,15 +109,15 @@ def first_latencies(spikes: Spikes, start: float) -> F64:
 
 
 def _recalls(network: Network, state: State, numbers: Numbers) -> F64:
-    """Latencies at pings that show nothing, without a reset, float64[RECALLS, ARCS]."""
+    """Latencies at pings that show nothing, without a reset, float64[_RECALLS, ARCS]."""
     found = []
-    for _ in range(RECALLS):
+    for _ in range(_RECALLS):
         start = int(state.counts[NOW])
         spikes, _ = run(
             network, state, numbers.ping_period, np.array([(start, network.number("onset"))], dtype=np.int64)
         )
         # in whole steps, so that equal latencies are equal to the bit
-        found.append(np.rint(first_latencies(spikes, start * network.wiring.step) / network.wiring.step))
+        found.append(np.rint(_first_latencies(spikes, start * network.wiring.step) / network.wiring.step))
     return np.array(found)
 
 

@@ -49,7 +49,7 @@ CELSIUS = 27.0  # degC, of the calibration
 ROUNDS = 10  # runs of the chip at most
 MOST = 4  # neurons that a population may do without
 EVENTS = 200.0  # 1/s, to both obstacle populations, each for all of their neurons
-OWNED = 45.0  # 1/s, to each driven neuron of the field
+_OWNED = 45.0  # 1/s, to each driven neuron of the field
 FIELD = (48, 80)  # neurons of the field that are driven
 START, START_RATE = 0.05, 1000.0  # s and 1/s: events that start exc
 TURN_EVENTS = 3000.0  # 1/s, as EVENTS; about what a turn of 0.6 to 1 rad/s makes on a side in clutter
@@ -126,7 +126,7 @@ def events_of(network: Network, duration: float) -> Inputs:
     parts = [
         to_all(start, network["exc"].neurons),
         to_all(poisson_events(EVENTS, duration, 0), both),
-        *(to_all(poisson_events(OWNED, duration, k), (k,)) for k in network["target"].part(*FIELD).neurons),
+        *(to_all(poisson_events(_OWNED, duration, k), (k,)) for k in network["target"].part(*FIELD).neurons),
     ]
     return to_synapses(network, parts)
 

@@ -28,7 +28,7 @@ from chips.rolls.program.population import Population, Projection, all_to_all, p
 from chips.rolls.program.program import level_current
 from system.pushbot.network.plain import PAPER, TARGET_NEURONS, PushbotLayout, PushbotLevels, pushbot_network
 
-GYRO = 16  # neurons of a gyro population; ours
+_GYRO = 16  # neurons of a gyro population; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ def field_network(layout: PushbotLayout, levels: PushbotLevels) -> Network:
 
 
 def modified_network(
-    levels: PushbotLevels, biases: BiasTable, layout: PushbotLayout = PAPER, gyro: int = GYRO
+    levels: PushbotLevels, biases: BiasTable, layout: PushbotLayout = PAPER, gyro: int = _GYRO
 ) -> Network:
     """The network with graded connections and gyro populations, inputs `gyro_left` and `gyro_right`.
 

@@ -40,7 +40,7 @@ LANES = 64  # neurons of a block, side by side
 ROWS = 12
 BLOCK = ROWS * LANES
 
-CAPACITANCE = 1e-2  # F/m^2
+_CAPACITANCE = 1e-2  # F/m^2
 G_NA, G_K, G_L = 1200.0, 360.0, 3.0  # S/m^2
 E_NA, E_K, E_L = 50e-3, -77e-3, -54.387e-3  # V
 E_EXC, E_INH = 10e-3, -70e-3  # V, the paper's
@@ -117,7 +117,7 @@ def step_blocks(blocks: F64, step: float) -> None:
 
     SPIKED becomes 1 where v has crossed the threshold upwards in this step, else 0.
     """
-    rate = step / CAPACITANCE
+    rate = step / _CAPACITANCE
     for b in range(blocks.size // BLOCK):
         at = b * BLOCK
         for k in range(at, at + LANES):

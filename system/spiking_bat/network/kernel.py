@@ -9,7 +9,7 @@ takes currents that are boxes in time, equation (14); between events they are co
 is exact. That v stops at 0, its reset, is ours: then a neuron without positive current rests there exactly,
 and is left out until an event reaches it.
 
-A synapse whose `hold` is `LATCHED` switches its current on at its first spike and keeps it, whatever spikes
+A synapse whose `hold` is `_LATCHED` switches its current on at its first spike and keeps it, whatever spikes
 follow, until the next release, as the paper's saturating step currents do. A release, at each spike of the
 source `release`, brings the neurons marked `released` back to v = 0, ends their refractory time, and ends all
 latched currents.
@@ -30,7 +30,7 @@ from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from system.spiking_bat.network.hodgkin_huxley import BLOCK, LANES, SPIKED, X_E, X_I, V, step_blocks
 
-LATCHED = -1  # as `hold`: until the next release
+_LATCHED = -1  # as `hold`: until the next release
 FOREVER = 1 << 62  # steps; as `refractory`: until the next release
 NOW, FREE, ACTIVE, SPIKES, LOST = range(5)  # of `State.counts`
 NOBODY = -1
@@ -41,7 +41,7 @@ class Wiring(NamedTuple):
 
     step: s; conductors: number of Hodgkin-Huxley neurons; release: source whose spikes release, or -1.
     begin: int64[sources + 1], where each one's synapses begin; target, delay (steps), hold (steps, or
-    `LATCHED`): int64[synapses]; weight: float64[synapses], of an integrate-and-fire target the current in
+    `_LATCHED`): int64[synapses]; weight: float64[synapses], of an integrate-and-fire target the current in
     thresholds per second, of another what x_e (above 0) or x_i (below 0) gets, S/m^2/s.
     decay, gain (s), drive (1/s): float64[integrators], a step is v decay + gain (drive + currents);
     refractory: int64[integrators], steps; released: bool[integrators].
@@ -210,7 +210,7 @@ def _deliver(w: Wiring, s: State, synapse: int) -> None:
             s.blocks[at + X_I * LANES] -= weight
         return
     i = target - w.conductors
-    if hold == LATCHED:
+    if hold == _LATCHED:
         if s.latched[synapse]:
             return
         s.latched[synapse] = True

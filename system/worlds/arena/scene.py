@@ -40,8 +40,8 @@ COLOURS: dict[str, float] = {
 }
 LIGHTS: dict[str, float] = {"normal": 500.0, "dark": 20.0, "very-dark": 1.0}  # lux on the floor; ours
 
-BLINK_PERIOD = 1.0 / 200.0  # s; the paper's
-BLINK_ON = 0.75  # of a period; the paper's
+_BLINK_PERIOD = 1.0 / 200.0  # s; the paper's
+_BLINK_ON = 0.75  # of a period; the paper's
 _TRIES = 10_000  # draws until what is scattered counts as too much
 
 
@@ -56,8 +56,8 @@ class Led:
     height: float = length(0.11, "Above the floor")
     diameter: float = length(0.005, "Of the light")
     luminance: float = option(5e4, "As of a white floor on which so much light falls", unit="lux", above=0.0)
-    period: float = option(BLINK_PERIOD, "From one flash to the next", unit="s", above=0.0)
-    on: float = share(BLINK_ON, "Share of the period for which it is lit")
+    period: float = option(_BLINK_PERIOD, "From one flash to the next", unit="s", above=0.0)
+    on: float = share(_BLINK_ON, "Share of the period for which it is lit")
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
@@ -184,7 +184,7 @@ def light_of(light: str | float) -> float:
     return lux
 
 
-def reflectance_of(colour: str) -> float:
+def _reflectance_of(colour: str) -> float:
     """Reflectance of a colour's name; raises `ParameterError` for other names."""
     if colour not in COLOURS:
         raise ParameterError(f"colour: {colour}, must be one of {', '.join(COLOURS)}")
@@ -193,7 +193,7 @@ def reflectance_of(colour: str) -> float:
 
 def recoloured(scene: Scene, colour: str) -> Scene:
     """The scene with its blocks in another colour."""
-    reflectance = reflectance_of(colour)
+    reflectance = _reflectance_of(colour)
     bodies = tuple(
         replace(b, reflectance=reflectance, top=None) if b.name.startswith("block") else b
         for b in scene.bodies

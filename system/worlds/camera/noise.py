@@ -15,7 +15,7 @@ from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.worlds.camera.pixel import Memory, Pixels, Raw, noise_rate, note_event
 
-LEAK_TURNS = 8  # steps in which every column is leaked once; ours
+_LEAK_TURNS = 8  # steps in which every column is leaked once; ours
 SPARE = 2.0  # times the rate of a mean pixel: thresholds below half of the mean are no noisier
 _compiled = compiled()
 
@@ -24,7 +24,7 @@ _compiled = compiled()
 def leak(p: Pixels, m: Memory, time: float, step: float, raw: Raw) -> None:
     """Let an eighth of the columns leak for all the time since their last turn."""
     rows = p.on.size // m.leaked.size
-    for column in range(m.turn[0], m.leaked.size, LEAK_TURNS):
+    for column in range(m.turn[0], m.leaked.size, _LEAK_TURNS):
         gone = time + step - m.leaked[column]
         m.leaked[column] = time + step
         first, last = column * rows, (column + 1) * rows
@@ -36,7 +36,7 @@ def leak(p: Pixels, m: Memory, time: float, step: float, raw: Raw) -> None:
                 note_event(raw, max(time + step - over / max(p.leak[i], 1e-12), time), 2 * i + 1)
                 m.kept[i] = m.filtered[i]
                 m.blind[i] = time + step + p.refractory
-    m.turn[0] = (m.turn[0] + 1) % LEAK_TURNS
+    m.turn[0] = (m.turn[0] + 1) % _LEAK_TURNS
 
 
 @_compiled

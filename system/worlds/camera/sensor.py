@@ -38,7 +38,7 @@ from system.worlds.camera.project import Camera, Sketch, sketch_of
 from system.worlds.camera.render import render
 from system.worlds.camera.stage import Stage, darkest, stage_of
 
-BUFFER = 1 << 17  # events of one call, more than any bus carries; those beyond count as lost
+_BUFFER = 1 << 17  # events of one call, more than any bus carries; those beyond count as lost
 _LEAST_THRESHOLD = 0.01  # of log light; v2e's
 _FROM_ZERO = (
     "threshold_sigma", "leak", "leak_sigma", "noise", "refractory", "hot_share", "hot_rate", "bus_depth",
@@ -188,7 +188,7 @@ def open_eye(sensor: Sensor, seed: int, pose: tuple[float, float, float], time: 
         turn=np.zeros(1, dtype=np.int64),
         next_noise=time + first,
     )
-    raw, glow = raw_of(count, BUFFER), no_glow(sensor.dvs.rows)
+    raw, glow = raw_of(count, _BUFFER), no_glow(sensor.dvs.rows)
     sketch = sketch_of(sensor.stage, sensor.camera)
     eye = Eye(time, sensor.dvs.step, np.array(pose), memory, sketch, glow, raw, random, np.array([-np.inf]))
     picture(sensor, eye)

@@ -31,18 +31,18 @@ from circuits.arrays import F64, U64
 from circuits.errors import ParameterError, SolverError
 from system.worlds.sound.targets import Trajectory, range_at
 
-ICE_POINT = 273.15  # K
-SPEED_AT_ICE_POINT = 331.3  # m/s, dry air
+_ICE_POINT = 273.15  # K
+_SPEED_AT_ICE_POINT = 331.3  # m/s, dry air
 COLDEST, HOTTEST = 223.15, 333.15  # K, ours: where the law is within 1 % for air of any humidity
 AIR_TEMPERATURE = 293.15  # K, ours: 4.8 m is then 28 ms
-ABSORPTION_AT_40_KHZ = 1.3  # dB/m one way, ours: a usual figure near 20 C and 50 % humidity; off by default
-REFERENCE_RANGE = 1.0  # m
+_ABSORPTION_AT_40_KHZ = 1.3  # dB/m one way, ours: a usual figure near 20 C and 50 % humidity; off by default
+_REFERENCE_RANGE = 1.0  # m
 CARRIER_FREQUENCY = 40e3  # Hz, the paper's speaker
 FULL_SCALE_AMPLITUDE = 5.0  # V on the speaker, ours
 CALL_DURATION = 1e-3  # s, ours
 CARRIER_BLOCK = 512  # samples whose carrier shares one table
 NOISE_BLOCK = 256  # baseband samples drawn at once
-DELAY_TOLERANCE = 1e-12  # s, ours: well below the 1 ns that is promised
+_DELAY_TOLERANCE = 1e-12  # s, ours: well below the 1 ns that is promised
 MAX_ITERATIONS = 100
 
 
@@ -64,7 +64,7 @@ class Air:
         if not 0.0 <= self.absorption < math.inf:
             raise ParameterError(
                 f"air.absorption: {self.absorption:g} dB/m, must be >= 0; use 0 for none, "
-                f"{ABSORPTION_AT_40_KHZ:g} for 40 kHz"
+                f"{_ABSORPTION_AT_40_KHZ:g} for 40 kHz"
             )
 
 
@@ -112,7 +112,7 @@ def speed_of_sound(temperature: float) -> float:
             f"air.temperature: {temperature:g} K, must be {COLDEST:g} to {HOTTEST:g}; "
             "give kelvin, such as 293.15 for 20 C"
         )
-    return SPEED_AT_ICE_POINT * math.sqrt(temperature / ICE_POINT)
+    return _SPEED_AT_ICE_POINT * math.sqrt(temperature / _ICE_POINT)
 
 
 def two_way_delay(range_m: ArrayLike, speed: float) -> F64:
@@ -138,7 +138,9 @@ def echo_delay(trajectory: Trajectory, emission_time: ArrayLike, speed: float) -
     for _ in range(MAX_ITERATIONS):
         before, one_way = one_way, range_at(trajectory, emission + one_way) / speed
         # Beyond the tolerance, only the rounding of the times themselves.
-        if np.all(np.abs(one_way - before) <= DELAY_TOLERANCE + 4.0 * np.spacing(np.abs(emission) + one_way)):
+        if np.all(
+            np.abs(one_way - before) <= _DELAY_TOLERANCE + 4.0 * np.spacing(np.abs(emission) + one_way)
+        ):
             return np.asarray(2.0 * one_way)
     raise SolverError(
         f"echo delay: no solution in {MAX_ITERATIONS} steps, speed of sound {speed:g} m/s must exceed the "
@@ -152,8 +154,8 @@ def echo_pressure(range_m: ArrayLike, absorption: float = 0.0) -> F64:
     Spreading out and back gives 1 / r^2; `absorption` in dB/m one way acts on the path beyond 1 m.
     """
     distance = np.asarray(range_m, dtype=np.float64)
-    loss = 2.0 * absorption * (distance - REFERENCE_RANGE)
-    return np.asarray((REFERENCE_RANGE / distance) ** 2 * 10.0 ** (-loss / 20.0))
+    loss = 2.0 * absorption * (distance - _REFERENCE_RANGE)
+    return np.asarray((_REFERENCE_RANGE / distance) ** 2 * 10.0 ** (-loss / 20.0))
 
 
 def echo_intensity(range_m: ArrayLike, absorption: float = 0.0) -> F64:

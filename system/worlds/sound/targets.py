@@ -26,17 +26,17 @@ from circuits.arrays import F64
 from circuits.errors import DataError, ParameterError
 
 MAX_SPEED = 100.0  # m/s, ours: well below sound, so an echo's delay has one solution
-START_RANGE = 4.0  # m, ours
-END_RANGE = 0.5  # m, ours
-APPROACH_SPEED = 1.0  # m/s, ours
-TARGET_STRENGTH = 1.0  # relative to the reference reflector, ours
-CLUTTER_GAP = 1.0  # m behind the target, ours
-CLUTTER_STRENGTH = 1.5  # relative to the reference reflector, ours: louder than the target at equal range
+_START_RANGE = 4.0  # m, ours
+_END_RANGE = 0.5  # m, ours
+_APPROACH_SPEED = 1.0  # m/s, ours
+_TARGET_STRENGTH = 1.0  # relative to the reference reflector, ours
+_CLUTTER_GAP = 1.0  # m behind the target, ours
+_CLUTTER_STRENGTH = 1.5  # relative to the reference reflector, ours: louder than the target at equal range
 
-REQUIRED_COLUMNS = ("target", "time_s", "range_m")
-OPTIONAL_COLUMNS = ("strength",)
-HEADER_REMEDY = "the first line must be target,time_s,range_m or target,time_s,range_m,strength"
-SHOWN_LENGTH = 40  # characters of an offending value that an error repeats
+_REQUIRED_COLUMNS = ("target", "time_s", "range_m")
+_OPTIONAL_COLUMNS = ("strength",)
+_HEADER_REMEDY = "the first line must be target,time_s,range_m or target,time_s,range_m,strength"
+_SHOWN_LENGTH = 40  # characters of an offending value that an error repeats
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ class Target:
 
     name: str
     trajectory: Trajectory
-    target_strength: float = TARGET_STRENGTH
+    target_strength: float = _TARGET_STRENGTH
 
     def __post_init__(self) -> None:
         if not self.name.strip():
@@ -183,12 +183,12 @@ def describe(target: Target) -> str:
 
 
 def default_scene(
-    start_range: float = START_RANGE,
-    end_range: float = END_RANGE,
-    speed: float = APPROACH_SPEED,
-    target_strength: float = TARGET_STRENGTH,
-    clutter_gap: float = CLUTTER_GAP,
-    clutter_strength: float = CLUTTER_STRENGTH,
+    start_range: float = _START_RANGE,
+    end_range: float = _END_RANGE,
+    speed: float = _APPROACH_SPEED,
+    target_strength: float = _TARGET_STRENGTH,
+    clutter_gap: float = _CLUTTER_GAP,
+    clutter_strength: float = _CLUTTER_STRENGTH,
 ) -> tuple[Target, Target]:
     """One target that is closed in on, and clutter that stays a fixed gap behind it.
 
@@ -267,15 +267,15 @@ def _read_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 def _check_header(path: str | Path, header: list[str]) -> None:
     if not header:
-        _refuse(path, 1, "header", "empty file", "must have a header", HEADER_REMEDY)
+        _refuse(path, 1, "header", "empty file", "must have a header", _HEADER_REMEDY)
     for column in header:
         if header.count(column) > 1:
-            _refuse(path, 1, "header", column, "must appear once", HEADER_REMEDY)
-        if column not in REQUIRED_COLUMNS + OPTIONAL_COLUMNS:
-            _refuse(path, 1, "header", column, "must be a known column", HEADER_REMEDY)
-    for column in REQUIRED_COLUMNS:
+            _refuse(path, 1, "header", column, "must appear once", _HEADER_REMEDY)
+        if column not in _REQUIRED_COLUMNS + _OPTIONAL_COLUMNS:
+            _refuse(path, 1, "header", column, "must be a known column", _HEADER_REMEDY)
+    for column in _REQUIRED_COLUMNS:
         if column not in header:
-            _refuse(path, 1, "header", ",".join(header), f"must have the column {column}", HEADER_REMEDY)
+            _refuse(path, 1, "header", ",".join(header), f"must have the column {column}", _HEADER_REMEDY)
 
 
 def _read_point(
@@ -298,7 +298,7 @@ def _read_point(
 
 def _read_strength(path: str | Path, line: int, cell: Mapping[str, str], earlier: float | None) -> float:
     if "strength" not in cell:
-        return TARGET_STRENGTH
+        return _TARGET_STRENGTH
     strength = _read_number(path, line, "strength", cell["strength"])
     if strength <= 0.0:
         _refuse(path, line, "strength", cell["strength"], "must be > 0", "1 is the reference reflector")
@@ -323,7 +323,7 @@ def _refuse(path: str | Path, line: int, what: str, value: str, rule: str, remed
 
 
 def _shorten(value: str) -> str:
-    return repr(value if len(value) <= SHOWN_LENGTH else value[:SHOWN_LENGTH] + "...")
+    return repr(value if len(value) <= _SHOWN_LENGTH else value[:_SHOWN_LENGTH] + "...")
 
 
 def _waypoints(points: list[tuple[float, float]]) -> Waypoints:

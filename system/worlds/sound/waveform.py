@@ -22,7 +22,7 @@ from system.worlds.sound.acoustics import baseband_noise, carrier, interpolate_n
 from system.worlds.sound.microphone import Microphone, MicrophoneState, SoundPath, merged_intervals, prune
 
 CHUNK = 8192  # samples worked on at once, so that they stay in the cache
-GRID_SLACK = 1e-6  # samples: a time this little past a grid point counts as on it
+_GRID_SLACK = 1e-6  # samples: a time this little past a grid point counts as on it
 
 
 def waveform(
@@ -162,7 +162,7 @@ def _sample_span(path: SoundPath, sample_rate: float) -> tuple[int, int]:
 
 
 def _grid_index(time: float, sample_rate: float) -> int:
-    return math.ceil(time * sample_rate - GRID_SLACK)
+    return math.ceil(time * sample_rate - _GRID_SLACK)
 
 
 def _check_segment(parameters: Microphone, start_s: float, stop_s: float, sample_rate: float) -> None:
