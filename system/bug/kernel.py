@@ -16,28 +16,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from circuits.arrays import F64
 from circuits.compiled import compiled
 
 _BOUNCES = 6  # walls that one step may slide along, one after the other; ours
 _TINY = 1e-12
 _compiled = compiled()
-
-
-def stopping_distance(radius: float, direction: F64, wall: F64) -> float:
-    """Distance to a wall, along the motion, at which a disc touches it: r / sin of the angle between both."""
-    return radius / math.sqrt(1.0 - _cosine(direction, wall) ** 2)
-
-
-def printed_stopping_distance(radius: float, direction: F64, wall: F64) -> float:
-    """The same as the paper prints it, with |cos| in the place of cos^2."""
-    return radius / math.sqrt(1.0 - abs(_cosine(direction, wall)))
-
-
-def _cosine(a: F64, b: F64) -> float:
-    return float(np.dot(a, b) / (np.hypot(*a) * np.hypot(*b)))
 
 
 @_compiled

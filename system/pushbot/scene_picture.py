@@ -1,4 +1,4 @@
-"""Pictures of a Pushbot's world: the scene from above with a path, what the sensor sees, and its events."""
+"""Pictures of a Pushbot's world: the scene from above with a path, and the events of the sensor."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Polygon as Patch
 
 from circuits.arrays import F64
@@ -20,7 +19,6 @@ from system.worlds.camera.event import Events, frame
 _INKS = {"blue": COLOURS[0], "red": COLOURS[1], "yellow": COLOURS[6], "black": INK, "grey": "#808080",
          "wood": "#C19A6B", "white": "#FFFFFF"}  # fmt: skip
 _MOST = 4  # events a pixel that the darkest dot stands for
-_FRAMES = 4
 
 
 def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
@@ -71,12 +69,6 @@ def draw_path(path: F64, ax: Axes, moments: Sequence[float] = ()) -> None:
             ax.annotate(str(k), (row[1], row[2]), (5, 5), textcoords="offset points", fontsize=8, zorder=6)
 
 
-def draw_intensity(image: F64, ax: Axes) -> None:
-    """Draw what the pixels see, lux [rows, columns], in log shades; a dotted line parts the halves."""
-    ax.imshow(np.log(image), origin="lower", cmap="gray", interpolation="nearest")
-    ax.axhline(0.5 * image.shape[0] - 0.5, color=COLOURS[1], linewidth=0.6, linestyle=":")
-
-
 def draw_events(events: Events, columns: int, rows: int, ax: Axes) -> None:
     """Draw events by pixel as in Figure 8: on events blue, off events green, darker where there are more."""
     image = np.ones((rows, columns, 3))
@@ -89,24 +81,6 @@ def draw_events(events: Events, columns: int, rows: int, ax: Axes) -> None:
     ax.axhline(0.5 * rows - 0.5, color=COLOURS[1], linewidth=0.6, linestyle=":")
     ax.set_xticks([])
     ax.set_yticks([])
-
-
-def draw_drive(
-    scene: Scene, path: F64, events: Events, moments: Sequence[float], figure: Figure, window: float = 0.5
-) -> None:
-    """Fill a figure: path over the scene, below it the events of `window` s before up to four moments (s)."""
-    figure.set_size_inches(8.0, 7.6)
-    shown = list(moments)[:_FRAMES]
-    axes = figure.subplot_mosaic([["above"] * len(shown), [f"frame{k}" for k in range(len(shown))]],
-                                 height_ratios=(2.4, 1.0))  # fmt: skip
-    draw_scene(scene, axes["above"], float(path[-1, 0]))
-    draw_path(path, axes["above"], shown)
-    axes["above"].set_title(f"{scene.name}: {scene.summary}", fontsize=9)
-    for k, moment in enumerate(shown):
-        ax = axes[f"frame{k}"]
-        inside = events.where((events.time > moment - window) & (events.time <= moment))
-        draw_events(inside, 128, 128, ax)
-        ax.set_title(f"{k + 1}: {moment:.3g} s, {len(inside)} events", fontsize=8)
 
 
 def _ink(reflectance: float) -> str:

@@ -158,11 +158,6 @@ def echo_pressure(range_m: ArrayLike, absorption: float = 0.0) -> F64:
     return np.asarray((_REFERENCE_RANGE / distance) ** 2 * 10.0 ** (-loss / 20.0))
 
 
-def echo_intensity(range_m: ArrayLike, absorption: float = 0.0) -> F64:
-    """Intensity of an echo relative to the same reflector at 1 m: 1 / r^4 without absorption."""
-    return echo_pressure(range_m, absorption) ** 2
-
-
 def tone_envelope(time_since_onset: ArrayLike, duration: float, rise_time: float) -> F64:
     """Envelope, 0 to 1, of a tone through narrowband transducers, in the shape of the times in s.
 
