@@ -20,7 +20,10 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What an experiment found. `draw` fills an empty figure; `notes` are sentences for the reader."""
+    """What an experiment found.
+
+    `draw` fills an empty figure, and `notes` are sentences for the reader.
+    """
 
     rows: tuple[Statement, ...]
     draw: Callable[[Figure], None]

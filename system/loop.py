@@ -1,4 +1,4 @@
-"""Event loop: moves the parts of a running system together, so that no event ever comes late.
+"""The event loop: it moves the parts of a running system together, so that no event ever comes late.
 
 All parts stand at one common time t. A round picks a horizon T and advances every part to it, upstream
 of analog wires first. A part that meets an output event stops there, and T shrinks to that event:
@@ -21,7 +21,7 @@ from circuits.errors import TopologyError
 
 @dataclass(frozen=True, slots=True)
 class EventWire:
-    """Events of one part's port arrive at another's."""
+    """A wire by which the events of one part's port arrive at another's."""
 
     source: str
     port: str
@@ -31,7 +31,7 @@ class EventWire:
 
 @dataclass(frozen=True, slots=True)
 class AnalogWire:
-    """A part's analog port drives another's; the polyline is thinned to `tolerance` V."""
+    """A wire by which one part's analog port drives another's; its polyline is thinned to `tolerance` V."""
 
     source: str
     port: str
@@ -52,7 +52,7 @@ class Round:
 
 @dataclass(slots=True)
 class Loop:
-    """Parts, wires and the present states; `horizon` is the longest round (s)."""
+    """All parts, the wires between them, and their present states; `horizon` is the longest round (s)."""
 
     parts: Mapping[str, Part[Any]]
     events: Sequence[EventWire]

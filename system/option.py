@@ -84,17 +84,17 @@ class Setting:
 
     @property
     def name(self) -> str:
-        """As users say it, with underscores."""
+        """Name of the option as users say it, with underscores."""
         return self.option.name or self.field
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Words that are taken, none where it is no word of a few."""
+        """Words that are taken; none where the value is not one of a few words."""
         return self.option.choices or (get_args(self.kind) if get_origin(self.kind) is Literal else ())
 
     @property
     def read(self) -> Reader:
-        """What makes a value of a text."""
+        """The function that makes a value of a text."""
         if self.option.read is not None:
             return self.option.read
         if self.option.unit is not None:
@@ -111,7 +111,7 @@ class Setting:
 
     @property
     def help(self) -> str:
-        """What it is, and its default where that is a number or a word."""
+        """What the option is, and its default where that is a number or a word."""
         usual, unit = self.default, self.option.unit
         if usual is None or isinstance(usual, bool) or not isinstance(usual, int | float | str):
             return f"{self.option.help}."
@@ -121,7 +121,7 @@ class Setting:
 
     @property
     def key(self) -> str:
-        """Its entry in JSON, "" for none."""
+        """Its key in a JSON document, empty where it has none."""
         if self.option.key is not None:
             return self.option.key
         unit = "rad" if self.option.unit == "deg" else self.option.unit
@@ -145,7 +145,7 @@ class Setting:
 
 
 def option(default: Any, about: str = "", **stated: Any) -> Any:
-    """A field of a scenario with its default, and its option: what it is, and the rest of `Option`."""
+    """Make a field of a scenario with its default and its option: what it is, and the rest of `Option`."""
     metadata = {OPTION: Option(help=about, **stated)}
     if callable(default):
         return field(default_factory=default, metadata=metadata)
@@ -153,13 +153,13 @@ def option(default: Any, about: str = "", **stated: Any) -> Any:
 
 
 def required(about: str = "", **stated: Any) -> Any:
-    """A field that must be given, and its option; as `option`, without a default."""
+    """Make a field that must be given, with its option; it is as `option`, without a default."""
     return field(metadata={OPTION: Option(help=about, **stated)})
 
 
 @cache
 def settings(scenario: type) -> Mapping[str, Setting]:
-    """Options of a scenario by the names that users have for them, those of its parts among them."""
+    """Return the options of a scenario by the names that users have for them, those of its parts too."""
     found: dict[str, Setting] = {}
     hints = get_type_hints(scenario)
     for each in fields(scenario):
@@ -192,12 +192,12 @@ def check_options(scenario: Any, no_silicon: str = "") -> None:
 
 
 def listed(choices: tuple[str, ...]) -> str:
-    """Words as a sentence has them: `a, b or c`."""
+    """Return words as a sentence has them: `a, b or c`."""
     return f"{', '.join(choices[:-1])} or {choices[-1]}" if len(choices) > 1 else choices[0]
 
 
 def without_none(hint: Any) -> Any:
-    """The type that a field has where it is not None."""
+    """Return the type that a field has where its value is not None."""
     if get_origin(hint) not in (Union, UnionType):
         return hint
     kinds = [kind for kind in get_args(hint) if kind is not NoneType]
@@ -231,21 +231,21 @@ def _within(stated: Option, value: float) -> bool:
 
 
 def seed_option() -> Any:
-    """The field of a scenario's seed: of noise, worlds and whatever else is drawn, but of no die."""
+    """Make the field of a scenario's seed: of noise, worlds and whatever else is drawn, but of no die."""
     return option(0, run=False, least=0)
 
 
 def die_option(usual: Any) -> Any:
-    """The field of the die on which a scenario runs."""
+    """Make the field of the die on which a scenario runs."""
     return option(usual, run=False, silicon=True)
 
 
 def temperature_option(usual: float) -> Any:
-    """The field of a scenario's temperature, degC."""
+    """Make the field of a scenario's temperature, degC."""
     return option(usual, run=False, silicon=True, key="temperature_C")
 
 
 def bias_kind_option(usual: Any, **stated: Any) -> Any:
-    """The field of the kind of a chip's biases."""
+    """Make the field of the kind of a chip's biases."""
     about = "Fixed gate voltages, or the bias generator"
     return option(usual, about, choices=("gate", "generator"), silicon=True, **stated)

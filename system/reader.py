@@ -1,4 +1,4 @@
-"""Options of systems as text: each has a reader, that of a quantity states its unit.
+"""Readers of options: each makes a value of a text, and that of a quantity states its unit.
 
 A study takes those that its system names, others are refused by name.
 """
@@ -33,12 +33,12 @@ number, seconds, metres = In(""), In("s"), In("m")
 
 
 def words(text: str, _: str) -> str:
-    """Text as it is."""
+    """Return a text as it is."""
     return text
 
 
 def whole(text: str, option: str) -> int:
-    """A whole number."""
+    """Return the whole number of a text; raises `ParameterError` for another text."""
     try:
         return int(text)
     except ValueError:
@@ -48,14 +48,14 @@ def whole(text: str, option: str) -> int:
 
 
 def switch(text: str, option: str) -> bool:
-    """Yes or no."""
+    """Return whether a text says yes or no; raises `ParameterError` for another text."""
     if text.lower() not in YES + NO:
         raise ParameterError(f'{option}: "{text}", must be yes or no')
     return text.lower() in YES
 
 
 def place(text: str, option: str) -> tuple[float, float]:
-    """Place of `X,Y`, m."""
+    """Return the place of a text `X,Y`, m; raises `ParameterError` for another text."""
     x, comma, y = text.partition(",")
     if not comma:
         raise ParameterError(f'{option}: "{text}", must be X,Y; write as in `{option}=40m,25m`')
@@ -77,5 +77,5 @@ def with_params(route: Mapping[str, Any], params: Sequence[str]) -> dict[str, An
 
 
 def shown(name: str) -> str:
-    """As the command line has it."""
+    """Return a name as the command line has it, with hyphens."""
     return name.replace("_", "-")

@@ -1,4 +1,4 @@
-"""Scenarios of systems from Python and from texts: by their fields, or by options as users name them.
+"""Scenarios of systems, made by fields in Python or by options as users name them.
 
 A field may be a part made of options (`bat` of `vmax` and `ping_rate`). It is given whole or by these, not
 both; a name that is neither field nor option is refused with those that are taken. A number under the name of
@@ -22,12 +22,12 @@ Make = Callable[[dict[str, Any], Mapping[str, Any]], dict[str, Any]]
 
 
 def keep(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields as they are: for scenarios whose every option sets one field."""
+    """Return fields as they are, for scenarios whose every option sets one field."""
     return fields
 
 
 def all_settings(scenario: type, more: Mapping[str, Option]) -> dict[str, Setting]:
-    """Options of a scenario, and those that set no single field, by the names that users have for them."""
+    """Return the options of a scenario, and those that set no single field, by the names of users."""
     found = {name: Setting(name, "", str, None, option) for name, option in more.items()}
     return {**settings(scenario), **found}
 
@@ -39,7 +39,7 @@ def scenario_of(
     more: Mapping[str, Option] | None = None,
     make: Make = keep,
 ) -> S:
-    """A scenario of a system, its fields and options `given` by name.
+    """Return a scenario of a system, its fields and options `given` by name.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def scenario_of(
 
 
 def read_texts(options: Mapping[str, Setting], texts: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of options of which some are texts, by their names; raises `ParameterError` for no such text."""
+    """Return the values of options, of which some are texts; raises `ParameterError` for no such text."""
     return {name: _read(name, value, options[name]) for name, value in texts.items()}
 
 

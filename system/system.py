@@ -45,7 +45,7 @@ Summary = dict[str, Any]  # entries of an account, then numbers (None where not 
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """What a run says of itself; see `ENTRIES`."""
+    """What a run says of itself; the table above has the unit of each entry."""
 
     succeeded: bool
     reason: str
@@ -57,7 +57,7 @@ class Account:
 
     @property
     def headline(self) -> str:
-        """Success and reason in one line."""
+        """Whether it succeeded and why it ended, in one line."""
         return headline(succeeded=self.succeeded, reason=self.reason)
 
 
@@ -164,11 +164,11 @@ class System(Generic[S, T]):
         return all_settings(self.kind, self.more)
 
     def scenario(self, **given: Any) -> S:
-        """A scenario of these fields and options; see `system.scenario.scenario_of`."""
+        """Return a scenario of these fields and options; see `system.scenario.scenario_of`."""
         return scenario_of(self.name, self.kind, given, self.more, self.make)
 
     def summarise(self, trace: T) -> Summary:
-        """The account's entries, and the numbers of a run."""
+        """Return the entries of a run's account, and its numbers, by their names."""
         return summary_of(self.account(trace), self.numbers(trace))
 
     def study_options(
@@ -200,15 +200,15 @@ class System(Generic[S, T]):
 
 
 def headline(*, succeeded: bool, reason: str) -> str:
-    """Success and reason in one line, as `failed: collided with a pipe`."""
+    """Say whether a run succeeded and why it ended, as `failed: collided with a pipe`."""
     return f"{'succeeded' if succeeded else 'failed'}: {reason}"
 
 
 def summary_of(account: Account, numbers: Mapping[str, float | None]) -> Summary:
-    """Summary of a run: its account, then the system's own numbers."""
+    """Return the summary of a run: its account, then the system's own numbers."""
     return {**{name: getattr(account, name) for name in ENTRIES}, **numbers}
 
 
 def metrics_with(numbers: Iterable[str]) -> tuple[str, ...]:
-    """What a study can ask for: entries of the account, then the system's own numbers, each once."""
+    """Return what a study can ask for: entries of the account, then the system's own numbers, each once."""
     return tuple(dict.fromkeys((*METRICS, *numbers)))

@@ -1,4 +1,4 @@
-"""The approach with every box at behavioural level, run by its compiled loop.
+"""The approach of a sonar with every box as a measured model, run by one compiled loop.
 
 Takes the parts that `system.approach.loop` builds, so that both loops have the same models and the same
 numbers; here is only their bringing together: targets as waypoints, states, and the log that the loop leaves.
@@ -32,7 +32,11 @@ _BEYOND = 1.0  # s after the end up to which a target's path is laid out: longer
 
 @dataclass(frozen=True, slots=True)
 class Models:
-    """The boxes of the approach; `amplitude`: the second centroid board, where there is one."""
+    """The measured models of all boxes of the approach.
+
+    `amplitude` is a second centroid board, which only the law of the fourth power has; `isolation` is None
+    without first-target isolation.
+    """
 
     chip: RangingChip
     proximity: CentroidModel
@@ -44,14 +48,18 @@ class Models:
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """Rows of the log, float64[rows, 4], in pieces, and the counts that a run reports."""
+    """What the compiled loop leaves: its log and its counters.
+
+    rows : pieces of the log, float64[rows, 4] each: kind of event, time (s), and two numbers of the event.
+    counts : what a run reports beside its arrays.
+    """
 
     rows: Sequence[F64]
     counts: dict[str, int]
 
 
 def fly_behavioural(models: Models, duration: float, progress: Callable[[float], None] | None) -> Flight:
-    """Run for `duration` s."""
+    """Run the models for `duration` s and return the log."""
     silicon = models.chip.silicon
     neurons = models.chip.neurons_at(silicon.temperature_c)
     plan = new_plan(neurons)

@@ -1,4 +1,4 @@
-"""Compiled loop of the approach when every box is at behavioural level.
+"""The compiled loop of the approach, for runs in which every box is a measured model.
 
 Goes from event to event: a spike of the hearing, a spike of the chip, a call. Between events the centroid
 boards are advanced by their exact stretches and the vocalization controller along the straight proximity

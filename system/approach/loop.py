@@ -1,4 +1,4 @@
-"""Parts of an approach and the wires between them, at transistor or behavioural level."""
+"""The parts of an approach, and the wires between them, at transistor or behavioural level."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ BOARD_RTOL = 1e-3
 
 
 def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
-    """All parts at rest, wired as in Figure 7."""
+    """Return the event loop with all parts at rest, wired as in Figure 7."""
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
     parts: dict[str, Part[Any]] = {
         **_chip(scenario, silicon),
@@ -69,12 +69,12 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
 
 
 def all_behavioural(scenario: Scenario) -> bool:
-    """Whether every box is a model."""
+    """Whether every box of a scenario is a measured model."""
     return scenario.level == "behavioural" and not scenario.transistors
 
 
 def models_of(scenario: Scenario) -> Models:
-    """The boxes of a run in which every one is a model."""
+    """Return the models of a scenario in which every box is one."""
     silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
     fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None

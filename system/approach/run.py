@@ -171,7 +171,7 @@ def _counts(loop: Loop) -> dict[str, int]:
 
 
 def circuits() -> tuple[Circuit, ...]:
-    """What the system is made of."""
+    """Return the circuits that the system is made of."""
     blocks = (
         centroid_board, vocalization_controller, envelope_detector, onset_neuron, high_threshold_neuron,
         first_target_isolation,

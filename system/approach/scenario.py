@@ -1,4 +1,4 @@
-"""What an approach is asked to do."""
+"""What an approach is asked to do: the targets, the sonar's options, and the silicon that it runs on."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def _read_targets(text: str, _: str) -> tuple[Target, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What is run. `temperature_c`: of chip, boards and air; `noise_rms`: V at the microphone's output.
+    """An approach: the targets, how long, and at which level and on which silicon each box is.
 
-    `die`: the chip's; each board and single neuron is a circuit of its own under the same lot and number.
-    `transistors`: boxes at transistor level in a behavioural run. `silicon_noise`: of the devices of
-    `noisy_boxes`; `off`, `white`, or `all` with flicker too; the seed chooses it.
+    Temperature is that of chip, boards and air. Each board and each single neuron is a circuit of its own, on
+    the chip's die, which is the same lot and number. `transistors` names boxes that stay at transistor level
+    in a behavioural run. The noise of devices is that of `noisy_boxes`, drawn from the seed.
     """
 
     targets: tuple[Target, ...] = option(
@@ -54,17 +54,20 @@ class Scenario:
         check_noise(self.silicon_noise, None)
 
     def level_of(self, box: Box) -> Level:
-        """Level of a box."""
+        """Return the level at which a box runs."""
         return "transistor" if box in self.transistors else self.level
 
     @property
     def noisy_boxes(self) -> tuple[Box, ...]:
-        """Boxes whose devices make noise: of the models'; the centroid board's is in the call intervals."""
+        """Boxes whose devices make noise, which only models do.
+
+        The noise of the centroid board is contained in the intervals between calls.
+        """
         boxes: tuple[Box, ...] = ("chip", "vocalization", "hearing")
         on = self.silicon_noise != "off"
         return tuple(box for box in boxes if on and self.level_of(box) == "behavioural")
 
 
 def air_of(scenario: Scenario) -> Air:
-    """Air at the scenario's temperature."""
+    """Return the air at the temperature of a scenario."""
     return Air(temperature=scenario.temperature_c + ZERO_CELSIUS)

@@ -1,4 +1,4 @@
-"""What an approach leaves: trace, summary, account and picture.
+"""What an approach leaves: its arrays over time, its numbers, its account and its picture.
 
 The picture is that of Figure 11 of Cheely & Horiuchi 2003.
 """
@@ -84,7 +84,7 @@ SUCCESS = (
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run, SI, unit in the name; None where a quantity is not defined.
+    """Return the numbers of a run, in SI units that their names end with; None where not defined.
 
     `held_fraction`: share of the time after the first second in which the estimate is nearer to the first
     target than to any other reflector.
@@ -116,7 +116,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 def account(trace: Trace) -> Account:
-    """What a run says of itself: it holds its target or does not, until its time is over."""
+    """Say whether the sonar held its target; a run ends when its time is over."""
     s, found = trace.scenario, summarise(trace)
     held, error = found["held_fraction"], found["range_error_mean_m"]
     near = error is not None and error <= NEAR
@@ -135,7 +135,10 @@ def account(trace: Trace) -> Account:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the run's own; its counters stand with the summary."""
+    """Return the entries that only this system's JSON document has, by their keys.
+
+    The counters of a run stand beside its numbers.
+    """
     arrays = ("time_s", "range_m", "estimate_m", "proximity_V", "call_rate_Hz", "call_amplitude_V")
     return {
         "noisy_boxes": trace.scenario.noisy_boxes,
@@ -150,7 +153,7 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def title(trace: Trace) -> str:
-    """Heading of a run's numbers."""
+    """Return the heading of the table of a run's numbers."""
     s = trace.scenario
     return f"{s.level} level, {s.temperature_c:g} degC, {s.die}"
 

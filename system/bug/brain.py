@@ -42,11 +42,11 @@ class Brain(Protocol):
 
     @property
     def state(self) -> str:
-        """What it is doing."""
+        """What the brain is doing, one of `STATES`."""
 
     @property
     def verdict(self) -> str:
-        """What it has found out."""
+        """What the brain has found out about the goal, empty for nothing."""
 
     def step(self, senses: Senses) -> F64:
         """Steering vector for the next 10 ms, float64[2]."""

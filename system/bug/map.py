@@ -36,7 +36,10 @@ _FREE, _WALL, _START, _GOAL = " .", "#", "S", "G"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BugMap:
-    """Walls, bool[rows, columns], row 0 in the north; centres of the cells of starts and goals."""
+    """A map of walls, with its starts and goals.
+
+    walls : bool[rows, columns], row 0 in the north; starts, goals : centres of their cells, in map units.
+    """
 
     name: str
     walls: Bools
@@ -45,12 +48,12 @@ class BugMap:
 
     @property
     def width(self) -> float:
-        """Extent to the east."""
+        """Extent of the map to the east, map units."""
         return float(self.walls.shape[1])
 
     @property
     def height(self) -> float:
-        """Extent to the north."""
+        """Extent of the map to the north, map units."""
         return float(self.walls.shape[0])
 
     @property

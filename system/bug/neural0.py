@@ -73,7 +73,10 @@ def behaviours(ray: int, go: int, follow: int, motor: int) -> Network:
 
 
 def bug0_network(s: Bug0Size = PUBLISHED) -> Network:
-    """The network; nodes `ranges` (nearness), `ahead`, `contact`, `one`; probes `motor?`, `selected?`."""
+    """Return the network of Bug 0.
+
+    Its nodes are `ranges` (nearness), `ahead`, `contact` and `one`, its probes `motor?` and `selected?`.
+    """
     control = Network(
         (Ensemble("contact", s.contact, intercepts=(0.0, 0.9), encoders=((1.0,),)),),
         (Node("touch", 1),),

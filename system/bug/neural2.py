@@ -125,7 +125,7 @@ DESIGNS = {"published": PUBLISHED, "improved": IMPROVED}
 
 
 def bug2_network(s: Bug2Size = PUBLISHED) -> Network:
-    """The network.
+    """Return the network of Bug 2.
 
     Nodes: `ranges` (nearness), `ahead`, `north`, `distance`, `touch`, `one`, `start` (a state's point);
     probes `motor?`, `state?` (activity of each state), `direction?`, `distance?` (what is stored).

@@ -40,10 +40,11 @@ _SIGN_OF_LIFE = 100  # steps
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run: places, float64[steps + 1, 2], and states, int64[steps], numbers in `STATES`, every 10 ms.
+    """What a run leaves.
 
-    verdict: what the brain has found out, empty for nothing; shortest: way of a point, None if there is none;
-    chip: of a brain on a chip, its counters and `cut`, how many stages give less than they should.
+    path : places, float64[steps + 1, 2], map units; state : int64[steps], numbers in `STATES`, every 10 ms;
+    verdict : what the brain has found out, empty for nothing; shortest : way of a point, None if there is
+    none; chip : counters of a brain on a chip, and `cut`, how many stages give less than they should.
     """
 
     scenario: Scenario
@@ -62,12 +63,12 @@ class Trace:
 
     @property
     def ended(self) -> str:
-        """Why it ended."""
+        """Why the run ended, in a word or two."""
         return "reached" if self.reached else self.verdict or "out of time"
 
     @property
     def reason(self) -> str:
-        """Why it ended, as a reader is told."""
+        """Why the run ended, as a sentence for a reader."""
         if self.reached:
             return f"goal reached after {self.time:.2f} s"
         if self.verdict:
@@ -96,14 +97,14 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def make_brain(scenario: Scenario, world: World) -> Brain:
-    """The brain that a scenario asks for."""
+    """Return the brain that a scenario asks for."""
     if scenario.brain == "reference":
         return reference_brain(scenario.agent, world.map.diagonal)
     return neural_brain(scenario.agent, built_network(scenario))
 
 
 def built_network(scenario: Scenario) -> Built:
-    """The network of a scenario's brain on its neurons."""
+    """Return the network of a scenario's brain on its neurons, ideal ones or those of a chip."""
     network = network_of(scenario.agent, scenario.design, scenario.neurons)
     if scenario.brain == "ideal":
         return build(network, IdealCurves(), scenario.seed)
@@ -118,7 +119,7 @@ def built_network(scenario: Scenario) -> Built:
 
 
 def counted(brain: Brain) -> dict[str, int] | None:
-    """Counters of a brain's chip, None without one."""
+    """Return the counters of a brain's chip, None where there is no chip."""
     if not isinstance(brain, NeuralBug0 | NeuralBug2) or brain.simulation.built.placed is None:
         return None
     return {**brain.simulation.counters, "cut": brain.simulation.built.placed.cut}
@@ -127,7 +128,10 @@ def counted(brain: Brain) -> dict[str, int] | None:
 def drive(
     robot: Robot, brain: Brain, steps: int, progress: Callable[[float], None] | None = None
 ) -> tuple[F64, I64]:
-    """Let a brain drive a robot, at most so many steps of 10 ms; returns places and states."""
+    """Let a brain drive a robot for at most so many steps of 10 ms.
+
+    Returns the places, float64[steps + 1, 2], and the numbers of the states, int64[steps].
+    """
     path, states = np.empty((steps + 1, 2)), np.empty(steps, dtype=np.int64)
     path[0], done = robot.place, 0
     while done < steps and robot.distance >= ARRIVED and not brain.verdict:
@@ -141,7 +145,10 @@ def drive(
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run; lengths in map units, None where there is no way."""
+    """Return the numbers of a run by their names; None where a number is not defined.
+
+    Lengths are in map units.
+    """
     length = path_length(trace.path)
     shortest = None if trace.shortest is None else path_length(trace.shortest)
     goal = goal_of(trace)
@@ -157,7 +164,10 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 def account(trace: Trace) -> Account:
-    """What a run says of itself; a map's unit has no length in m."""
+    """Say whether a run succeeded, why it ended, and what it ran on.
+
+    A map's unit has no length in m, so that a run has no distance.
+    """
     s = trace.scenario
     time = STEP * np.arange(len(trace.path))
     on: dict[str, Any] = {"agent": s.agent, "brain": s.brain}
@@ -178,12 +188,15 @@ def account(trace: Trace) -> Account:
 
 
 def goal_of(trace: Trace) -> Point:
-    """The goal of a run."""
+    """Return the place of a run's goal."""
     return pick(trace.world.map.goals, trace.scenario.goal, "goal")
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the run's own; lengths in map units."""
+    """Return the entries that only this system's JSON document has, by their keys.
+
+    Lengths are in map units.
+    """
     s = trace.scenario
     network = s.brain != "reference"
     chip = {} if trace.chip is None else {"solved_C": s.solved, "chip": dict(trace.chip)}
@@ -205,7 +218,7 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def told(trace: Trace) -> Iterator[str]:
-    """What a run says before its numbers."""
+    """Return the lines that stand over the numbers of a run."""
     s = trace.scenario
     if trace.shortest is None:
         yield f"{trace.world.map.name}: no way leads from the start to the goal"
@@ -215,7 +228,7 @@ def told(trace: Trace) -> Iterator[str]:
 
 
 def draw(trace: Trace, figure: Figure) -> None:
-    """Fill a figure with a run."""
+    """Fill an empty figure with a run."""
     s = trace.scenario
     title = f"{s.agent}, {s.brain}, {trace.world.map.name}; {account(trace).headline}"
     draw_run(trace.world, trace.path, trace.shortest, title, figure)

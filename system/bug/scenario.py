@@ -1,4 +1,4 @@
-"""What a run of the Bug robot is asked to do."""
+"""What a run of the Bug robot is asked to do: agent, brain, map, and the silicon of a brain on a chip."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ DURATION = 200.0  # s, after which a run ends; ours
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a robot is asked to do.
+    """One drive of a robot from a start to a goal.
 
-    design: of Bug 2's network, `published` or `improved`; neurons: how many in all, about, the design's if
-    None; map: one of `bug_map.MAPS`, or a file; start, goal: numbers from 0 in reading order, or `X,Y` in map
-    units; duration: s; seed: of the network's neurons. Of a chip: die, temperature_c, the one at which its
-    biases were calibrated, the one at which its decoders were solved (None: the same), kind of its biases,
-    area of its devices, relative, and their noise, whose seed is `seed` unless `noise_seed` is given.
+    `design` is of Bug 2's network, and `neurons` is how many there are in all, about. `start` and `goal` are
+    numbers from 0 in reading order, or `X,Y` in map units. The seed draws the network's neurons. Of a chip:
+    the temperatures at which its biases were calibrated and its decoders solved, the area of its devices over
+    the usual one, and their noise, drawn from `noise_seed`, which is `seed` unless given.
     """
 
     agent: str = option("bug2", "Which of the three", choices=AGENTS, study=True)
@@ -69,21 +68,24 @@ class Scenario:
         check_noise(self.silicon_noise, self.noise_seed)
 
     def device_noise(self) -> SiliconNoise | None:
-        """Noise of the chip's devices."""
+        """Return the noise of the chip's devices, None where there is none."""
         return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
 
     @property
     def solved(self) -> float:
-        """Where decoders were solved, degC."""
+        """Temperature at which decoders were solved, degC."""
         return self.calibrated_c if self.solved_c is None else self.solved_c
 
 
 def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
+    """Say what puts a chip into the loop.
+
+    The text is empty where a chip is in the loop.
+    """
     return "" if scenario.brain == "chip" else "add `brain=chip`"
 
 
 def check_seed(scenario: Scenario) -> None:
-    """Refuse a seed of a program, which draws nothing."""
+    """Refuse a seed where the brain is a program, which draws nothing."""
     if scenario.brain == "reference" and scenario.seed != 0:
         raise ParameterError(f"seed: {scenario.seed}, a reference has no neurons to draw; leave it out")

@@ -54,7 +54,7 @@ class World:
 
 
 def build_world(bug_map: BugMap) -> World:
-    """Vectorise a map."""
+    """Return the world of a map: its walls as polygons and their outlines."""
     obstacles = _polygons(bug_map)
     outlines = [ring for polygon in obstacles.geoms for ring in (polygon.exterior, *polygon.interiors)]
     pieces = np.concatenate([_cut(np.asarray(ring.coords)) for ring in outlines])

@@ -1,4 +1,4 @@
-"""Arcs of a car: from an arc's number to the wheels' angle, and what a pipe on the floor means for each arc.
+"""The arcs of the car: which angle of the wheels each has, and what a pipe on the floor means for it.
 
 Without slip the middle of the rear axle follows a circle of curvature tan(delta) / L, L the wheelbase, delta
 the mean angle of the front wheels (Ackermann). The middle of the body, half a wheelbase ahead, runs on a
@@ -24,7 +24,7 @@ from system.openspace.law import Bat, arc_point, length_in_view
 
 
 class Arcs(NamedTuple):
-    """The robot's arcs, float64[ARCS] each but for the last three; angles to the left.
+    """Geometry and weights of the car's arcs; angles are positive to the left.
 
     steering: rad, of the wheels; curvature: 1/m, of the body's middle; slip: rad, from the body's axis to
     where its middle goes; length: m, R_p; speed: m/s; bias: D_0; group: int64[ARCS], ping direction;
@@ -50,7 +50,7 @@ def steering_table(robot: Robot) -> F64:
 
 
 def arcs_of(robot: Robot, numbers: OpenspaceNumbers) -> Arcs:
-    """Geometry and weights of a robot."""
+    """Return the arcs of a robot, with their geometry and their weights."""
     steering = steering_table(robot)
     rear = np.tan(steering) / robot.wheelbase
     lever = 0.5 * robot.wheelbase

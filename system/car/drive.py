@@ -1,4 +1,4 @@
-"""The robot's loop: ping, localise, evaluate, choose, turn head and wheels, and roll on meanwhile.
+"""The loop of the car: it pings, localises, evaluates, chooses, turns head and wheels, and rolls on.
 
 Each cycle takes 1 / ping_rate, and longer by the turn of the head and a soft ping's listening; the robot
 rolls along its arc all the time. Memory and choice are equations (4) and (6); the goal is far away in the
@@ -31,7 +31,11 @@ _NEVER = -1e9  # s
 
 
 class Drive(NamedTuple):
-    """A run. log: float64[pings, COLUMNS]; end: the last pose; counts by name."""
+    """What a drive leaves.
+
+    ended : why it ended; log : float64[pings, COLUMNS]; end : the last pose, m, m, rad; distance : m; time :
+    s; counts : by the names of `COUNTS`.
+    """
 
     ended: str
     log: F64
@@ -144,7 +148,10 @@ def _remember(numbers: OpenspaceNumbers, arcs: Arcs, state: _State, fresh: F64) 
 def desirabilities(
     numbers: OpenspaceNumbers, arcs: Arcs, risk: F64, heading: float, head: int, arc: int
 ) -> F64:
-    """Equation (6), float64[ARCS]; the goal lies in the direction 0."""
+    """Return the desirability of each arc by equation (6), float64[ARCS].
+
+    The goal lies in the direction 0, along x.
+    """
     wish, aim = np.empty(ARCS), aimed_arc(-heading, MIDDLE / numbers.goal_span, ARCS)
     excite(wish, arcs.bias, arcs.hold[arc], arcs.group, head, numbers.ping_bias)
     add_goal(wish, aim, numbers.goal_gain, numbers.goal_sigma)

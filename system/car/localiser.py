@@ -1,4 +1,4 @@
-"""From three log envelopes to a direction: the sonar head's transducers and its radial basis functions.
+"""From three logarithmic envelopes to a direction, by a network of radial basis functions.
 
 The middle transducer sends, all three hear. With the half-power width B of a beam in intensity, the amplitude
 of a direct echo from the direction theta and the range r at the transducer that points to psi is
@@ -36,7 +36,10 @@ _TRAINING_SEED = 0  # of the training echoes' noise
 
 
 class Localiser(NamedTuple):
-    """A trained network: centres, float64[CENTRES, 3], V; weights, float64[CENTRES], rad."""
+    """A trained network.
+
+    centres : float64[CENTRES, 3], V; weights : float64[CENTRES], rad.
+    """
 
     centres: F64
     weights: F64
@@ -71,7 +74,7 @@ def training_echoes(robot: Robot) -> tuple[F64, F64]:
 
 @lru_cache(maxsize=8)
 def trained(robot: Robot) -> Localiser:
-    """The network of a robot."""
+    """Return the network of a robot, trained on its echoes."""
     u, angle = training_echoes(robot)
     centres = u[np.linspace(0, len(u) - 1, CENTRES).astype(np.int64)]
     basis = _basis(u, centres)

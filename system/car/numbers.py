@@ -1,4 +1,4 @@
-"""Every number of the wheeled sonar robot of Wen & Horiuchi 2022, "Robot Implementation", Figures 14 and 15.
+"""Every number of the wheeled sonar robot of Wen & Horiuchi 2022, "Robot Implementation", Figures 14, 15.
 
 `Robot` is body, steering, sonar and neck; `OpenspaceNumbers` what it chooses with. The tables say which of
 them the paper gives; the others are ours. Lengths in m, times in s, angles in rad, voltages in V; risks and
@@ -22,7 +22,7 @@ PIPE_RADIUS = 0.025  # m; the paper's pipes are 5 cm wide
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """The vehicle and its sonar.
+    """Numbers of the vehicle and its sonar.
 
     The neck's speed follows from the paper's rates: 1/12 s without and 1/3 s with a turn from one end to the
     other, 120 degrees here, leave 0.25 s for it. The body is a disc, as the paper's zone of collision is.
@@ -88,13 +88,13 @@ class Robot:
 
     @property
     def zone(self) -> float:
-        """R_C: body and pipe, m."""
+        """Radius R_C of the zone of collision, m: that of the body and that of a pipe together."""
         return self.radius + PIPE_RADIUS
 
 
 @dataclass(frozen=True, slots=True)
 class OpenspaceNumbers:
-    """Numbers of Curved Openspace on the robot, equations (1) to (6); its forms are the paper's.
+    """Numbers of Curved Openspace on the car, equations (1) to (6), whose forms are the paper's.
 
     max_risk is the paper's; all others are ours, chosen on seeds below 1000 for few collisions in the two
     forests and few side pings in the corridor, by a dozen steps of a random search and single numbers by

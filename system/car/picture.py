@@ -1,4 +1,4 @@
-"""A robot's way through pipes and the directions of its pings, as in Figure 15 of Wen & Horiuchi 2022."""
+"""Picture of a drive: the way through pipes, and the directions of pings, as in Figure 15."""
 
 from __future__ import annotations
 

@@ -40,7 +40,10 @@ SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A drive; `unsure` delays of the chip's table were too near to call."""
+    """What a drive leaves.
+
+    unsure : how many delays of the chip's table were too near to call.
+    """
 
     scenario: Scenario
     arcs: Arcs
@@ -55,7 +58,10 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Drive once; raises `ParameterError` for a start at a pipe. Forest, start and noise are the seed's."""
+    """Drive once through a forest; forest, start and noise are drawn from the seed.
+
+    Raises `ParameterError` for a start at a pipe.
+    """
     s = scenario
     random = np.random.default_rng((s.seed, number_of(s.forest)))
     forest = forest_of(s.forest, random)
@@ -67,7 +73,10 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[Sonar | None, int]:
-    """The sonar of a scenario, None with exact ranges; and how many delays of its chip are unsure."""
+    """Return the sonar of a scenario, and how many delays of its chip are unsure.
+
+    There is no sonar, but None, with exact ranges.
+    """
     s = scenario
     if s.ranges == "exact":
         return None, 0
@@ -88,7 +97,7 @@ def side_share(drive: Drive) -> float:
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a drive: one of its ends is 1, the others 0."""
+    """Return the numbers of a drive by their names; of its ends one is 1 and the others are 0."""
     d = trace.drive
     return {
         **{name: float(d.ended == name) for name in ENDS},
@@ -107,7 +116,10 @@ _REASONS = {
 
 
 def account(trace: Trace) -> Account:
-    """What a drive says of itself; an emergency is a retreat the way that it came."""
+    """Say whether a run succeeded, why it ended, and what it ran on.
+
+    An emergency is a retreat the way that the car came.
+    """
     s, d = trace.scenario, trace.drive
     on: dict[str, Any] = {"ranges": s.ranges, **s.senses}
     if s.silicon:
@@ -128,7 +140,7 @@ def account(trace: Trace) -> Account:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the drive's own."""
+    """Return the entries that only this system's JSON document has, by their keys."""
     s, log = trace.scenario, trace.drive.log
     chip = {"reader": s.reader or CALIBRATIONS[0], "unsure_delays": trace.unsure} if s.silicon else {}
     return {
@@ -150,7 +162,7 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def told(trace: Trace) -> Iterator[str]:
-    """What a drive says under its numbers."""
+    """Return the lines that stand under the numbers of a drive."""
     s, path = trace.scenario, trace.path
     where = [f"{x:.2f},{y:.2f} m" for x, y in (path[0], path[-1])]
     yield f"from {where[0]} to {where[1]}"
@@ -161,7 +173,7 @@ def told(trace: Trace) -> Iterator[str]:
 
 
 def draw(trace: Trace, figure: Figure) -> None:
-    """Fill a figure with a run, as in Figure 15."""
+    """Fill an empty figure with a drive, as in Figure 15."""
     s, d, said = trace.scenario, trace.drive, account(trace)
     die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
     title = (

@@ -1,4 +1,4 @@
-"""What a drive of the car is asked to do."""
+"""What a drive of the car is asked to do: robot, forest, how ranges are found, and on which silicon."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ ROOM_TEMPERATURE = 27.0
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a robot is asked to do.
+    """One drive of the car through a forest of pipes.
 
-    forest: one of `FORESTS`, or a file; start: x, y in m, drawn unless given; pings: after which a run ends;
-    occlusion, multipath, soft_pings: None where there is no sonar to have them; silicon_noise: of the chip's
-    devices, by `noise_seed`, `seed` unless given.
+    `start` is drawn unless given, x and y in m; `pings` is how many are made before the drive ends.
+    `occlusion`, `multipath` and `soft_pings` are None where there is no sonar to have them. Noise is that of
+    the chip's devices, drawn from `noise_seed`, which is `seed` unless given.
     """
 
     robot: Robot = field(default_factory=Robot)
@@ -76,11 +76,14 @@ class Scenario:
 
 
 def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
+    """Say what puts a chip into the loop.
+
+    The text is empty where a chip is in the loop.
+    """
     return "" if scenario.silicon else "give `ranges=chip`"
 
 
 def check_pipes(scenario: Scenario) -> None:
-    """Raise `DataError` for a file of pipes that is none."""
+    """Raise `DataError` for a file that is no list of pipes."""
     if is_file(scenario.forest):
         read_pipes(scenario.forest)

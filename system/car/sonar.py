@@ -1,4 +1,4 @@
-"""A ping of the robot's sonar head: echoes of pipes, three envelopes, peaks, places.
+"""A ping of the car's sonar head: echoes of pipes, three envelopes, their peaks, and places.
 
 A pipe at the range r (to its surface) answers after 2 r / c with `robot_localiser`'s amplitudes; by way of
 pipe i, then j, after (r_i + d_ij + r_j) / c with s b(theta_i) b(theta_j - psi) / (r_i d_ij r_j), where s is
@@ -40,7 +40,10 @@ _FAINT = 0.1  # of the threshold: what is less loud by way of two pipes is left 
 
 
 class Heard(NamedTuple):
-    """What a ping gave. place: float64[n, 2], m, from the head, x along its axis, y to the left; counts."""
+    """What a ping gave: places, and counts of what was not heard as it is.
+
+    place : float64[n, 2], m from the head, x along its axis, y to its left.
+    """
 
     place: F64
     near: int  # pipes that answered within the blanking

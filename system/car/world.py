@@ -39,7 +39,10 @@ _TRIES = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pipes:
-    """A forest. place: float64[n, 2], middles of pipes, x and y in m; long, wide: m."""
+    """A forest of pipes.
+
+    place : float64[n, 2], middles of the pipes, x and y in m; long, wide : extent along x and across, m.
+    """
 
     name: str
     place: F64

@@ -1,4 +1,4 @@
-"""Campaigns in the forest: avoided obstacles a collision of a configuration, and whether two differ.
+"""Campaigns of samples: avoided obstacles a collision of a configuration, and whether two differ.
 
 A configuration is flown until 200 collisions or 2.5e8 pings (a campaign may take fewer), in samples whose
 seeds follow each other. A collision is taken for a Poisson event of the number of avoided obstacles: with K

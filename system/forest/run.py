@@ -49,7 +49,7 @@ SUMMARY = (
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A sample and its first run."""
+    """What a run leaves: the counts of its sample, and its first flight."""
 
     scenario: Scenario
     sample: Sample
@@ -62,7 +62,7 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Fly one sample.
+    """Fly one sample and return it with its first flight.
 
     Raises `DataError` for a map that is none, `ParameterError` for a forest too dense or a start inside a
     zone of collision.
@@ -84,12 +84,18 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a sample; where `collided` is 0 it ended undecided, and would have avoided more."""
+    """Return the numbers of a sample by their names.
+
+    Where `collided` is 0 the sample ended undecided, and would have avoided more obstacles.
+    """
     return {name: float(getattr(trace.sample, name)) for name in SUMMARY}
 
 
 def account(trace: Trace) -> Account:
-    """What a sample says of itself; a bat never rests."""
+    """Say whether a run succeeded, why it ended, and what it ran on.
+
+    The bat never rests, so that a sample has no share of standing.
+    """
     s, sample = trace.scenario, trace.sample
     sensing = s.sensing
     on: dict[str, Any] = {"ranges": sensing.ranges, "selection": sensing.selection}
@@ -143,7 +149,10 @@ def _forests(scenario: Scenario) -> Planter:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the sample's own; rows are those of its first run."""
+    """Return the entries that only this system's JSON document has, by their keys.
+
+    Its rows are those of the first flight.
+    """
     s, first = trace.scenario, trace.first
     log, sensing = first.log, s.sensing
     return {
@@ -164,20 +173,20 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def title(trace: Trace) -> str:
-    """Heading of a sample's numbers."""
+    """Return the heading of the table of a run's numbers."""
     bat, sensing = trace.scenario.bat, trace.scenario.sensing
     flight = f"{len(trace.first.forest.place)} obstacles, {bat.max_speed:g} m/s, {bat.ping_rate:g} Hz"
     return f"{flight}, ranges {sensing.ranges}, selection {sensing.selection}"
 
 
 def first_run(trace: Trace) -> tuple[str, ...]:
-    """Where the first run began and ended."""
+    """Return a line with the places where the first flight began and ended."""
     (x, y), (end_x, end_y) = trace.first.start, trace.first.end
     return (f"first of {trace.sample.runs} runs from {x:.2f},{y:.2f} m to {end_x:.2f},{end_y:.2f} m",)
 
 
 def told(trace: Trace) -> Iterator[str]:
-    """What a sample says under its numbers."""
+    """Return the lines that stand under the numbers of a sample."""
     if trace.scenario.sensing.ranges == "chip":
         yield "the chip gives ranges only: azimuths are the true ones, with `azimuth_noise` if any"
     if not trace.sample.collided:

@@ -1,4 +1,4 @@
-"""What a sample of flights through a forest is asked to do."""
+"""What a sample of flights through a forest is asked to do: bat, senses, forest and silicon."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ KINDS = "weights"
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a bat is asked to do.
+    """One sample: flights of a bat until a collision, or until so many pings have been made.
 
-    map: file of obstacles, None to plant `obstacles` from the seed; start: x, y in m, drawn unless given;
-    pings: after which a sample ends undecided; rows: pings of the first run whose path is kept.
+    `map` is a file of obstacles, None to plant `obstacles` from the seed. `rows` says of how many pings of
+    the first run the path is kept. Without a chip in the loop the number of a die is no more than the number
+    of the sample.
     """
 
     bat: Bat = field(default_factory=Bat)
@@ -62,12 +63,15 @@ class Scenario:
 
 
 def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
+    """Say what puts a chip into the loop.
+
+    The text is empty where a chip is in the loop.
+    """
     return "" if scenario.sensing.silicon else "give `ranges=chip` or `selection=chip`"
 
 
 def make(fields: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of a scenario with the bat's weights by its speed, and the area of both chips."""
+    """Return the fields of a scenario, the bat's weights and the area of both chips set as asked."""
     if fields.get("map") is not None and "obstacles" in fields:
         raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
     found = dict(fields)
@@ -82,6 +86,6 @@ def make(fields: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def of_study(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Pings of a study's samples, fewer with chips; no rows of a path are kept."""
+    """Return the options of a study's samples: fewer pings with chips, and no rows of a path."""
     silicon = "chip" in (given.get("ranges"), given.get("selection"))
     return {"pings": CHIP_STUDY_PINGS if silicon else STUDY_PINGS, "rows": 0}

@@ -60,12 +60,12 @@ def differs_row(
 
 
 def lines(found: Sweep) -> tuple[str, ...]:
-    """A line a configuration: mean, interval, collisions, samples that were censored."""
+    """Return a line for each configuration: mean, interval, collisions, and samples that were censored."""
     return tuple(f"{name}, {speed:g} m/s: {line(tally)}" for (name, speed), tally in found.items())
 
 
 def line(tally: Tally) -> str:
-    """What a configuration gave."""
+    """Return a line with what a configuration gave."""
     mean, n = tally.mean, tally.collisions
     cut = f", {tally.censored} samples without one" if tally.censored else ""
     trapped = sum(s.trapped for s in tally.samples)

@@ -1,4 +1,4 @@
-"""Two ears of the sonar head: an echo in, spikes of both ears' level units out.
+"""The two ears of the sonar head: an echo goes in, spikes of both ears' level units come out.
 
 With b the beam and p the echo's pressure of `system.worlds.sound.acoustics`, the
 envelope of the ear that points to psi rises by

@@ -1,4 +1,4 @@
-"""The sonar head's loop: ping, echo at both ears, spikes of two LSO neurons, a turn of the neck.
+"""The closed loop of the sonar head: ping, echo at both ears, spikes of two LSO neurons, turn of the neck.
 
 At every ping the speaker calls along the head's axis; the echo comes 2 r / c later, r where the target is by
 then, while the neck may still turn. A share of the period later the spikes so far are counted and the servo
@@ -54,7 +54,10 @@ class Neck(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """A run. time: of pings, s; target, head: rad; distance: m; heard: spikes counted, int64[pings, SIDES].
+    """What a run leaves, ping by ping.
+
+    time : s; target, head : azimuths, rad; distance : m; heard : spikes that were counted, int64[pings,
+    SIDES].
 
     lost: why a ping was, "" where it was not; spikes: (s, side) of all neurons' spikes, float64[spikes, 2];
     levels: (s, side, unit) of the level units'.
@@ -72,7 +75,7 @@ class Log:
 
     @property
     def error(self) -> F64:
-        """Of the head at the pings, rad."""
+        """Difference between the directions of head and target at the pings, rad."""
         return self.target - self.head
 
 

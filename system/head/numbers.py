@@ -24,7 +24,7 @@ def _radians(degrees: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class SonarHead:
-    """Ears, neck and the law between them; all ours.
+    """Numbers of the ears, the neck, and the law between them; all are ours.
 
     gain is the middle of five that were tried on dies 0 to 5: less lags behind the sine, more makes the head
     tremble about a target at rest. The level units' thresholds are for targets between 0.5 and 2 m.
@@ -97,7 +97,7 @@ class SonarHead:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """How a target moves; all ours.
+    """Numbers of how a target moves; all are ours.
 
     =============  =====  ==============================================================================
     azimuth        rad    largest, of a sine and of a walk; of a step, all of it

@@ -35,7 +35,7 @@ SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; 
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run, and the numbers of the die that it was on."""
+    """What a run leaves: its log, and the numbers of the die that it was on."""
 
     scenario: Scenario
     chip: Head
@@ -43,7 +43,7 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Follow a target; way and noise are the seed's, each by a generator of its own."""
+    """Follow a target; its way and the noise are drawn from the seed, each by a generator of its own."""
     s = scenario
     chip = head_on(s.silicon, s.bias_kind or "gate", s.area)
     way_random, noise_random = (np.random.default_rng((s.seed, k)) for k in range(2))
@@ -53,7 +53,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run; settled: its second half."""
+    """Return the numbers of a run by their names; `settled` is of its second half."""
     log = trace.log
     error = np.degrees(log.error)
     return {
@@ -68,7 +68,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 def account(trace: Trace) -> Account:
-    """What a run says of itself: it follows its target or does not, until its time is over."""
+    """Say whether the head followed its target; a run ends when its time is over."""
     s, found = trace.scenario, summarise(trace)
     settled, lost = found["settled_rms_deg"], found["lost"]
     answered = 1.0 - (lost or 0.0) / len(trace.log.time)
@@ -85,7 +85,7 @@ def account(trace: Trace) -> Account:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the run's own."""
+    """Return the entries that only this system's JSON document has, by their keys."""
     s, log = trace.scenario, trace.log
     return {
         "bias_kind": s.bias_kind or "gate",
@@ -102,7 +102,7 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def unanswered(trace: Trace) -> tuple[str, ...]:
-    """A line on pings without an answer, where there are any."""
+    """Return a line on pings without an answer, where there are any."""
     lost = {name: trace.log.counts[name] for name in LOST if trace.log.counts[name]}
     if not lost:
         return ()
@@ -110,7 +110,7 @@ def unanswered(trace: Trace) -> tuple[str, ...]:
 
 
 def draw(trace: Trace, figure: Figure) -> None:
-    """Fill a figure with angles and rasters over time."""
+    """Fill an empty figure with angles and rasters over time."""
     s, found = trace.scenario, summarise(trace)
     title = (
         f"{s.motion}, {s.wiring}, {s.die}, {s.temperature_c:g} degC:"

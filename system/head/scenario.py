@@ -1,4 +1,4 @@
-"""What a run of the sonar head is asked to do."""
+"""What a run of the sonar head is asked to do: motion of the target, wiring of the neurons, and silicon."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ DURATION = 20.0  # s, two periods of the sine; ours
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a head is asked to do: a motion of `MOTIONS` for a time (s), with one of `WIRINGS`.
+    """A target that the head follows for a time (s), by one of `MOTIONS`, with one of `WIRINGS`.
 
-    area: of the chip's devices over the circuits'; silicon_noise: of these, by `noise_seed`, `seed` unless
-    given.
+    `area` is that of the chip's devices over the circuits'. Their noise is drawn from `noise_seed`, which is
+    `seed` unless given.
     """
 
     head: SonarHead = field(default_factory=SonarHead)
@@ -71,11 +71,11 @@ class Scenario:
 
     @property
     def silicon(self) -> Silicon:
-        """Process, temperature and die."""
+        """Process, temperature and die of the chip."""
         return Silicon(temperature_c=self.temperature_c, die=self.die)
 
     def noise(self, chip: Head) -> LsoNoise | None:
-        """Noise of a chip on the silicon."""
+        """Return the noise of a chip on the silicon, None where there is none."""
         seed = self.seed if self.noise_seed is None else self.noise_seed
         noise = silicon_noise(self.silicon_noise, seed)
         return None if noise is None else noise_of(chip, self.silicon, noise, self.area)

@@ -1,4 +1,4 @@
-"""Memory and choice of Curved Openspace, whatever flies or drives by it: Wen & Horiuchi 2022, section 2.
+"""Memory and choice of Curved Openspace, of bat and car alike: Wen & Horiuchi 2022, section 2.
 
     M_p <- max(M_p - I_d - I_inh [p in the ping's direction], min(f_p, E_MAX))                  equation (4)
     D_p = D_0p + H_pq + P [p in the head's direction] + G exp(-(p - p_g)^2 / sigma_g^2)
@@ -127,7 +127,7 @@ def inhibit(wish: F64, risk: F64, spread: F64) -> None:
 
 @_compiled
 def best(wish: F64) -> int:
-    """The arc with the largest desirability, the first of equals."""
+    """Return the number of the arc with the largest desirability, the first of equals."""
     first = 0
     for p in range(1, wish.size):
         if wish[p] > wish[first]:

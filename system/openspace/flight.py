@@ -1,4 +1,4 @@
-"""Flights through forests until a collision: runs, what ends them, and what is counted.
+"""Flights of a bat through forests until a collision: runs, what ends them, and what is counted.
 
 Wen & Horiuchi 2022, section 4.1: a run ends by a collision, after 2,500 s without a crossing of the left
 border (trapped), or after 250,000 s. After the latter two another run begins, in another forest, and the
@@ -63,7 +63,11 @@ _AT_ONCE = 200_000  # pings between signs of life
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run: its forest and start (m), how it ended, its log (float64[pings, 8], see the kernel)."""
+    """One flight.
+
+    forest : where it went; start, end : places, m; ended : as `undecided` or `collided`; log : float64[pings,
+    8], its columns as `system.openspace.state` has them.
+    """
 
     forest: Forest
     start: tuple[float, float]
@@ -108,7 +112,7 @@ Planter = Callable[[np.random.Generator], Forest]
 
 
 def planter(obstacles: int = OBSTACLES) -> Planter:
-    """Forests of so many obstacles, another one a run."""
+    """Return what plants a new forest of so many obstacles for every run."""
     return lambda random: plant(obstacles, random)
 
 
@@ -122,7 +126,7 @@ def fly_sample(
     progress: Callable[[float], None] | None = None,
     senses: Senses = EXACT,
 ) -> tuple[Sample, Run]:
-    """Fly until a collision, or so many pings.
+    """Fly until a collision, or until so many pings are made.
 
     Parameters
     ----------
@@ -157,7 +161,7 @@ def gets_on(progress: float, straight: float) -> bool:
 
 
 def ended_because(pings: int, *, collided: bool) -> str:
-    """Why a sample or flight of so many pings ended."""
+    """Say why a sample or flight of so many pings ended."""
     return "collided with an obstacle" if collided else f"all {pings} pings flown"
 
 

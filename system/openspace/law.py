@@ -149,7 +149,7 @@ class Arcs(NamedTuple):
 
 
 def arcs_of(bat: Bat) -> Arcs:
-    """Geometry and weights of a bat, with all its numbers."""
+    """Return geometry and weights of a bat's arcs, with all its numbers."""
     place = np.arange(ARCS, dtype=np.float64)
     share = (MIDDLE - place) / MIDDLE
     curvature = share / bat.least_radius

@@ -35,7 +35,10 @@ _compiled = compiled()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Forest:
-    """Obstacles on a torus. place: float64[obstacles, 2], x and y in m, from 0 to `SIDE`."""
+    """Obstacles on a square torus.
+
+    place : float64[obstacles, 2], x and y in m, from 0 to `SIDE`.
+    """
 
     name: str
     place: F64

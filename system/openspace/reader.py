@@ -1,4 +1,4 @@
-"""What a ranging chip makes of an echo's delay in the forest: a table a die and a temperature.
+"""What a ranging chip reads of an echo's delay in the forest: one table for a die and a temperature.
 
 The chip gets a call and, `delay` later, one echo. Its reading is the look-up value of the neuron that spikes
 first within `WINDOW` after the echo (ours; the shipped neurons take up to 3.3 ms); none is a missed echo. A
@@ -69,7 +69,7 @@ class Table(NamedTuple):
 
 
 def delays() -> F64:
-    """Delays of a table, s."""
+    """Return the delays of a table, s."""
     return np.asarray(STEP * np.arange(round(LONGEST / STEP) + 1, dtype=np.float64))
 
 

@@ -57,7 +57,7 @@ class Reader(NamedTuple):
 
 
 def no_reader() -> Reader:
-    """Of a chip without noise."""
+    """Return what stands for a reader where the chip makes no noise."""
     return Reader(np.zeros((0, 0)), np.zeros(0), no_jitter(), np.zeros(0))
 
 

@@ -49,7 +49,7 @@ class Flight(NamedTuple):
 
 
 def new_flight(x: float, y: float, heading: float, directions: int, obstacles: int, rows: int) -> Flight:
-    """A flight that begins: straight ahead, the head in the middle, nothing remembered."""
+    """Return a flight that begins: straight ahead, the head in the middle, nothing remembered."""
     counts = np.zeros(COUNTS, dtype=np.int64)
     counts[HEAD], counts[ARC], counts[HIT] = directions // 2, MIDDLE, -1
     pose = np.zeros(_POSE)

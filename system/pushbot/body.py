@@ -1,4 +1,4 @@
-"""The Pushbot: every number of its body in one place, its commands, and how it moves.
+"""The body of the Pushbot: every number of it in one place, its commands, and how it moves.
 
 Milde et al. 2017, sections 2.3 and 2.4. Equations (1) and (2) of the paper turn spikes a neuron in a window
 into what the robot's code takes:
@@ -34,7 +34,7 @@ SPEED_OF_FACTOR = 0.7  # m/s a unit of the speed factor at full drive, from 0.1 
 
 @dataclass(frozen=True, slots=True)
 class Pushbot:
-    """Numbers of the robot; SI units, angles in radians."""
+    """Numbers of the robot, in SI units, with angles in rad."""
 
     wheel_distance: float = 0.086  # m
     wheel_radius: float = 0.019  # m

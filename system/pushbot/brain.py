@@ -1,4 +1,4 @@
-"""Which network is on the Pushbot's chip, on which die, with which biases."""
+"""Which network runs on the Pushbot's chip, on which die, and with which biases."""
 
 from __future__ import annotations
 

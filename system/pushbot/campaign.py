@@ -214,5 +214,5 @@ def mean_sd(found: Sequence[Summary], name: str) -> tuple[float, float, int]:
 
 
 def standard_error(deviation: float, count: int) -> float:
-    """Of a mean."""
+    """Return the standard error of a mean, of the deviation of `count` values."""
     return deviation / sqrt(max(count, 1))

@@ -1,4 +1,4 @@
-"""Obstacle line of a scene, and how a path passed it (Milde et al. 2017, section 3.1, Table 1).
+"""The line of obstacles of a scene, and how a path passed it (Milde et al. 2017, section 3.1, Table 1).
 
 The line is perpendicular to the robot's first heading, through the mean of what stands or comes to stand in
 the way; where the robot's middle crosses it, the distance is that from its outline to the nearest obstacle.
@@ -41,7 +41,7 @@ class Course:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """How a line was passed.
+    """How a path passed the line of obstacles.
 
     distance: to the nearest obstacle on the line, m; closest: on the whole way, m; side: of the obstacles'
     middle, 1 left, -1 right, None where not crossed; between: whether obstacles were on both sides.

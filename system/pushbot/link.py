@@ -1,4 +1,4 @@
-"""Wi-Fi between robot and controller: what it carries comes later, and most events are dropped.
+"""The Wi-Fi between robot and controller: what it carries comes later, and most events are dropped.
 
 Milde et al. 2017, sections 2.3 and 3.4: 80 % of the events are dropped at random, to have less noise and less
 to send; latency is below 10 ms. Times of events are those of their arrival.

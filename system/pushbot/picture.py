@@ -1,4 +1,4 @@
-"""Picture of a Pushbot's run, like Figures 6, 8, 10 and 15 of Milde et al. 2017.
+"""Picture of a run of the Pushbot, like Figures 6, 8, 10 and 15 of Milde et al. 2017.
 
 Path from above; below it what the sensor sent in 0.5 s before some moments; then spikes of the obstacle and
 drive populations, of the target field where it has fired, and the commands.

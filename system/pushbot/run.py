@@ -48,7 +48,7 @@ SUMMARY = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """A run: world and robot at its end, what the chip did, the line of its obstacles, and why it ended."""
+    """What a run leaves: world and robot at its end, what the chip did, and why it ended."""
 
     scenario: Scenario
     scene: Scene
@@ -70,7 +70,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def make_brain(scenario: Scenario) -> Brain:
-    """The chip that a scenario asks for."""
+    """Return the chip that a scenario asks for."""
     return brain_of(
         scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind,
         calibrated=scenario.calibrated, noise=scenario.device_noise(),
@@ -81,7 +81,7 @@ def run_with(
     brain: Brain, scenario: Scenario, scene: Scene, readout: Readout,
     progress: Callable[[float], None] | None = None,
 ) -> Trace:  # fmt: skip
-    """Drive with a chip that is there."""
+    """Drive with a chip that has been made before."""
     robot = Pushbot(dropped=scenario.dropped)
     drive = begin_run(scene, seed=scenario.seed, die=scenario.die, robot=robot)
     course = course_of(scene)
@@ -119,7 +119,10 @@ def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run: `distance_cm` at the obstacle line, 0 after a collision, None where not crossed."""
+    """Return the numbers of a run by their names; None where a number is not defined.
+
+    `distance_cm` is that at the line of obstacles: 0 after a collision, None where it was not crossed.
+    """
     path = np.array(trace.drive.path)
     time = float(path[-1, 0])
     collided = trace.drive.touched is not None
@@ -150,7 +153,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 def account(trace: Trace) -> Account:
-    """What a run says of itself."""
+    """Say whether a run succeeded, why it ended, and what it ran on."""
     s, drive = trace.scenario, trace.drive
     standing = stood(np.array(drive.path))
     return Account(
@@ -183,7 +186,10 @@ def _gets_there(trace: Trace, standing: float) -> bool:
 
 
 def stood(path: F64) -> float:
-    """Share of the time in which a path, float64[n, 4] of s, m, m, rad, is slower than STANDS."""
+    """Return the share of the time in which a path is slower than `STANDS`.
+
+    path : float64[n, 4], time (s), place (m, m), heading (rad).
+    """
     return share_standing(path, STANDS, LOOK_STEPS)
 
 
@@ -192,7 +198,7 @@ def _cm(metres: float | None) -> float | None:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the run's own."""
+    """Return the entries that only this system's JSON document has, by their keys."""
     s, path = trace.scenario, np.array(trace.drive.path)
     time, found = rates(trace.brain.network, trace.record, max(float(path[-1, 0]), LOOK))
     readout, chip = s.read(), trace.brain.chip
@@ -215,14 +221,14 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def title(trace: Trace) -> str:
-    """Heading of a run's numbers."""
+    """Return the heading of the table of a run's numbers."""
     s = trace.scenario
     factors = f"speed factor {s.speed_factor:g}, turn factor {s.read().factors.turn:g}"
     return f"{trace.scene.name}, {factors}, {s.die}"
 
 
 def draw(trace: Trace, figure: Figure) -> None:
-    """Fill a figure with a run."""
+    """Fill an empty figure with a run."""
     draw_run(trace.scene, trace.drive, trace.brain, trace.record, account(trace).headline, figure)
 
 

@@ -1,4 +1,4 @@
-"""What a run of the Pushbot is asked to do."""
+"""What a run of the Pushbot is asked to do: scene, architecture of the network, readout, and the silicon."""
 
 from __future__ import annotations
 
@@ -23,15 +23,14 @@ MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are shor
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a Pushbot is asked to do.
+    """One drive of a Pushbot in a scene.
 
-    scene: name or file; colour: of its blocks, as they are unless given; light: as the scene's unless given;
-    window, readout: of equations (1) and (2), s; turn factor and window None for those of the architecture;
-    target: whether the field gets events, None where the scene has a target; temperature_c: of the run
-    (degC); calibrated: whether codes and neurons are those of the die's calibration, at 27 degC; frame and
-    raise_lateral: see `Architecture`; duration: s, None for the scene's; way: m after which the run ends too,
-    None for no such end; silicon_noise: of its devices, and its seed, None for `seed`, which is also that of
-    the scene and the sensor.
+    Equations (1) and (2) have the factors, `window` (s) and `readout`; turn factor and window are those of
+    the architecture unless given. `target` says whether the target field gets events, as where the scene has
+    a target unless given. `calibrated` says whether codes and neurons are those of the die's calibration at
+    27 degC. A run ends with `duration` (s), that of the scene unless given, or with `way` (m). For `frame`
+    and `raise_lateral` see `Architecture`. Noise is that of the chip's devices, drawn from `noise_seed`,
+    which is `seed` unless given; `seed` is that of scene and sensor too.
     """
 
     scene: str = option(DEFAULT_SCENE, "Its name, or a FILE.toml", metavar="SCENE", study=True)
@@ -90,11 +89,11 @@ class Scenario:
         check_noise(self.silicon_noise, self.noise_seed)
 
     def device_noise(self) -> SiliconNoise | None:
-        """Noise of the chips' devices."""
+        """Return the noise of the chips' devices, None where there is none."""
         return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
 
     def read(self) -> Readout:
-        """How spikes become commands."""
+        """Return how spikes become commands."""
         usual = DIRECT if self.readout == "spikes" else (LOOK if self.modified else REFERENCE)
         window = self.window if self.window is not None else usual
         turn = MODIFIED_TURN_FACTOR if self.modified else TURN_FACTOR
@@ -102,18 +101,18 @@ class Scenario:
         return Readout(Factors(self.speed_factor, turn), window, self.readout)
 
     def architecture(self) -> Architecture:
-        """What is on the chip."""
+        """Return which network is on the chip."""
         target = self.target if self.target is not None else self.scene in FIELD_SCENES
         return Architecture(self.modified, target, self.exc, self.frame, self.raise_lateral)
 
 
 def scene_of(scenario: Scenario) -> Scene:
-    """The scene in its light and colour; the scenario's seed is of what is scattered."""
+    """Return the scene in its light and colour; what is scattered in it is drawn from the seed."""
     scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
     return scene if scenario.colour is None else recoloured(scene, scenario.colour)
 
 
 def check_scene(scenario: Scenario) -> None:
-    """Refuse a readout, scene, light or colour that there is none of."""
+    """Raise an error for a readout, scene, light or colour that there is none of."""
     scenario.read()
     scene_of(scenario)

@@ -1,4 +1,4 @@
-"""What the command line asks for on ROLLS: its bias file, and options that only blocks have."""
+"""What the command line asks for on ROLLS: its file of biases, and options that only blocks have."""
 
 from __future__ import annotations
 

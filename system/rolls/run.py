@@ -1,4 +1,4 @@
-"""ROLLS as a study sees it: the rates of its 256 neurons on a die, all driven alike.
+"""A whole ROLLS die as a study sees it: the rates of its 256 neurons, all driven alike.
 
 Every neuron gets regular events of one rate through one excitatory virtual synapse, each with a phase of its
 own that the seed draws, so that what differs between neurons is silicon. No neuron is connected to another,
@@ -38,7 +38,11 @@ SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lo
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run: its spikes, the rate of each neuron, Hz, which fire without input, the chip's cautions."""
+    """What a run leaves.
+
+    spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
+    without input, bool[256]; cautions : sentences of the chip.
+    """
 
     scenario: Scenario
     spikes: Spikes
@@ -48,7 +52,10 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Put the die in its drive; raises `DataError` for a bias file that is none."""
+    """Drive the die and return its spikes and rates.
+
+    Raises `DataError` for a file of biases that is none.
+    """
     s = scenario
     neurons = tuple(range(NEURONS))
     table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
@@ -64,7 +71,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def events(s: Scenario) -> Inputs:
-    """Regular events of every neuron, each with its own phase."""
+    """Return the regular events of every neuron, each with a phase of its own."""
     draws = np.random.default_rng(s.seed)
     phase = draws.uniform(0.0, 1.0, NEURONS)
     count = int(s.input_rate * s.duration)
@@ -79,7 +86,10 @@ def events(s: Scenario) -> Inputs:
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run: rates in Hz, counts of neurons and events."""
+    """Return the numbers of a run by their names; None where a number is not defined.
+
+    Rates are in Hz; the others are counts of neurons and events.
+    """
     rates = trace.rates
     mean = float(rates.mean())
     firing = rates[rates > 0.0]
@@ -96,7 +106,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 def account(trace: Trace) -> Account:
-    """What a run says of itself."""
+    """Say whether a run succeeded, why it ended, and what it ran on."""
     s, found = trace.scenario, summarise(trace)
     driven = ("silent", "hot", "restless", "events_lost", "spikes_lost")
     wrong = driven if s.input_rate else ("population_rate", "restless")
@@ -133,7 +143,7 @@ def draw(trace: Trace, figure: Figure) -> None:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the run's own."""
+    """Return the entries that only this system's JSON document has, by their keys."""
     return {
         "rates_Hz": trace.rates,
         "restless": trace.restless,
@@ -143,7 +153,7 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def title(trace: Trace) -> str:
-    """Heading of a run's numbers."""
+    """Return the heading of the table of a run's numbers."""
     s = trace.scenario
     return f"{s.die}, {s.temperature_c:g} degC, {s.input_rate:g} events/s a neuron"
 

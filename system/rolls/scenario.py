@@ -1,4 +1,4 @@
-"""What a die of ROLLS is driven with."""
+"""What a die of ROLLS is driven with: biases, regular events of every neuron, and the silicon."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ STUDY_DURATION = 4.0  # s, unless asked
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A die and its drive: events at `input_rate` (Hz) a neuron, `duration` s; seed: of events and noise."""
+    """A die and its drive: events at `input_rate` (Hz) for every neuron, for `duration` s.
+
+    Phases of the events, and noise, are drawn from the seed.
+    """
 
     bias_file: str | None = option(
         None, "Codes: rolls_default, rolls_parallella or a CSV; the first unless given", metavar="FILE",
@@ -45,5 +48,5 @@ class Scenario:
 
 
 def check_codes(scenario: Scenario) -> None:
-    """Raise `DataError` for a bias file that is none."""
+    """Raise `DataError` for a file of biases that is none."""
     bias_table(scenario.bias_file)

@@ -1,4 +1,4 @@
-"""The rover's body and senses: every number in one place, and how it moves (Hwu et al. 2018, II.F, II.G).
+"""The body of the rover: every number of it in one place, and how it moves (Hwu et al. 2018, II.F, II.G).
 
 Skid steering: the wheels of a side turn together, so for the speeds l and r of the two sides
 
@@ -21,7 +21,7 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class Rover:
-    """Numbers of a rover; SI units, angles in radians."""
+    """Numbers of a rover's body and senses, in SI units, with angles in rad."""
 
     reach: float = 10.0  # m from a waypoint, when the next one is taken; the paper's
     speed: float = 1.0  # m/s; ours

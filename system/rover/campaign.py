@@ -49,7 +49,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a condition gave.
+    """What a condition gave on all dies and routes.
 
     worst: largest regret of a path, as a share of its lowest cost; nominal: share of paths optimal on the
     nominal die, NaN where that is outside; unit: mean delay of a unit of cost over the dies, s, and spread:

@@ -44,7 +44,11 @@ _SHOWN = 20  # characters of an offending value that an error repeats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CostMap:
-    """Costs, int64[rows, columns], 0 where blocked; width (east) and height (north) of a cell, m."""
+    """A grid of costs.
+
+    costs : int64[rows, columns], 0 where a cell is blocked.
+    cell_width, cell_height : extent of a cell to the east and to the north, m.
+    """
 
     name: str
     costs: I64

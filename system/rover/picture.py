@@ -1,4 +1,4 @@
-"""Pictures of rovers: a cost map in m, planned ways and driven ways on it, and a scale bar."""
+"""Pictures of a rover: the cost map in m, planned and driven ways on it, and a scale bar."""
 
 from __future__ import annotations
 

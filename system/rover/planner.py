@@ -1,4 +1,4 @@
-"""Path planners on a cost map, and how a path is counted.
+"""Planners of paths on a cost map, and how the paths that they find are counted.
 
 Length is the number of cells of a path, cost the sum of the map over them, start and goal included in both.
 So counted, the paper's map of one cost gives 8.5 cells and 3 x 8.5 = 25.5 (Hwu et al. 2018, Table I, first
@@ -50,14 +50,14 @@ class Plan:
 
 
 def planner_named(name: str) -> Planner:
-    """One of `PLANNERS`; raises `UnknownNameError`."""
+    """Return one of `PLANNERS` by its name; raises `UnknownNameError` for another name."""
     if name not in PLANNERS:
         raise unknown_name("planner", name, PLANNERS)
     return PLANNERS[name]
 
 
 def plan_path(cost_map: CostMap, start: Cell, goal: Cell, planner: Planner) -> Plan:
-    """Plan and count.
+    """Plan a path on a map and count what it costs.
 
     Raises
     ------

@@ -46,7 +46,10 @@ SUMMARY = (
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """One plan and its drive; `map_error`: mean error of the learnt delays after it, NaN where none are."""
+    """One plan and the drive along it.
+
+    map_error : mean error of the learnt delays after the trip, NaN where nothing is learnt.
+    """
 
     plan: Plan
     drive: Drive
@@ -55,7 +58,7 @@ class Trip:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run: the map as the need sees it, and its trips."""
+    """What a run leaves: the map as the need sees it, and all trips."""
 
     scenario: Scenario
     cost_map: CostMap
@@ -63,7 +66,7 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Plan and drive every trip."""
+    """Plan and drive every trip of a scenario."""
     cost_map = for_need(load_map(scenario.map), scenario.need)
     planner = planner_of(scenario, cost_map)
     learnt = None
@@ -80,7 +83,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
-    """The planner that a scenario asks for.
+    """Return the planner that a scenario asks for.
 
     Raises `UnknownNameError` for a planner, and `ParameterError` for cells, for a chip without a wave, and
     for a map that has no codes on it.
@@ -123,7 +126,10 @@ def _trip(
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
-    """Scalars of a run, of its last trip; interventions and outages of all."""
+    """Return the numbers of a run by their names; None where a number is not defined.
+
+    They are those of the last trip, but interventions and outages of the GPS are summed over all trips.
+    """
     trip = trace.trips[-1]
     plan, driven = trip.plan, trip.drive
     planned = polyline(trace.cost_map, plan.path)
@@ -146,7 +152,10 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 
 def account(trace: Trace) -> Account:
-    """What a run says of itself: way and standing of the last trip, success of all."""
+    """Say whether a run succeeded, why it ended, and what it ran on.
+
+    Way and standing are those of the last trip; a run succeeds where all trips arrive.
+    """
     s, driven = trace.scenario, trace.trips[-1].drive
     on: dict[str, Any] = {"planner": s.planner, "cells": s.cells}
     if s.cells == "chip":
@@ -199,7 +208,10 @@ def draw(trace: Trace, figure: Figure) -> None:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the run's own; planned and driven way are those of the last trip."""
+    """Return the entries that only this system's JSON document has, by their keys.
+
+    The planned and the driven way are those of the last trip.
+    """
     last = trace.trips[-1]
     return {
         "map": trace.cost_map.name,
@@ -228,7 +240,7 @@ def _described(trip: Trip) -> dict[str, Any]:
 
 
 def told(trace: Trace) -> Iterator[str]:
-    """The last way, and a line a trip where there are several."""
+    """Return the last planned way, and a line for each trip where there are several."""
     way = " ".join(f"{row},{column}" for row, column in trace.trips[-1].plan.path.tolist())
     yield f"planned on {trace.cost_map.name}: {way}"
     for k, trip in enumerate(trace.trips if len(trace.trips) > 1 else ()):
@@ -238,7 +250,7 @@ def told(trace: Trace) -> Iterator[str]:
 
 
 def title(trace: Trace) -> str:
-    """Heading of a run's numbers."""
+    """Return the heading of the table of a run's numbers."""
     s = trace.scenario
     die = "" if s.cells == "ideal" else f", {s.temperature_c:g} degC, {s.die}"
     return f"{s.planner} on {s.cells} cells{die}"

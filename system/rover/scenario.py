@@ -1,4 +1,4 @@
-"""What a run of the rover is asked to do."""
+"""What a run of the rover is asked to do: map, route, planner, how much it knows, and on which silicon."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a rover is asked to do.
+    """A route that a rover plans and drives, once or on several trips.
 
-    map: name or file; start, goal: (row, column); planner: one of `PLANNERS`; cells: one of `CELLS`; need:
-    what the map's costs stand for; learn: rate of equation (5), None where the map is known; trips: how
-    often the way is planned and driven; posts: unmapped obstacles; sonar: whether the rover sees them.
+    `need` says what the costs of the map stand for; `learn` is the rate of equation (5), None where the map
+    is known; `posts` are obstacles that no map has, and `sonar` says whether the rover sees them. With
+    `cells=chip` the wave runs on a die.
     """
 
     map: str = option(DEFAULT_MAP, "As map1-road, or a file of costs", metavar="MAP", study=True)
@@ -58,5 +58,8 @@ class Scenario:
 
 
 def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
+    """Say what puts a chip into the loop.
+
+    The text is empty where a chip is in the loop.
+    """
     return "" if scenario.cells == "chip" else "add `cells=chip`"

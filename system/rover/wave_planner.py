@@ -49,7 +49,11 @@ def plan_discrete(costs: I64, start: Cell, goal: Cell) -> I64 | None:
 
 @dataclass(frozen=True, slots=True)
 class ChipPlanner:
-    """A wavefront chip of `cells`, as large as the map, with its unit delay, s; number: of the plan."""
+    """A planner by a wavefront chip that is as large as the map.
+
+    cells : the cells of a die; unit : delay of a unit of cost, s; number : of the plan, by which its noise is
+    drawn.
+    """
 
     cells: ChipCells
     unit: float = UNIT

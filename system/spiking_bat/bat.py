@@ -1,4 +1,4 @@
-"""A bat steered by the spike-latency network: given spikes of a ping, and what its motors' spikes say.
+"""Pings to the spike-latency network, and what the spikes of its motors make a bat do.
 
 A ping gives the network its onset, its direction, the goal, and an echo for every obstacle in the field of
 view, at that obstacle's echo delay, into the neuron of the head map whose place is nearest. A spike of a head
@@ -85,7 +85,7 @@ def look(arcs: Arcs, offset: F64, heading: float, head: int, found: F64, which: 
 
 
 def goal_neuron(arcs: Arcs, heading: float) -> int:
-    """Goal neuron that spikes, the goal lying due west of a heading (rad)."""
+    """Return the goal neuron that spikes where the goal lies due west of a heading (rad)."""
     return int(goal_arc(arcs, heading) + 0.5)
 
 

@@ -1,4 +1,4 @@
-"""What steers a bat by spikes: a ping in, the motors' words out, whatever lies between.
+"""What steers a bat by spikes, whatever it is made of: a ping goes in, the answer of the motors comes out.
 
 A brain is told the head's direction, the goal neuron and what the ping shows, and says where the head goes,
 which body motors spiked and when, and whether the bat has to turn round, until the next ping.
@@ -42,7 +42,7 @@ class Reply(Protocol):
 
 
 class Brain(Protocol):
-    """Steers a bat."""
+    """A brain that steers a bat."""
 
     @property
     def period(self) -> float:

@@ -120,7 +120,7 @@ def network_maker() -> Maker:
 
 
 def crossed(make: Maker, seed: int) -> Crossed:
-    """Fly the forest of a seed."""
+    """Fly the forest of a seed and return what became of the flight."""
     arcs = _arcs()
     forest, start = place(Scenario(seed=seed), arcs)
     return judged(seed, fly(make(seed), arcs, forest, start, PINGS, CROSSINGS, patience=WINDOW))

@@ -1,4 +1,4 @@
-"""A bat steered by the latency chip: maps that send addresses, the chip, and motors that read them.
+"""The brain of a bat on the latency chip: maps that send addresses, the chip, and motors that read them.
 
 The maps are boards beside the chip: an echo's spike goes to every memory whose arc its place blocks, after
 the delay of equation (7); places that two echoes share spike once, as a map's neuron does. The goal's and the
@@ -50,7 +50,7 @@ class ChipReply:
 
 @dataclass(slots=True)
 class ChipBrain:
-    """Maps, chip and motors; time and what was lost are counted on.
+    """Maps, chip and motors as a brain; the time, and what was lost, are counted on from ping to ping.
 
     temperature: degC over time (s from the begin), the chip's own throughout unless given.
     """

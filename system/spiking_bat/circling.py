@@ -1,4 +1,4 @@
-"""Loops: flights that shuttle about one place by one emergency after the other, and never leave it.
+"""Flights that shuttle about one place by one emergency after the other, and never leave it.
 
 A memory only grows until a reset: pings to the sides keep what earlier ones left, seen from places that the
 bat has passed, and places of the map are 0.2 m and 4 degrees apart, so that an obstacle that is just beside

@@ -1,4 +1,4 @@
-"""Flight through a forest, steered by spikes: of the spike-latency network, or of its chip.
+"""A flight through a forest that is steered by spikes, of the spike-latency network or of its chip.
 
 The brain runs on without a break, a ping every period. Between pings the bat flies its arc; where body
 motors spiked it turns at the first one's spike onto the mean of their arcs; at the emergency neuron's it

@@ -1,4 +1,4 @@
-"""The spike-latency network of integrate-and-fire neurons alone, in the same places with the same synapses.
+"""The spike-latency network built of integrate-and-fire neurons alone, with the same synapses.
 
 The paper: Hodgkin-Huxley neurons are not necessary, "the proposed network can produce similar results using
 simpler neural models", and gives no numbers of it. Here each of the 2,078 becomes an integrate-and-fire

@@ -1,4 +1,4 @@
-"""Numbers of the spike-latency network of Wen & Horiuchi 2022, section 3, and which of them are ours.
+"""Every number of the spike-latency network of Wen & Horiuchi 2022, section 3, and which of them are ours.
 
 The paper gives the forms of all equations, (7) to (14), and these: 33 motor choices in 5 groups, maps of 471
 neurons, 2,931 integrate-and-fire and 2,078 Hodgkin-Huxley neurons, dt 0.02 ms, step currents of 20 ms, a
@@ -22,7 +22,9 @@ SOUND = 343.0  # m/s
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Times in s, conductances in S/m^2, currents of conductors in A/m^2; thresholds of integrators are 1.
+    """Numbers of the network: times in s, conductances in S/m^2, currents of conductors in A/m^2.
+
+    Thresholds of integrators are 1, so that their charges have no unit.
 
     Whatever the paper does not give is ours; "given" marks the paper's. suppression, goal, direction,
     sharp_turn_cost and emergency were chosen by the scene of Figure 12 and by the nominal chip's crossings of

@@ -41,7 +41,7 @@ SUMMARY = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emer
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A flight and where it was."""
+    """What a run leaves: the flight, the forest that it went through, and counts of its chip."""
 
     scenario: Scenario
     forest: Forest
@@ -51,7 +51,7 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Fly once.
+    """Fly once and return the flight.
 
     Raises `DataError` for a map that is none, `ParameterError` for a forest too dense, a start inside a zone
     of collision, and what does not fit the network.
@@ -65,7 +65,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 
 def brain_of(scenario: Scenario, arcs: Arcs) -> Brain:
-    """The brain of a scenario."""
+    """Return the brain that a scenario asks for, ready for its first ping."""
     if scenario.brain == "network":
         return network_brain(arcs, scenario.numbers)
     if scenario.brain == "lif":
@@ -78,7 +78,10 @@ def brain_of(scenario: Scenario, arcs: Arcs) -> Brain:
 
 
 def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
-    """The chip of a scenario; raises `ParameterError` for silicon or codes that there are none of."""
+    """Return the chip of a scenario.
+
+    Raises `ParameterError` for silicon or codes that there are none of.
+    """
     s = scenario
     silicon = Silicon(temperature_c=s.temperature_c, die=s.die)
     if s.codes == CODES[1]:
@@ -95,21 +98,27 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
 
 
 def place(scenario: Scenario, arcs: Arcs) -> tuple[Forest, tuple[float, float]]:
-    """Forest and start, those of the analog model's first run with this seed."""
+    """Return forest and start, those of the analog model's first run with this seed."""
     random = np.random.default_rng((scenario.seed, 0, 0))
     forest = plant(scenario.obstacles, random) if scenario.map is None else read_forest(scenario.map)
     return forest, begin(arcs, forest, random, scenario.start)
 
 
 def summarise(trace: Trace) -> dict[str, float]:
-    """Scalars of a flight; where `collided` is 0 it would have gone on."""
+    """Return the numbers of a flight by their names.
+
+    Where `collided` is 0 the flight would have gone on.
+    """
     found = {name: float(getattr(trace.flown, name)) for name in SUMMARY}
     found["progress_m"] = progress(trace.flown.path)
     return found | {name: float(count) for name, count in trace.counts.items()}
 
 
 def account(trace: Trace) -> Account:
-    """What a flight says of itself, as of `system.forest.run`."""
+    """Say whether a run succeeded, why it ended, and what it ran on.
+
+    As `system.forest.run`, which flies the analog model.
+    """
     s, flown = trace.scenario, trace.flown
     on: dict[str, Any] = {"brain": s.brain}
     if s.brain == "chip":
@@ -136,7 +145,10 @@ def progress(path: F64) -> float:
 
 
 def document(trace: Trace) -> dict[str, Any]:
-    """Entries of JSON that are the flight's own; a row is a stretch of one arc."""
+    """Return the entries that only this system's JSON document has, by their keys.
+
+    A row is a stretch along one arc.
+    """
     s, log = trace.scenario, trace.flown.log
     return {
         **({"temperature_C": s.course or s.temperature_c} if s.brain == "chip" else {}),
@@ -152,19 +164,19 @@ def document(trace: Trace) -> dict[str, Any]:
 
 
 def title(trace: Trace) -> str:
-    """Heading of a flight's numbers."""
+    """Return the heading of the table of a run's numbers."""
     s = trace.scenario
     return f"{s.brain}, {len(trace.forest.place)} obstacles, {s.max_speed:g} m/s, {s.ping_rate:g} Hz"
 
 
 def where(trace: Trace) -> tuple[str, ...]:
-    """Where the flight began and ended."""
+    """Return a line with the places where the flight began and ended."""
     begin_at, end_at = ("{:.2f},{:.2f}".format(*at) for at in (trace.start, trace.flown.end))
     return (f"flight from {begin_at} m to {end_at} m",)
 
 
 def told(trace: Trace) -> tuple[str, ...]:
-    """How a flight that did not end goes on."""
+    """Return how a flight that did not end could go on."""
     return () if trace.flown.collided else ("`pings=N` flies on",)
 
 

@@ -1,4 +1,4 @@
-"""What a flight that is steered by spikes is asked to do."""
+"""What a flight that is steered by spikes is asked to do: brain, bat, forest, and the silicon of a chip."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ROOM_TEMPERATURE = 27.0  # degC
 
 
 def read_unit(text: str, name: str) -> tuple[int, int]:
-    """Memory and number of a unit from `MEMORY,UNIT`; raises `ParameterError`."""
+    """Return memory and number of a unit of the text `MEMORY,UNIT`; raises `ParameterError`."""
     parts = text.split(",")
     if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
         raise ParameterError(f'{name}: "{text}", must be MEMORY,UNIT; write as in `{name}=16,5`')
@@ -32,14 +32,13 @@ def read_unit(text: str, name: str) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a bat that thinks in spikes is asked to do.
+    """One flight of a bat whose brain answers by spike latencies.
 
-    brain: one of `BRAINS`; max_speed: m/s, straight ahead; ping_rate: Hz; paths, taps: memories, and taps of
-    a delay line; map: file of obstacles, None to plant `obstacles` from the seed; start: x, y in m, drawn
-    unless given; pings: after which a flight ends undecided. Of a chip: its silicon, codes (`usual`, or
-    `calibrated` on its die at 27 degC), area of its devices, over the circuits', and units at transistor
-    level, by memory and number; course: pairs of time (s) and degC that the temperature follows after its
-    beginning, `temperature_c`; silicon_noise: of its devices, by the seed.
+    `paths` are its memories, and `taps` those of a delay line. `map` is a file of obstacles, None to plant
+    `obstacles` from the seed. Of a chip: `codes` are the usual ones, or calibrated on its die at 27 degC;
+    `area` is that of its devices over the circuits'; `units` are those at transistor level, by memory and
+    number. `course` has pairs of time (s) and degC that the temperature follows after its beginning,
+    `temperature_c`.
     """
 
     brain: str = option(BRAINS[0], "Ideal neurons, a die's, or integrate-and-fire ones", choices=BRAINS)
@@ -91,17 +90,20 @@ class Scenario:
 
     @property
     def numbers(self) -> Numbers:
-        """Numbers of its network or chip."""
+        """Numbers of its network or chip, at its rate of pings."""
         return numbers_at(self.ping_rate, self.taps, self.paths)
 
 
 def no_silicon(scenario: Scenario) -> str:
-    """What puts a chip into the loop, "" where one is."""
+    """Say what puts a chip into the loop.
+
+    The text is empty where a chip is in the loop.
+    """
     return "" if scenario.brain == "chip" else "add `brain=chip`"
 
 
 def make(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields as they are; a map has its own obstacles."""
+    """Return the fields as they are, after a check that a map is not given other obstacles."""
     if fields.get("map") is not None and "obstacles" in fields:
         raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
     return fields

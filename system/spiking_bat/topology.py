@@ -38,12 +38,12 @@ _ONCE = math.inf  # refractory, or on, until the next ping
 
 
 def published(arcs: Arcs, numbers: Numbers) -> Network:
-    """The network of a bat's arcs."""
+    """Return the network of a bat's arcs."""
     return wire(populations(arcs, numbers), projections(arcs, numbers), release="onset")
 
 
 def projections(arcs: Arcs, numbers: Numbers) -> list[Projection]:
-    """All synapses."""
+    """Return all synapses of the network."""
     return [
         *_sensory(arcs, numbers),
         *_memory(numbers),
@@ -53,7 +53,7 @@ def projections(arcs: Arcs, numbers: Numbers) -> list[Projection]:
 
 
 def populations(arcs: Arcs, s: Numbers) -> dict[str, Population]:
-    """All neurons and inputs by name."""
+    """Return all neurons and inputs of the network by name."""
     n, memory = len(places()), (ARCS, s.taps)
     passive = passive_current(arcs, s)
     return {

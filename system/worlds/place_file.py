@@ -1,4 +1,4 @@
-"""Places of obstacles in a file: CSV with the header `x_m,y_m`, then a place a line, in m."""
+"""Files of obstacles: CSV with the header `x_m,y_m`, then the place of an obstacle a line, in m."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Share of its time for which something that moves stands still."""
+"""The share of its time for which something that moves stands still."""
 
 from __future__ import annotations
 

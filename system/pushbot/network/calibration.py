@@ -1,4 +1,4 @@
-"""Calibration of the Pushbot's network on a die: codes and neurons with which it does what it is to do.
+"""Calibration of the Pushbot's network on a die: codes and neurons with which it does what it is made for.
 
 The paper's robot was tuned by hand, for one chip. Here a chip is brought at 27 degC to the rates that the
 codes of `system.pushbot.network.biases` give on the nominal die, as a lab would bring its chips to one data
@@ -81,7 +81,7 @@ def calibrate_pushbot(
 
 
 def dropped(found: Calibration) -> frozenset[int]:
-    """Neurons that are left out."""
+    """Return the neurons that are left out."""
     return frozenset(k for gone in found.blacklist.values() for k in gone)
 
 

@@ -1,1 +1,1 @@
-"""Scenes for small robots."""
+"""Scenes for small robots: what stands in an arena, how it moves, and what a robot touches."""

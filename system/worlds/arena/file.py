@@ -1,4 +1,4 @@
-"""Scene files: TOML that a user can write.
+"""Scene files: a world for a small robot in TOML, which a user can write.
 
     summary = "text"                                light = "normal" | "dark" | "very-dark" | lux
     floor = "white"                                 sky = "white"
@@ -46,12 +46,12 @@ _MARGIN = 0.2  # m that clutter keeps from the walls; ours
 
 
 def scene_names() -> list[str]:
-    """Names of the scenes that come with the package."""
+    """Return the names of the scenes that come with the package."""
     return sorted(path.stem for path in SCENES.glob("*.toml"))
 
 
 def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
-    """Scene by name, or of a file whose name ends with .toml.
+    """Return a scene by its name, or that of a file whose name ends with .toml.
 
     Parameters
     ----------

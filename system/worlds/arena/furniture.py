@@ -21,18 +21,18 @@ CHAIR_LOW, CHAIR_HIGH = 0.42, 0.50  # m: under and upper side of the seat
 
 
 def block(name: str, it: BlockTable) -> list[Body]:
-    """A box."""
+    """Return the body of a box."""
     return [Body(name, it.at, it.size, it.height, it.colour, it.heading, it.base, motion=it.motion)]
 
 
 def cup(name: str, it: CupTable) -> list[Body]:
-    """A cylinder."""
+    """Return the body of a cylinder."""
     size = (it.diameter, it.diameter)
     return [Body(name, it.at, size, it.height, it.colour, base=it.base, is_round=True, motion=it.motion)]
 
 
 def robot(name: str, it: RobotTable) -> list[Body]:
-    """Another Pushbot with an LED on top; tracks beside its body have a reflectance of their own."""
+    """Return the bodies of another Pushbot with an LED on top; tracks have a reflectance of their own."""
     led = Led() if it.led is True else it.led or None
     if it.tracks is None:
         return [Body(name, it.at, ROBOT_SIZE, ROBOT_HEIGHT, it.colour, it.heading, motion=it.motion, led=led)]
@@ -52,7 +52,7 @@ def robot(name: str, it: RobotTable) -> list[Body]:
 
 
 def person(name: str, it: PersonTable) -> list[Body]:
-    """Two legs that swing against each other as the person walks."""
+    """Return two legs that swing against each other as the person walks."""
     side = -0.5 * HIP * math.sin(it.heading), 0.5 * HIP * math.cos(it.heading)
     legs = []
     for leg, sign in (("left", 1.0), ("right", -1.0)):
@@ -68,7 +68,7 @@ def person(name: str, it: PersonTable) -> list[Body]:
 
 
 def desk(name: str, it: DeskTable) -> list[Body]:
-    """A table: four legs and a top."""
+    """Return the four legs and the top of a table."""
     at, heading = it.at, it.heading
     top = Body(f"{name}.top", at, it.size, it.height, it.colour, heading, it.height - TABLE_TOP)
     half = 0.5 * it.size[0] - TABLE_INSET, 0.5 * it.size[1] - TABLE_INSET
@@ -83,7 +83,7 @@ def desk(name: str, it: DeskTable) -> list[Body]:
 
 
 def chair(name: str, it: ChairTable) -> list[Body]:
-    """An office chair: a cross of two low bars, a post and a seat."""
+    """Return an office chair: a cross of two low bars, a post and a seat."""
     at, bar = it.at, (CHAIR_FOOT, CHAIR_FOOT_HEIGHT)
     return [
         Body(f"{name}.bar", at, bar, CHAIR_FOOT_HEIGHT, COLOURS["grey"], it.heading),
@@ -95,7 +95,7 @@ def chair(name: str, it: ChairTable) -> list[Body]:
 
 
 def placed(at: Point, heading: float, ahead: float, left: float) -> Point:
-    """Point of a body's frame (m) on the floor."""
+    """Return the place on the floor of a point in a body's frame (m)."""
     cos, sin = math.cos(heading), math.sin(heading)
     return at[0] + cos * ahead - sin * left, at[1] + sin * ahead + cos * left
 

@@ -82,7 +82,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """Something upright.
+    """Something upright that stands or moves on the floor.
 
     size: (length along its heading, width across), m; a cylinder has one diameter, twice.
     base, height: m above the floor of its underside and its top.
@@ -192,7 +192,7 @@ def _reflectance_of(colour: str) -> float:
 
 
 def recoloured(scene: Scene, colour: str) -> Scene:
-    """The scene with its blocks in another colour."""
+    """Return the scene with its blocks in another colour."""
     reflectance = _reflectance_of(colour)
     bodies = tuple(
         replace(b, reflectance=reflectance, top=None) if b.name.startswith("block") else b

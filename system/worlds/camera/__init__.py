@@ -1,1 +1,1 @@
-"""The dynamic vision sensor."""
+"""The dynamic vision sensor: pixels, their events, and the bus that reads them out."""

@@ -39,7 +39,7 @@ class Events:
 
 
 def joined(parts: Sequence[Events]) -> Events:
-    """Events of several stretches of time as one."""
+    """Return the events of several stretches of time as one."""
     if not parts:
         none = np.empty(0, dtype=np.int64)
         return Events(np.empty(0), none, none, np.empty(0, dtype=np.bool_))

@@ -1,4 +1,4 @@
-"""Blinking lights in a picture: the pixels they fall on and what they add there while on, compiled.
+"""Blinking lights in a picture, compiled: the pixels that they fall on, and what they add there while on.
 
 A light is smaller than a pixel from 0.6 m on. It is seen as a square of the same area, blurred by a Gaussian
 (the lens, and carriers that diffuse in the silicon) and integrated over each pixel, so that a moving light

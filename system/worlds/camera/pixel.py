@@ -15,7 +15,7 @@ _compiled = compiled()
 
 
 class Pixels(NamedTuple):
-    """The silicon, number of a pixel: column * rows + row.
+    """The silicon of all pixels; the number of a pixel is column * rows + row.
 
     on, off (log light), leak (1/s, of log light): float64[pixels]; hot: int64[hot pixels]. dark: lux;
     follower: Hz; per_lux: Hz/lux; refractory: s; noise: Hz in the dark; noise_lux: where it is half of that;

@@ -29,7 +29,10 @@ _compiled = compiled()
 
 
 class Camera(NamedTuple):
-    """columns and rows; focal: pixels; height: m above the floor; ahead: m before the robot's middle.
+    """The optics of a sensor.
+
+    columns, rows : of pixels; focal : length in pixels; height : above the floor, m; ahead : before the
+    robot's middle, m.
 
     blur: pixels, sigma of a point of light.
     """

@@ -49,7 +49,7 @@ _compiled = compiled()
 
 @dataclass(frozen=True, slots=True)
 class Dvs:
-    """Numbers of a sensor; SI units, thresholds in natural log light."""
+    """Numbers of a sensor in SI units; thresholds are in natural log light."""
 
     columns: int = 128
     rows: int = 128
@@ -97,7 +97,7 @@ class Segment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensor:
-    """A sensor of some silicon before a scene."""
+    """A sensor of a die before a scene."""
 
     dvs: Dvs
     stage: Stage
@@ -127,7 +127,7 @@ class Eye:
 
 
 def camera_of(dvs: Dvs) -> Camera:
-    """Its optics."""
+    """Return the optics of a sensor."""
     focal = 0.5 * dvs.columns / math.tan(0.5 * dvs.field)
     return Camera(dvs.columns, dvs.rows, focal, dvs.height, dvs.ahead, dvs.blur)
 
@@ -165,7 +165,7 @@ def _draws(dvs: Dvs, die: Die, name: str) -> F64:
 
 
 def sensor_of(dvs: Dvs, scene: Scene, die: Die = NOMINAL) -> Sensor:
-    """A sensor of a die before a scene."""
+    """Return the sensor of a die before a scene."""
     stage = stage_of(scene)
     return Sensor(dvs, stage, camera_of(dvs), pixels_of(dvs, die, darkest(stage)))
 

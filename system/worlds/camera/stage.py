@@ -25,7 +25,7 @@ PLAIN = -1  # in the place of a texture
 
 
 class Stage(NamedTuple):
-    """Solids, then walls, in SI units.
+    """The solids of a scene, then its walls, as arrays in SI units.
 
     Faces: side (float64[faces, 4], m: x, y of both ends in the body's frame), owner (its solid), band_begin
     ([faces + 1]). Solids: begin ([solids + 1], their faces), radius (m, 0 for prisms), base and height (m),
@@ -58,7 +58,7 @@ class Stage(NamedTuple):
 
 
 def stage_of(scene: Scene) -> Stage:
-    """Arrays of a scene."""
+    """Return the arrays of a scene."""
     walls = [_as_body(w) for w in scene.walls]
     things = [*scene.bodies, *walls]
     sides = [_sides(b) for b in scene.bodies] + [np.array([[*w.start, *w.end]]) for w in scene.walls]

@@ -48,7 +48,7 @@ MAX_ITERATIONS = 100
 
 @dataclass(frozen=True, slots=True)
 class Air:
-    """Still air.
+    """Still air between a sonar and its reflectors.
 
     Attributes
     ----------

@@ -114,7 +114,7 @@ Trajectory = ConstantVelocity | Waypoints | Approach
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """One reflector.
+    """One reflector that a sonar hears.
 
     Attributes
     ----------

@@ -83,9 +83,7 @@ def test_delay_takes_arrays() -> None:
 
 
 @given(ranges, ranges)
-def test_echo_falls_with_the_square_in_pressure_and_the_fourth_power_in_intensity(
-    one: float, other: float
-) -> None:
+def test_the_pressure_of_an_echo_falls_with_the_square_of_range(one: float, other: float) -> None:
     assert echo_pressure(one) / echo_pressure(other) == pytest.approx((other / one) ** 2, rel=1e-12)
 
 
