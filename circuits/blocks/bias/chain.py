@@ -28,10 +28,11 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.devices import Source, Transistor
-from circuits.devices.source import Constant
+from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError
 from circuits.silicon.process import Polarity
@@ -44,7 +45,7 @@ from circuits.units import quantity
 NEURONS = 13
 BIASED_SIZE = 6e-6  # m, width and length of mi5 and me4
 SIDE = 24e-6  # m; ours: V_T of a device 0.8 mV, a quarter of a 6/6 device's
-DURATION = 1e-3  # s; ours: nothing moves
+STOP = 1e-3  # s; ours: nothing moves
 
 # Of stages 1 to 12; ours, so that the currents are those of the facts within 1 %.
 RECIPROCAL_RATIOS = (1.040, 1.050, 1.063, 1.081, 1.100, 1.124, 1.155, 1.199, 1.265, 1.382, 1.644, 2.883)
@@ -106,18 +107,14 @@ def build(params: Params = Params()) -> Circuit:
         for what, device in devices.items()
     )
     instances = tuple(
-        Instance(
-            name,
-            chain,
-            {"vdd": "vdd", "v": f"v_{short}_tau", "v_start": f"v_{short}_start", "v_step": f"v_{short}_step"},
-        )
+        chain.instance(name, v=f"v_{short}_tau", v_start=f"v_{short}_start", v_step=f"v_{short}_step")
         for name, short, chain in chains
     )
     ports = (
-        Port("vdd", "supply"),
+        SUPPLY,
         Port("v_inh_tau", "analog", "out", (NEURONS,)),
         Port("v_ex_tau", "analog", "out", (NEURONS,)),
-        *(Port(b.port, "bias") for b in biases),
+        *bias_ports(biases),
     )
     return Circuit("bias_chain", ports, (), instances, biases=biases)
 
@@ -135,18 +132,13 @@ def _chain(polarity: Polarity, ratios: tuple[float, ...], side: float) -> Circui
             "v_add": "v_step",
         }
         instances.append(Instance(f"stage_{s}", stage, connections, {"mq.width": ratio * side}))
-    ports = (
-        Port("vdd", "supply"),
-        Port("v", "analog", "out", (NEURONS,)),
-        Port("v_start", "bias"),
-        Port("v_step", "bias"),
-    )
+    ports = (SUPPLY, Port("v", "analog", "out", (NEURONS,)), *bias_in("v_start", "v_step"))
     return Circuit(f"current_chain_{polarity}", ports, (), tuple(instances))
 
 
 def _first_stage(polarity: Polarity, side: float) -> Circuit:
     """The added current ma into the diode md."""
-    ports = (Port("vdd", "supply"), Port("v", "analog", "out"), Port("v_add", "bias"))
+    ports = (SUPPLY, *analog_out("v"), *bias_in("v_add"))
     return Circuit(f"chain_start_{polarity}", ports, _diode_and_adder(polarity, side))
 
 
@@ -159,12 +151,7 @@ def _stage(polarity: Polarity, side: float) -> Circuit:
         _mos("mq", other, ("v", "m"), side),
         *_diode_and_adder(polarity, side),
     )
-    ports = (
-        Port("vdd", "supply"),
-        Port("v_before", "analog"),
-        Port("v", "analog", "out"),
-        Port("v_add", "bias"),
-    )
+    ports = (SUPPLY, *analog_in("v_before"), *analog_out("v"), *bias_in("v_add"))
     return Circuit(f"chain_stage_{polarity}", ports, devices)
 
 
@@ -194,8 +181,7 @@ def currents(point: OperatingPoint) -> Currents:
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The supply alone."""
-    sources = (Source("vdd", "vdd", Constant(v_dd)),)
-    return Testbench("bias chain", circuit, sources, stimuli["duration"] or DURATION)
+    return Testbench("bias chain", circuit, powered(v_dd), stimuli["duration"] or STOP)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -220,7 +206,7 @@ BLOCK = Block(
     summary="13 pairs of bias voltages from cascaded mirrors that add a current a stage",
     params=Params,
     build=build,
-    stimuli=(Stimulus("duration", "s", None, "length of the run", can_be_off=True),),
+    stimuli=(DURATION,),
     testbench=testbench,
     measures=measures,
     outcome=outcome,

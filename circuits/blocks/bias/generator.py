@@ -23,17 +23,19 @@ topology in detail, sizes, M, R and start-up are ours, in the AMI 1.5 um process
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out
 from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
-from circuits.circuit import Circuit, Port
+from circuits.circuit import Circuit
 from circuits.count import whole_number
-from circuits.devices import Device, Resistor, Source, Transistor
-from circuits.devices.source import Constant
+from circuits.devices import Device, Resistor, Transistor
 from circuits.devices.transistor import drain_currents, transistor_work
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.process import AMI_1500, Polarity
@@ -43,7 +45,6 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-UM = 1e-6
 COARSE = (24e-6, 3.2e-6, 0.4e-6, 50e-9, 6.5e-9, 820e-12, 105e-12, 15e-12)  # A, of codes 0 to 7; facts
 FINE_BITS = 8
 CODES = 1 << FINE_BITS
@@ -94,12 +95,7 @@ def build(params: Params = Params()) -> Circuit:
     """Ports i_out (sinks the current), v_n and v_p (gate voltages of 6/6 copies, out) and the supply."""
     return Circuit(
         "bias_generator",
-        (
-            Port("vdd", "supply"),
-            Port("i_out", "analog"),
-            Port("v_n", "analog", "out"),
-            Port("v_p", "analog", "out"),
-        ),
+        (SUPPLY, *analog_in("i_out"), *analog_out("v_n", "v_p")),
         (
             *_core(params),
             *_coarse_splitter(int(params.coarse)),
@@ -117,8 +113,7 @@ def _mos(
     multiplicity: float = 1.0,
 ) -> Transistor:
     """A transistor of (drain, gate, source) nodes and (width, length) in um, its bulk at its supply."""
-    bulk = "vdd" if polarity == "p" else "0"
-    return Transistor(name, polarity, *nodes, bulk, size[0] * UM, size[1] * UM, multiplicity)
+    return replace(mos(name, polarity, *nodes, *size), multiplicity=multiplicity)
 
 
 def _core(params: Params) -> tuple[Device, ...]:
@@ -187,15 +182,12 @@ def _output() -> tuple[Device, ...]:
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """An ideal voltage `output` at i_out, through which the current is measured; starts as it works."""
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("i_out", "i_out", Constant(stimuli["output"] or 0.0)),
-    )
-    bench = Testbench("bias generator", circuit, sources, stimuli["duration"] or DURATION)
+    sources = powered(v_dd, {"i_out": stimuli["output"] or 0.0})
+    bench = Testbench("bias generator", circuit, sources, stimuli["duration"] or STOP)
     return started_at_rest(bench, AMI_1500)
 
 
-DURATION = 1e-3  # s; ours: nothing moves
+STOP = 1e-3  # s; ours: nothing moves
 
 
 def transistor_current(point: OperatingPoint, path: str) -> float:
@@ -242,7 +234,7 @@ BLOCK = Block(
     build=build,
     stimuli=(
         Stimulus("output", "V", 2.5, "ideal voltage at the output"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

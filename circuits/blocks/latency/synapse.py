@@ -31,16 +31,23 @@ def comparator() -> Circuit:
     """Differential pair, a second stage balanced with it, and an inverter: high where plus > v_ref."""
     ports = (SUPPLY, *analog_in("plus"), *event_out("above"), *bias_in("v_ref", "v_cmp"))
     devices = (
+        *comparator_stages("plus", 6),
+        *inverter("mo", "y", "above", width=3.0, length=1.5),
+    )
+    return Circuit("comparator", ports, devices)
+
+
+def comparator_stages(plus: str, width: float) -> tuple[Device, ...]:
+    """A pair, its nFETs `width` um wide, and a stage balanced with it: `y` is low where `plus` > v_ref."""
+    return (
         mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
-        mos("mc1", "n", "m", "plus", "tail", 6, 3),
-        mos("mc2", "n", "x", "v_ref", "tail", 6, 3),
+        mos("mc1", "n", "m", plus, "tail", width, 3),
+        mos("mc2", "n", "x", "v_ref", "tail", width, 3),
         mos("mc3", "p", "m", "m", "vdd", 6, 3),
         mos("mc4", "p", "x", "m", "vdd", 6, 3),
         mos("mc5", "p", "y", "x", "vdd", 12, 3),
         mos("mc6", "n", "y", "v_cmp", "0", 6, 6),
-        *inverter("mo", "y", "above", width=3.0, length=1.5),
     )
-    return Circuit("comparator", ports, devices)
 
 
 def compared(name: str, plus: str, above: str) -> Instance:

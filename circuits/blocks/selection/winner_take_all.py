@@ -43,13 +43,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.mos import inverter, mos
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.circuit import Bias, Circuit, InstanceArray, Node, Port
+from circuits.circuit import Bias, Circuit, Node, Port
 from circuits.count import whole_number
-from circuits.devices import Capacitor, Device, Source
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.devices import Capacitor, Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
@@ -100,16 +101,13 @@ def weight(params: Params, distance: int) -> float:
 def cell(params: Params = Params()) -> Circuit:
     """One direction: input mirrors, the pair m1 and m2, and its share compared with the reference."""
     ports = (
-        Port("vdd", "supply"),
-        Port("excite", "analog"),
-        Port("risk", "analog"),
-        Port("v_in", "analog", "out"),
-        Port("v_common", "analog", "out"),
-        Port("joint", "analog", "out"),
-        Port("equalise", "event"),
-        Port("v_tail", "bias"),
-        Port("share", "analog", "out"),
-        Port("line", "event", "out"),
+        SUPPLY,
+        *analog_in("excite", "risk"),
+        *analog_out("v_in", "v_common", "joint"),
+        *event_in("equalise"),
+        *bias_in("v_tail"),
+        *analog_out("share"),
+        *event_out("line"),
     )
     devices: tuple[Device, ...] = (
         mos("mx", "p", "excite", "excite", "vdd", 6, 24),
@@ -135,17 +133,16 @@ def build(params: Params = Params()) -> Circuit:
     Raises `ParameterError` for parameters that are none.
     """
     shape = (int(params.cells),)
-    part = cell(params)
     ports = (
-        Port("vdd", "supply"),
+        SUPPLY,
         Port("excite", "analog", "in", shape),
         Port("risk", "analog", "in", shape),
-        Port("equalise", "event"),
+        *event_in("equalise"),
         Port("share", "analog", "out", shape),
         Port("line", "event", "out", shape),
-        Port("v_tail", "bias"),
+        *bias_in("v_tail"),
     )
-    cells = InstanceArray("cell", part, shape, part.wired())
+    cells = cell(params).array("cell", shape)
     shared = (
         mos("mt", "n", "v_common", "v_tail", "0", *TAIL),
         mos("md", "n", "joint", "joint", "half", *LOAD),
@@ -192,13 +189,10 @@ def decision_testbench(
 
     excite, risk: float64[N], A; a risk is at least `STANDING`.
     """
-    equalise = PiecewiseLinear((0.0, release, release + EDGE), (v_dd, v_dd, 0.0))
-    sources = [Source("vdd", "vdd", Constant(v_dd)), Source("equalise", "equalise", equalise)]
+    sources = [*powered(v_dd, {"equalise": step(release, release + EDGE, v_dd, 0.0)})]
     for k in range(excite.size):
-        drawn = Constant(-float(excite[k]))
-        sources.append(Source(f"excite[{k}]", f"excite[{k}]", drawn, "current"))
-        given = Constant(max(float(risk[k]), STANDING))
-        sources.append(Source(f"risk[{k}]", f"risk[{k}]", given, "current"))
+        sources.append(current_into(f"excite[{k}]", -float(excite[k])))
+        sources.append(current_into(f"risk[{k}]", max(float(risk[k]), STANDING)))
     return Testbench("winner-take-all", circuit, tuple(sources), stop, watch=("line",))
 
 
@@ -289,7 +283,7 @@ BLOCK = Block(
         Stimulus("scale", "A", 50e-9, "excitation of the winner"),
         Stimulus("obstacle", "", 1.0, "cell whose risk inhibits its neighbourhood", can_be_off=True),
         Stimulus("risk", "A", 10e-9, "its risk"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -31,21 +31,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import elements, powered
+from circuits.blocks.latency.synapse import comparator_stages
+from circuits.blocks.measure import between, fall, rise, spiked
+from circuits.blocks.mos import UM, inverter, mos
+from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.circuit import Bias, Circuit, Port
-from circuits.devices import Capacitor, Device, Source, Transistor
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.devices import Capacitor, Device, Transistor
+from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.event import falling_crossing, rising_crossing
-from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-UM = 1e-6
 BITS = 5
 HIGHEST = (1 << BITS) - 1  # code; 0 is a blocked cell
 UNIT = 100e-6  # s a unit of the code, nominal, 27 degC
@@ -98,13 +99,8 @@ def build(params: Params = Params()) -> Circuit:
     v_code takes the code's bits, least first, as levels of the supply from the memory that holds the map; it
     has no value of its own.
     """
-    ports = (
-        Port("vdd", "supply"),
-        Port("fired", "event"),
-        Port("delayed", "event", "out"),
-        Port("v_code", "bias", "in", (BITS,)),
-        *(Port(b.port, "bias") for b in BIASES),
-    )
+    code = Port("v_code", "bias", "in", (BITS,))
+    ports = (SUPPLY, *event_in("fired"), *event_out("delayed"), code, *bias_ports(BIASES))
     return Circuit("axon_delay", ports, (*_ramp(params), *_comparator()), biases=BIASES)
 
 
@@ -131,13 +127,7 @@ def _ramp(params: Params) -> tuple[Device, ...]:
 def _comparator() -> tuple[Device, ...]:
     """Differential pair, a second stage that is balanced with it, and two inverters."""
     return (
-        mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
-        mos("mc1", "n", "m", "ramp", "tail", 12, 3),
-        mos("mc2", "n", "x", "v_ref", "tail", 12, 3),
-        mos("mc3", "p", "m", "m", "vdd", 6, 3),
-        mos("mc4", "p", "x", "m", "vdd", 6, 3),
-        mos("mc5", "p", "y", "x", "vdd", 12, 3),
-        mos("mc6", "n", "y", "v_cmp", "0", 6, 6),
+        *comparator_stages("ramp", 12),
         *inverter("mo", "y", "z", width=3.0, length=1.5),
         *inverter("mq", "z", "delayed", width=3.0, length=1.5),
     )
@@ -154,11 +144,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     stop = stimuli["duration"] or FIRE_TIME + 2.0 * (code + 1.0) * UNIT
     reset = FIRE_TIME + 0.9 * (stop - FIRE_TIME)
     edges = (0.0, FIRE_TIME, FIRE_TIME + EDGE, reset, reset + EDGE)
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("fired", "fired", PiecewiseLinear(edges, (0.0, 0.0, v_dd, v_dd, 0.0))),
-        *(Source(f"v_code[{k}]", f"v_code[{k}]", Constant(v)) for k, v in enumerate(bits)),
-    )
+    fired = PiecewiseLinear(edges, (0.0, 0.0, v_dd, v_dd, 0.0))
+    sources = powered(v_dd, {"fired": fired, **elements(circuit.port("v_code"), dict(enumerate(bits)))})
     return Testbench("axon delay", circuit, sources, stop, watch=("delayed",))
 
 
@@ -168,20 +155,16 @@ def measures(result: Result) -> dict[str, float | None]:
     delay: from half the supply at `fired` to half at `delayed`; recovery: likewise back, after the reset.
     None where there is no such edge in the run.
     """
-    half = half_supply(result.machine)
-    time = result.time
-    fired, reset = (f(time, result["fired"], half) for f in (rising_crossing, falling_crossing))
-    out, back = (f(time, result["delayed"], half) for f in (rising_crossing, falling_crossing))
     return {
-        "delay_s": None if out is None or fired is None else out - fired,
-        "recovery_s": None if back is None or reset is None else back - reset,
+        "delay_s": between(rise(result, "fired"), rise(result, "delayed")),
+        "recovery_s": between(fall(result, "fired"), fall(result, "delayed")),
         "supply_power_W": supply_power(result),
     }
 
 
 def outcome(result: Result) -> str:
     """`delayed`, or `none` where the step did not come in the run."""
-    return "delayed" if result.spikes["delayed"].size else "none"
+    return "delayed" if spiked(result, "delayed") else "none"
 
 
 BLOCK = Block(
@@ -191,7 +174,7 @@ BLOCK = Block(
     build=build,
     stimuli=(
         Stimulus("code", "", 7.0, "cost code, 0 to 31"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,

@@ -7,17 +7,18 @@ INL = max |D(code) - unit code - offset| / D(31)
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
 from circuits.arrays import F64
+from circuits.blocks.drive import elements, powered, step
 from circuits.blocks.metric import Metric
 from circuits.blocks.wavefront.axon_delay import BITS, HIGHEST, code_voltages
 from circuits.circuit import Circuit
-from circuits.devices import Source
-from circuits.devices.source import Constant, PiecewiseLinear, vertices
+from circuits.devices.source import vertices
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
@@ -58,13 +59,9 @@ class Linearity:
 def delay_machine(circuit: Circuit, silicon: Silicon) -> Machine:
     """The element with a cell that fires at 1 us and stays so; code 1 until `delay_at` sets another."""
     v_dd = silicon.process.v_dd
-    fired = PiecewiseLinear((0.0, FIRE_TIME - 0.5 * EDGE, FIRE_TIME + 0.5 * EDGE), (0.0, 0.0, v_dd))
-    bits = enumerate(code_voltages(1, v_dd))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("fired", "fired", fired),
-        *(Source(f"v_code[{k}]", f"v_code[{k}]", Constant(v)) for k, v in bits),
-    )
+    fired = step(FIRE_TIME - 0.5 * EDGE, FIRE_TIME + 0.5 * EDGE, 0.0, v_dd)
+    bits = elements(circuit.port("v_code"), dict(enumerate(code_voltages(1, v_dd))))
+    sources = powered(v_dd, {"fired": fired, **bits})
     return to_kernel(Testbench("axon delay", circuit, sources, np.inf, watch=("delayed",)), silicon)
 
 
@@ -101,10 +98,6 @@ def _outcome(found: Linearity) -> str:
     return "monotone" if (np.diff(found.delays) > 0.0).all() else "not-monotone"
 
 
-def _reason(found: Linearity) -> str:
-    return found.reason
-
-
 def shown(_: Linearity) -> dict[str, float | None]:
     """Stimuli of the testbench that show a delay: the middle code; the run lasts until the step is over."""
     return {"code": float(_MIDDLE)}
@@ -114,42 +107,21 @@ def _delay(found: Linearity) -> float:
     return float(found.delays[_MIDDLE - 1])
 
 
-def _unit(found: Linearity) -> float:
-    return found.unit
-
-
-def _offset(found: Linearity) -> float:
-    return found.offset
-
-
-def _non_linearity(found: Linearity) -> float:
-    return found.non_linearity
+def _metric(name: str, unit: str, summary: str, value: Callable[[Linearity], float]) -> Metric:
+    return Metric(
+        name, unit, summary, ("axon_delay",), delay_machine, linearity, _outcome, attrgetter("reason"), value,
+        shown=shown,
+    )  # fmt: skip
 
 
 _MIDDLE = 1 << (BITS - 1)  # code 16
-_CIRCUITS = ("axon_delay",)
 
-DELAY = Metric(
-    "delay",
-    "s",
-    f"axonal delay at code {_MIDDLE}",
-    _CIRCUITS,
-    delay_machine,
-    linearity,
-    _outcome,
-    _reason,
-    _delay,
-    shown=shown,
+DELAY = _metric("delay", "s", f"axonal delay at code {_MIDDLE}", _delay)
+UNIT_DELAY = _metric(
+    "unit_delay", "s", "axonal delay a unit of the code, by the best line", attrgetter("unit")
 )
-UNIT_DELAY = Metric(
-    "unit_delay", "s", "axonal delay a unit of the code, by the best line", _CIRCUITS, delay_machine,
-    linearity, _outcome, _reason, _unit, shown=shown,
-)  # fmt: skip
-DELAY_OFFSET = Metric(
-    "delay_offset", "s", "axonal delay at code 0, by the best line", _CIRCUITS, delay_machine, linearity,
-    _outcome, _reason, _offset, shown=shown,
-)  # fmt: skip
-INL = Metric(
-    "inl", "", "integral non-linearity of the axonal delay, a share of full scale", _CIRCUITS,
-    delay_machine, linearity, _outcome, _reason, _non_linearity, shown=shown,
+DELAY_OFFSET = _metric("delay_offset", "s", "axonal delay at code 0, by the best line", attrgetter("offset"))
+INL = _metric(
+    "inl", "", "integral non-linearity of the axonal delay, a share of full scale",
+    attrgetter("non_linearity"),
 )  # fmt: skip

@@ -27,13 +27,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.drive import Wave, elements, powered, step
+from circuits.blocks.measure import between, rise
+from circuits.blocks.mos import UM, inverter, mos
+from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.circuit import Bias, Circuit, InstanceArray, Port
-from circuits.devices import Device, Source
-from circuits.devices.source import Constant, PiecewiseLinear, Waveform
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Device
 from circuits.errors import ParameterError
-from circuits.event import rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
 from circuits.solver.power import supply_power
@@ -41,7 +42,6 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-UM = 1e-6
 INPUTS = 8
 NAMES = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")  # of the inputs, in their order
 BIASES = (Bias("v_blocked", "v_blocked", "voltage", 0.0),)
@@ -76,11 +76,11 @@ def arrival_latch(params: Params = Params()) -> Circuit:
     return Circuit(
         "arrival_latch",
         (
-            Port("vdd", "supply"),
-            Port("arrive", "event"),
-            Port("quiet", "analog", "out"),
-            Port("reset_n", "event"),
-            Port("first", "event", "out"),
+            SUPPLY,
+            *event_in("arrive"),
+            *analog_out("quiet"),
+            *event_in("reset_n"),
+            *event_out("first"),
         ),
         (
             mos("ma", "n", "held", "arrive", "branch", *_N),
@@ -93,22 +93,15 @@ def arrival_latch(params: Params = Params()) -> Circuit:
 
 def build(params: Params = Params()) -> Circuit:
     """Ports arrive[8], start, reset, acknowledge (events in), fired, first[8], request (events out)."""
-    latches = InstanceArray(
-        "input",
-        arrival_latch(params),
-        (INPUTS,),
-        {"vdd": "vdd", "arrive": "arrive", "quiet": "quiet", "reset_n": "reset_n", "first": "first"},
-    )
+    latches = arrival_latch(params).array("input", (INPUTS,))
     ports = (
-        Port("vdd", "supply"),
+        SUPPLY,
         Port("arrive", "event", "in", (INPUTS,)),
-        Port("start", "event"),
-        Port("reset", "event"),
-        Port("acknowledge", "event"),
-        Port("fired", "event", "out"),
+        *event_in("start", "reset", "acknowledge"),
+        *event_out("fired"),
         Port("first", "event", "out", (INPUTS,)),
-        Port("request", "event", "out"),
-        Port("v_blocked", "bias"),
+        *event_out("request"),
+        *bias_ports(BIASES),
     )
     devices = (
         *inverter("mr", "reset", "reset_n", width=3.0, length=1.5),
@@ -153,33 +146,28 @@ STOP = 50e-6
 EDGE = 5e-9  # s, of an arrival: what an axon's output gives to its eight branches
 
 
-def _step(time: float, edge: float, v_dd: float) -> Waveform:
-    """A rise at half the supply at `time`."""
-    return PiecewiseLinear((0.0, time - 0.5 * edge, time + 0.5 * edge), (0.0, 0.0, v_dd))
+def _rise(time: float, v_dd: float) -> Wave:
+    """A rise through half the supply at `time`, s."""
+    return step(time - 0.5 * EDGE, time + 0.5 * EDGE, 0.0, v_dd)
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A reset up to 10 us, an arrival at 20 us, another `lag` later, an answer of the bus at 30 us."""
     lag = stimuli["lag"] or 0.0
-    waves: dict[str, Waveform] = {}
+    arrivals: dict[int, Wave] = {}
     for name, time in (("second", ARRIVAL + lag), ("first", ARRIVAL)):
         number = stimuli[name]
         if number is None:
             continue
         if number != int(number) or not 0 <= number < INPUTS:
             raise ParameterError(f"{name}: {number:g}, must be an input from 0 to {INPUTS - 1}, or off")
-        waves[f"arrive[{int(number)}]"] = _step(time, EDGE, v_dd)
-    off = Constant(0.0)
-    begun = stimuli["start"] is not None
-    reset = PiecewiseLinear((0.0, RESET_END, RESET_END + 1e-7), (v_dd, v_dd, 0.0))
-    answer = PiecewiseLinear((0.0, ANSWER, ANSWER + 1e-7), (0.0, 0.0, v_dd))
-    sources = (
-        Source("vdd", "vdd", Constant(v_dd)),
-        Source("reset", "reset", reset),
-        Source("start", "start", _step(ARRIVAL, EDGE, v_dd) if begun else off),
-        Source("acknowledge", "acknowledge", answer),
-        *(Source(f"arrive[{k}]", f"arrive[{k}]", waves.get(f"arrive[{k}]", off)) for k in range(INPUTS)),
-    )
+        arrivals[int(number)] = _rise(time, v_dd)
+    waves: dict[str, Wave] = {
+        "reset": step(RESET_END, RESET_END + 1e-7, v_dd, 0.0),
+        "start": 0.0 if stimuli["start"] is None else _rise(ARRIVAL, v_dd),
+        "acknowledge": step(ANSWER, ANSWER + 1e-7, 0.0, v_dd),
+    }
+    sources = powered(v_dd, waves | elements(circuit.port("arrive"), arrivals))
     watch = ("fired", "request", *(f"first[{k}]" for k in range(INPUTS)))
     return started_at_rest(Testbench("wavefront cell", circuit, sources, STOP, watch=watch), AMI_1500)
 
@@ -187,10 +175,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 def measures(result: Result) -> dict[str, float | None]:
     """`delay_s` from arrival to `fired`, `bits`, the first-arrival latch as a number, `supply_power_W`."""
     half = half_supply(result.machine)
-    fired = rising_crossing(result.time, result["fired"], half)
     bits = sum(1 << k for k in range(INPUTS) if result[f"first[{k}]"][-1] > half)
     return {
-        "delay_s": None if fired is None else fired - ARRIVAL,
+        "delay_s": between(ARRIVAL, rise(result, "fired")),
         "bits": float(bits),
         "supply_power_W": supply_power(result),
     }

@@ -18,15 +18,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.drive import Wave, powered, step
+from circuits.blocks.ports import SUPPLY, event_in
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_delay import EDGE, UNIT, code_voltages
 from circuits.blocks.wavefront.cell import INPUTS
-from circuits.circuit import Circuit, InstanceArray, Node, Port
+from circuits.circuit import Circuit, Node, Port
 from circuits.count import whole_number
-from circuits.devices import Resistor, Source
-from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.devices import Resistor
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
@@ -66,16 +67,13 @@ def build(params: Params = Params()) -> Circuit:
     cell, axon = wavefront_cell.build(params.cell), axon_delay.build(params.axon)
     own = {"arrive", "start", "acknowledge", "fired", "request", "first", "v_blocked"}
     ports = (
-        Port("vdd", "supply"),
-        Port("reset", "event"),
+        SUPPLY,
+        *event_in("reset"),
         *(replace(p, shape=shape + p.shape) for p in cell.ports if p.name in own - {"arrive"}),
         Port("v_code", "bias", "in", shape + axon.port("v_code").shape),
         *(axon.port(b.port) for b in axon.biases),
     )
-    arrays = (
-        InstanceArray("cell", cell, shape, cell.wired()),
-        InstanceArray("axon", axon, shape, axon.wired()),
-    )
+    arrays = (cell.array("cell", shape), axon.array("axon", shape))
     nodes = (Node("arrive", (*shape, INPUTS)), Node("delayed", shape))
     biases = (*(replace(b, device=b.device and f"axon.{b.device}") for b in axon.biases), *cell.biases)
     return Circuit("wavefront_chip", ports, tuple(_wires(params)), arrays, nodes, biases)
@@ -114,19 +112,16 @@ def plan_testbench(
     v_dd: float,
 ) -> Testbench:  # fmt: skip
     """One plan from cell `start` on a grid of codes, [rows, columns]; a cell of code 0 is blocked."""
-    off = Constant(0.0)
-    reset = PiecewiseLinear((0.0, RESET_END, RESET_END + EDGE), (v_dd, v_dd, 0.0))
-    sources = [Source("vdd", "vdd", Constant(v_dd)), Source("reset", "reset", reset)]
+    waves: dict[str, Wave] = {"reset": step(RESET_END, RESET_END + EDGE, v_dd, 0.0)}
     for index in np.ndindex(codes.shape):
         at = ",".join(map(str, index))
-        begin = pulse((START_TIME,), v_dd) if index == tuple(start) else off
-        levels = {f"start[{at}]": begin, f"acknowledge[{at}]": off}
+        waves[f"start[{at}]"] = pulse((START_TIME,), v_dd) if index == tuple(start) else 0.0
+        waves[f"acknowledge[{at}]"] = 0.0
         if codes[index] == 0:
-            levels[f"v_blocked[{at}]"] = Constant(v_dd)
+            waves[f"v_blocked[{at}]"] = v_dd
         bits = code_voltages(float(codes[index]), v_dd)
-        levels |= {f"v_code[{at},{k}]": Constant(v) for k, v in enumerate(bits)}
-        sources += [Source(node, node, wave) for node, wave in levels.items()]
-    return Testbench("wavefront grid", circuit, tuple(sources), stop, watch=("fired", "first"))
+        waves |= {f"v_code[{at},{k}]": v for k, v in enumerate(bits)}
+    return Testbench("wavefront grid", circuit, powered(v_dd, waves), stop, watch=("fired", "first"))
 
 
 def firing_times(result: Result) -> F64:
@@ -182,7 +177,7 @@ CHIP = Block(
         Stimulus("code", "", 2.0, "cost code of every cell, 0 to 31"),
         Stimulus("start_row", "", 0.0, "row of the start"),
         Stimulus("start_column", "", 0.0, "column of the start"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+        DURATION,
     ),
     testbench=testbench,
     measures=measures,
