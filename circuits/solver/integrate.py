@@ -21,7 +21,7 @@ from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Sources
-from circuits.solver.newton import Work, evaluate, newton
+from circuits.solver.newton import Work, allocate, evaluate, newton
 
 DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
@@ -43,14 +43,49 @@ class History(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """Preallocated output: accepted points and spikes."""
+    """What is looked at, and preallocated output: accepted points and spikes."""
 
+    columns: I64  # [recorded] positions in the voltage vector
+    watch: I64  # [watched] positions in the voltage vector; rising through the level is a spike
+    levels: F64  # [2, watched], V, of the crossing, and below which a detector is armed again
     time: F64  # [capacity], s
     voltage: F64  # [capacity, recorded]
-    columns: I64  # [recorded] positions in the voltage vector
     spike_time: F64  # [capacity], s
     spike_index: I64  # [capacity] position in the watch list
     filled: I64  # [2]: points, spikes
+
+
+class Goal(NamedTuple):
+    """How far a call advances, and how well."""
+
+    until: float  # s
+    rtol: float  # local error a step, relative to 1 V or more
+    max_steps: int  # of this call, rejected ones included
+    stop_at_event: bool  # whether the last step ends on the first event
+
+
+class Scratch(NamedTuple):
+    """Scratch of one thread and its sources; nothing in it outlives a call."""
+
+    work: Work
+    v: F64  # [columns], V
+    guess: F64  # [columns], V
+    history: F64  # [columns], V/s
+    cursor: I64  # [sources]
+
+
+def new_recorder(columns: I64, watch: I64, levels: F64, points: int, spikes: int) -> Recorder:
+    """An empty recorder with room for so many points and spikes."""
+    return Recorder(
+        columns, watch, levels, np.zeros(points), np.zeros((points, columns.size)), np.zeros(spikes),
+        np.zeros(spikes, dtype=np.int64), np.zeros(2, dtype=np.int64),
+    )  # fmt: skip
+
+
+def new_scratch(k: Kernel, s: Sources) -> Scratch:
+    """Scratch for a kernel and its sources."""
+    v, guess, history = (np.zeros(k.columns) for _ in range(3))
+    return Scratch(allocate(k), v, guess, history, s.start[:-1].copy())
 
 
 @compiled()
@@ -261,36 +296,20 @@ def widen(r: Recorder, first: int, extent: F64) -> None:
 
 
 @compiled()
-def _rearm(h: History, watch: I64, levels: F64) -> None:
-    for j in range(watch.size):
-        if h.voltage[0, watch[j]] < levels[1, j]:
+def _rearm(h: History, r: Recorder) -> None:
+    for j in range(r.watch.size):
+        if h.voltage[0, r.watch[j]] < r.levels[1, j]:
             h.armed[j] = True
 
 
 @compiled()
-def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled loop; a call a step costs more
-    k: Kernel,
-    s: Sources,
-    h: History,
-    stop: float,
-    rtol: float,
-    max_steps: int,
-    watch: I64,
-    levels: F64,
-    stop_at_event: bool,  # noqa: FBT001 - compiled functions have no keyword-only arguments
-    r: Recorder,
-    w: Work,
-    v: F64,
-    guess: F64,
-    history: F64,
-    cursor: I64,
+def integrate(  # noqa: C901, PLR0912, PLR0915 - one compiled loop; a call a step costs more
+    k: Kernel, s: Sources, h: History, goal: Goal, r: Recorder, scratch: Scratch
 ) -> int:
-    """Advance the history to `stop` (s), or to the first event; returns how it ended.
-
-    watch: int64[watched], columns whose upward crossing is a spike; levels: float64[2, watched], V, of the
-    crossing and below which a detector is armed again; v, guess, history: float64[columns] scratch; cursor:
-    int64[sources] scratch. With `stop_at_event` the last step ends on the event.
-    """
+    """Advance the history to the goal's time, or to the first event; returns how it ended."""
+    stop, rtol, stop_at_event = goal.until, goal.rtol, goal.stop_at_event
+    w, v, guess, history, cursor = scratch.work, scratch.v, scratch.guess, scratch.history, scratch.cursor
+    watch, levels = r.watch, r.levels
     n = k.unknowns
     for j in range(n, k.columns):
         guess[j] = h.voltage[0, j]
@@ -306,7 +325,7 @@ def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled 
     for j in range(s.sampled.size):
         any_sampled = any_sampled or s.sampled[j]
     landing, resume = -1, 0.0
-    for _ in range(max_steps):
+    for _ in range(goal.max_steps):
         t = h.time[0]
         if stop - t <= _SAME_TIME:
             return DONE
@@ -366,7 +385,7 @@ def integrate(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 - one compiled 
                 r.filled[1] = p + 1
                 h.armed[j] = False
         _accept(k, h, t_new, v)
-        _rearm(h, watch, levels)
+        _rearm(h, r)
         _record(h, r)
         order = 2.0 if h.points[0] == 2 else 3.0
         grow = 2.0 if error == 0.0 else min(2.0, max(0.3, 0.85 * error ** (-1.0 / order)))

@@ -21,7 +21,6 @@ from circuits.lowering.supply import spike_levels
 from circuits.silicon.silicon import Silicon
 from circuits.solver import integrate as core
 from circuits.solver.beginning import Beginning, Disturbance, Disturbed, beginning
-from circuits.solver.newton import Work, allocate
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.outcome import Outcome
 from circuits.solver.swing import Swing, uncrossed
@@ -128,16 +127,12 @@ class Runner:
         self._watch = machine.column[watched].astype(np.int64)
         self._levels = spike_levels(machine)
         self._recorded = len(record)
-        columns = [machine.column_of(n) for n in record]
-        self._columns = np.concatenate([np.array(columns, dtype=np.int64), self._watch])
-        self._work: Work = allocate(machine.kernel)
+        columns = np.array([machine.column_of(n) for n in record], dtype=np.int64)
         self._packed = (machine.polylines, machine.sources())
-        size = machine.kernel.columns
-        self._scratch = (np.zeros(size), np.zeros(size), np.zeros(size))
-        room = max(_CHUNK, self._watch.size)
-        self._recorder = core.Recorder(
-            np.zeros(_CHUNK), np.zeros((_CHUNK, self._columns.size)), self._columns, np.zeros(2 * room),
-            np.zeros(2 * room, dtype=np.int64), np.zeros(2, dtype=np.int64),
+        self._scratch = core.new_scratch(machine.kernel, self._packed[1])
+        self._recorder = core.new_recorder(
+            np.concatenate([columns, self._watch]), self._watch, self._levels, _CHUNK,
+            2 * max(_CHUNK, self._watch.size),
         )  # fmt: skip
 
     @property
@@ -190,7 +185,7 @@ class Runner:
             state.time.copy(), state.voltage.copy(), state.rate.copy(), state.step.copy(),
             state.points.copy(), state.armed.copy(), state.counts.copy(),
         )  # fmt: skip
-        cursor = sources.start[:-1].copy()
+        scratch = self._scratch._replace(cursor=sources.start[:-1].copy())
         r, kept = self._recorder, self._recorded
         times, volts, spikes = [], [], []
         seen = state.voltage[0][self._watch]
@@ -198,11 +193,9 @@ class Runner:
         code = core.BUFFER_FULL
         while code == core.BUFFER_FULL:
             r.filled[:] = 0
-            code = core.integrate(
-                self.machine.kernel, sources, history, until, self.rtol,
-                max_steps - (int(history.counts[:2].sum()) - before), self._watch, self._levels,
-                stop_at_event, r, self._work, *self._scratch, cursor,
-            )  # fmt: skip
+            left = max_steps - (int(history.counts[:2].sum()) - before)
+            goal = core.Goal(float(until), float(self.rtol), left, bool(stop_at_event))
+            code = core.integrate(self.machine.kernel, sources, history, goal, r, scratch)
             times.append(r.time[: r.filled[0]].copy())
             volts.append(r.voltage[: r.filled[0], :kept].copy())
             core.widen(r, kept, extent)

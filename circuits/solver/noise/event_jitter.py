@@ -35,6 +35,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -55,6 +56,40 @@ DRIVEN = 0.01  # share of an event that sources made, from which on the way is t
 LONGEST = 0.05  # of the time to the event, of a step; ours
 FINEST = 1e-3  # of the last step of the transient, from which on steps are as short as that; ours
 GROWTH = 1.5  # of the steps of the rest before a run, towards the past; ours
+
+
+class _Way(NamedTuple):
+    """The transient up to the event, a row a step, the event last."""
+
+    time: F64  # [steps], s
+    voltage: F64  # [steps, columns], V
+    rate: F64  # [steps, unknowns], V/s
+    share: F64  # [steps, 3], 1/s, of v_k, v_(k-1) and v_(k-2) in the rate at step k
+    even: F64  # [steps], length of a step over what a charge that comes in it is worth
+
+
+class _Currents(NamedTuple):
+    """Noise currents, the channels' first."""
+
+    start: I64  # [n], column that a current leaves
+    end: I64  # [n], column that it enters
+    density: F64  # [n], A^2/Hz; the channels' are filled in at each step
+
+
+class _Scratch(NamedTuple):
+    """Scratch of one call."""
+
+    work: Work
+    charge: F64  # [unknowns, unknowns], F
+    matrix: F64  # [unknowns, unknowns]
+    moved: F64  # [4, columns]
+
+
+class _Found(NamedTuple):
+    """What the backward run fills in."""
+
+    white: F64  # [n], s^2, variance by each noise current
+    gate: F64  # [steps, transistors], s/V, what a step of a gate's voltage moves the event by
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,29 +157,26 @@ def event_jitter(
     if number >= times.size:
         raise ParameterError(f"{title}.{port}: {times.size} events, must be more than {number}; see its run")
     model = noise_model(machine.silicon.process) if model is None else model
-    time, voltage, rate = _way(result, float(times[number]), rest)
+    way = _way(result, float(times[number]), rest)
     found, k = noise_sources(point, model), machine.kernel
     resistor = np.array([kind == "resistor" for kind in found.kind], dtype=np.bool_)
     order = np.concatenate([np.flatnonzero(~resistor), np.flatnonzero(resistor)])
-    share, even = _differences(time), np.ones(time.size)
-    _fill_evenness(time, share, even)
     begin = np.zeros(k.unknowns)
-    begin[machine.column_of(port)] = 1.0 / rate[-1, machine.column_of(port)]
-    white, gate = np.zeros(order.size), np.zeros((time.size, k.transistors.sign.size))
+    begin[machine.column_of(port)] = 1.0 / way.rate[-1, machine.column_of(port)]
+    currents = _Currents(found.start[order], found.end[order], found.white[order].copy())
+    moves = _Found(np.zeros(order.size), np.zeros((way.time.size, k.transistors.sign.size)))
     n = k.unknowns
-    if not _backwards(
-        k, allocate(k), time, voltage, rate, share, even, begin, found.start[order], found.end[order],
-        found.white[order].copy(), np.zeros((n, n)), np.zeros((n, n)), np.zeros((4, k.columns)), white, gate,
-    ):  # fmt: skip
+    scratch = _Scratch(allocate(k), np.zeros((n, n)), np.zeros((n, n)), np.zeros((4, k.columns)))
+    if not _backwards(k, way, begin, currents, scratch, moves):
         raise ParameterError(f"{title}: singular on its way to {port}; look for a node that floats")
     flicker = np.zeros(order.size)
-    flicker[: gate.shape[1]] = _flicker(point, model, time, gate)
+    flicker[: moves.gate.shape[1]] = _flicker(point, model, way.time, moves.gate)
     names = tuple(found.device[i] for i in order)
-    return EventJitter(port, float(times[number]), names, white, flicker)
+    return EventJitter(port, float(times[number]), names, moves.white, flicker)
 
 
-def _way(result: Result, event: float, rest: float) -> tuple[F64, F64, F64]:
-    """Times, voltage vectors and their rates (V/s) from the rest before the run to the event."""
+def _way(result: Result, event: float, rest: float) -> _Way:
+    """The way from the rest before the run to the event at `event`, s; rest: how long, s."""
     machine = result.machine
     kept = np.concatenate([[True], np.diff(result.time) > 0.0])
     time = result.time[kept]
@@ -160,7 +192,9 @@ def _way(result: Result, event: float, rest: float) -> tuple[F64, F64, F64]:
     cursor = sources.start[:-1].copy()
     for t, v in zip(own, voltage, strict=True):
         source_values(sources, cursor, max(t, 0.0), v, machine.kernel.unknowns)
-    return own, voltage, rate[:, : machine.kernel.unknowns].copy()
+    share, even = _differences(own), np.ones(own.size)
+    _fill_evenness(own, share, even)
+    return _Way(own, voltage, rate[:, : machine.kernel.unknowns].copy(), share, even)
 
 
 def _grid(time: F64, event: float, rest: float) -> F64:
@@ -294,20 +328,22 @@ def _drive(k: Kernel, voltage: F64, step: int, w: Work, moved: F64) -> float:
 
 
 @compiled()
-def _backwards(  # noqa: PLR0913, PLR0917 - one compiled loop
-    k: Kernel, w: Work, time: F64, voltage: F64, rate: F64, share: F64, even: F64, begin: F64, start: I64,
-    end: I64, density: F64, charge: F64, matrix: F64, moved: F64, white: F64, gate: F64,
-) -> bool:  # fmt: skip
-    """Fill white, s^2 of each noise current, and gate, s/V of each transistor's gate in each step.
+def _backwards(
+    k: Kernel, way: _Way, begin: F64, currents: _Currents, scratch: _Scratch, found: _Found
+) -> bool:
+    """Fill `found` by the transposed run; false where its equations are singular.
 
-    density: of every current, the channels' first, which are filled in; charge, matrix, moved: scratch.
+    begin: float64[unknowns], s/V, what a voltage at the event moves it by.
     """
+    time, voltage, share = way.time, way.voltage, way.share
+    start, end, density = currents.start, currents.end, currents.density
+    w, charge, matrix, moved = scratch.work, scratch.charge, scratch.matrix, scratch.moved
     n, m = k.unknowns, k.transistors.sign.size
     _charges(k, w, charge, matrix)
     right, driven = moved[2, :n], 0.0
     for step in range(time.size - 1, 0, -1):
         if abs(driven) < DRIVEN and step < time.size - 1:
-            _shift_by_one(share, step, rate, charge, moved)
+            _shift_by_one(share, step, way.rate, charge, moved)
         _owed(share, step, begin, charge, moved, right)
         _transposed(k, voltage[step], share[step, 0], charge, w, matrix)
         if not solve_dense(matrix, right):
@@ -317,10 +353,10 @@ def _backwards(  # noqa: PLR0913, PLR0917 - one compiled loop
         channel_noise(k.transistors, voltage[step], w.transistor, density[:m])
         half = 0.5 / (time[step] - time[step - 1])
         for q in range(density.size):
-            at = even[step] * (moved[0, start[q]] - moved[0, end[q]])
-            white[q] += half * density[q] * at * at
+            at = way.even[step] * (moved[0, start[q]] - moved[0, end[q]])
+            found.white[q] += half * density[q] * at * at
             if q < m:
-                gate[step, q] = at * w.transistor.conductance[1, q]
+                found.gate[step, q] = at * w.transistor.conductance[1, q]
         if abs(driven) < DRIVEN:
             driven += _drive(k, voltage, step, w, moved) / (time[step] - time[step - 1])
     return True

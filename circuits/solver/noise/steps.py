@@ -33,6 +33,7 @@ from circuits.solver.integrate import (
     DONE,
     STEP_TOO_SMALL,
     Recorder,
+    Scratch,
     next_breakpoint,
     source_values,
 )
@@ -63,6 +64,14 @@ class NoisePlan(NamedTuple):
     keep: F64  # [r]
     first: int
     tolerance: F64
+
+
+class GridSteps(NamedTuple):
+    """Grid steps of a call, from the start of the first to that of the last."""
+
+    length: float  # s
+    first: int
+    last: int
 
 
 class NoiseState(NamedTuple):
@@ -170,26 +179,25 @@ def _bring(k: Kernel, p: NoisePlan, unit: F64, grid: float, v: F64) -> None:
 
 
 @compiled()
-def _detect(x: NoiseState, t_new: float, v: F64, watch: I64, levels: F64, r: Recorder) -> None:
+def _detect(x: NoiseState, t_new: float, v: F64, r: Recorder) -> None:
     """Note upward crossings of the threshold between the last point and (t_new, v), by a straight line."""
-    for j in range(watch.size):
-        before, after = x.voltage[watch[j]], v[watch[j]]
-        if x.armed[j] and after >= levels[0, j]:
+    for j in range(r.watch.size):
+        before, after = x.voltage[r.watch[j]], v[r.watch[j]]
+        if x.armed[j] and after >= r.levels[0, j]:
             p = r.filled[1]
-            share = (levels[0, j] - before) / (after - before)
+            share = (r.levels[0, j] - before) / (after - before)
             r.spike_time[p] = x.time[0] + share * (t_new - x.time[0])
             r.spike_index[p] = j
             r.filled[1] = p + 1
             x.armed[j] = False
-        elif after < levels[1, j]:
+        elif after < r.levels[1, j]:
             x.armed[j] = True
 
 
 @compiled()
-def _try_step(
-    k: Kernel, p: NoisePlan, x: NoiseState, step: float, v: F64, guess: F64, history: F64, w: Work
-) -> float:
+def _try_step(k: Kernel, p: NoisePlan, x: NoiseState, step: float, scratch: Scratch) -> float:
     """Backward Euler into `v`; returns the error over the tolerance, or inf where it does not converge."""
+    v, guess, history = scratch.v, scratch.guess, scratch.history
     a = 1.0 / step
     for i in range(k.columns):
         history[i] = -a * x.voltage[i]
@@ -197,7 +205,7 @@ def _try_step(
     for i in range(k.unknowns):
         guess[i] = x.voltage[i] + ahead * x.rate[i]
         v[i] = guess[i]
-    iterations = newton(k, a, history, v, _NEWTON, w)
+    iterations = newton(k, a, history, v, _NEWTON, scratch.work)
     x.counts[2] += abs(iterations)
     if iterations < 0:
         return np.inf
@@ -232,31 +240,18 @@ def _accept(
 
 
 @compiled()
-def advance_noisy(  # noqa: PLR0913, PLR0917 - one compiled loop with its scratch
-    k: Kernel,
-    s: Sources,
-    p: NoisePlan,
-    x: NoiseState,
-    d: Draws,
-    grid: float,
-    first: int,
-    last: int,
-    watch: I64,
-    levels: F64,
-    r: Recorder,
-    w: Work,
-    v: F64,
-    guess: F64,
-    history: F64,
-    cursor: I64,
-) -> int:
-    """Advance from the start of grid step `first` to that of `last`, or until the recorder is nearly full.
+def advance_noisy(
+    k: Kernel, s: Sources, p: NoisePlan, x: NoiseState, d: Draws, steps: GridSteps, r: Recorder,
+    scratch: Scratch,
+) -> int:  # fmt: skip
+    """Advance over grid steps, or until the recorder is nearly full; returns how it ended.
 
-    The kernel has one more column a node from `p.first` on; its thresholds are moved. Returns how it ended.
+    The kernel has one more column a node from `p.first` on; its thresholds are moved.
     """
-    n = k.unknowns
-    for number in range(first, last):
-        if r.filled[0] + ROOM > r.time.size or r.filled[1] + ROOM * watch.size > r.spike_time.size:
+    n, grid = k.unknowns, steps.length
+    w, v, cursor = scratch.work, scratch.v, scratch.cursor
+    for number in range(steps.first, steps.last):
+        if r.filled[0] + ROOM > r.time.size or r.filled[1] + ROOM * r.watch.size > r.spike_time.size:
             return BUFFER_FULL
         _begin_grid_step(k, p, x, d, number)
         _densities(k, p, x, w)
@@ -271,7 +266,7 @@ def advance_noisy(  # noqa: PLR0913, PLR0917 - one compiled loop with its scratc
                 source_values(s, cursor, t_new, v, n)
                 v[p.first - 1] = 0.0
                 _bring(k, p, d.unit[level], grid, v)
-                error = _try_step(k, p, x, step, v, guess, history, w)
+                error = _try_step(k, p, x, step, scratch)
             if error > allowed_error(level):
                 x.counts[1] += 1
                 if level == DEEPEST or r.filled[0] - taken >= ROOM - 1:
@@ -279,7 +274,7 @@ def advance_noisy(  # noqa: PLR0913, PLR0917 - one compiled loop with its scratc
                 _halve(p, d, level, part)
                 level, part = level + 1, 2 * part
                 continue
-            _detect(x, t_new, v, watch, levels, r)
+            _detect(x, t_new, v, r)
             _accept(x, t_new, step, v, n, p.first, r)
             while level > 0 and part % 2 == 1:
                 level, part = level - 1, part // 2

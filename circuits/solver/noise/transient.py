@@ -31,12 +31,12 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver import integrate as core
 from circuits.solver.beginning import NOISE, Beginning, beginning
 from circuits.solver.integrate import source_values
-from circuits.solver.newton import allocate
 from circuits.solver.noise.analysis import noise_sources, transistor_areas
 from circuits.solver.noise.steps import (
     DEEPEST,
     ROOM,
     Draws,
+    GridSteps,
     NoisePlan,
     NoiseState,
     advance_noisy,
@@ -122,24 +122,16 @@ def simulate_noisy(
     draws = _draws(machine, plan, run.seed, trial)
     if plan.keep.size:
         start_flicker(plan, state, draws)
-    room = 2 * ROOM * max(1, watch.size)
-    recorder = core.Recorder(
-        np.zeros(_CHUNK), np.zeros((_CHUNK, columns.size)), columns, np.zeros(room),
-        np.zeros(room, np.int64), np.zeros(2, np.int64),
-    )  # fmt: skip
+    recorder = core.new_recorder(columns, watch, levels, _CHUNK, 2 * ROOM * max(1, watch.size))
     sources = machine.sources()
-    v, guess, history = (np.zeros(kernel.columns) for _ in range(3))
-    cursor, work = sources.start[:-1].copy(), allocate(kernel)
+    scratch = core.new_scratch(kernel, sources)
     times, volts = [np.zeros(1)], [state.voltage[columns][None]]
     spikes: list[tuple[int, float]] = []
     code, last = core.BUFFER_FULL, round(stop / grid)
     while code == core.BUFFER_FULL:
         recorder.filled[:] = 0
-        first = round(float(state.time[0]) / grid)
-        code = advance_noisy(
-            kernel, sources, plan, state, draws, grid, first, last, watch, levels,
-            recorder, work, v, guess, history, cursor,
-        )  # fmt: skip
+        steps = GridSteps(grid, round(float(state.time[0]) / grid), last)
+        code = advance_noisy(kernel, sources, plan, state, draws, steps, recorder, scratch)
         times.append(recorder.time[: recorder.filled[0]].copy())
         volts.append(recorder.voltage[: recorder.filled[0]].copy())
         found = range(int(recorder.filled[1]))
