@@ -6,16 +6,29 @@ or predicted. That a fitted one agrees proves nothing, but one that does not is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
 
 from system.statement import Statement
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+T = TypeVar("T")
 Progress = Callable[[float], None]
+
+
+def with_progress(items: Collection[T], progress: Progress) -> Iterator[T]:
+    """Items in their order; `progress` takes the share that is done after what is made of each."""
+    for done, item in enumerate(items, 1):
+        yield item
+        progress(done / len(items))
+
+
+def part(progress: Progress, begin: float, end: float) -> Progress:
+    """Progress of a part of an experiment, which is the experiment's own from `begin` to `end`, 0 to 1."""
+    return lambda done: progress(begin + (end - begin) * done)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +58,11 @@ class Experiment:
     """A figure or table of a paper. `run(progress)` reports the fraction done, 0 to 1, as it goes.
 
     counts: where it is a campaign of many long runs, whole numbers that `run` takes by these names, with what
-    they are unless given; after `progress` it then takes `execution`, a `system.study.campaign.Execution`.
+    they are unless given, if only none; after `progress` it then takes `execution`, a
+    `system.study.campaign.Execution`. None where it is no campaign.
     """
 
     name: str
     summary: str
     run: Callable[..., Report]
-    counts: Mapping[str, int] = field(default_factory=dict)
+    counts: Mapping[str, int] | None = None

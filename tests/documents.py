@@ -129,7 +129,7 @@ def shortened(command: Command, options: Iterable[str]) -> list[str]:
         del short["--duration"]
         params = _of_study(words[1])
     elif command.verb == ("reproduce",):
-        params = dict.fromkeys(load_experiment(words[1]).counts, "1")
+        params = dict.fromkeys(load_experiment(words[1]).counts or (), "1")
     left_out = {*short, *DROPPED, *(f"--{name}" for name in params)}
     pairs = [*short.items(), *(("--param", f"{name}={value}") for name, value in params.items())]
     return [*_without(words, left_out), *(word for pair in pairs for word in pair)]

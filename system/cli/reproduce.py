@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from circuits.errors import ParameterError
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.workers import on_processes
-from system.experiment import Experiment, Report
+from system.experiment import Report
 from system.notice import say
 from system.plot import check_picture, save_picture
 from system.registry import load_experiment
@@ -42,9 +42,9 @@ def reproduce_command(
         check_picture(plot)
     chosen = load_experiment(experiment)
     run = chosen.run
-    if chosen.counts:
+    if chosen.counts is not None:
         execution = _execution(output, workers, scheduler, resume=resume)
-        run = partial(run, execution=execution, **_counts(chosen, params))
+        run = partial(run, execution=execution, **_counts(chosen.name, chosen.counts, params))
     else:
         for option, given in (
             ("param", params),
@@ -79,14 +79,15 @@ def _execution(output: str | None, workers: int | None, scheduler: str | None, *
     return Execution(None if output is None else Path(output), resume, made_by)
 
 
-def _counts(chosen: Experiment, params: Sequence[str]) -> dict[str, int]:
+def _counts(experiment: str, usual: Mapping[str, int], params: Sequence[str]) -> dict[str, int]:
     """Whole numbers that are given, by name."""
     found: dict[str, int] = {}
     for text in params:
         name, _, value = text.partition("=")
-        if name not in chosen.counts:
-            known = ", ".join(f"{n}={k}" for n, k in chosen.counts.items())
-            raise ParameterError(f"--param: {name}, unknown to {chosen.name}; known are {known}")
+        if name not in usual:
+            known = ", ".join(f"{n}={k}" for n, k in usual.items())
+            advice = f"known are {known}" if known else "it has none, leave it out"
+            raise ParameterError(f"--param: {name}, unknown to {experiment}; {advice}")
         if not (value.isdecimal() and len(value) <= len(str(MOST)) and 1 <= int(value) <= MOST):
             raise ParameterError(
                 f'--param: {name} "{value[:SHOWN]}", must be a whole number from 1 to {MOST}'

@@ -13,13 +13,18 @@ docs/circuits.md.
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.ranging.coupling import measure_coupling
+from chips.ranging.coupling import Coupling, measure_coupling
 from circuits.registry import block_names, load_block
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -28,6 +33,7 @@ from netlists.ngspice.agreement import (
     CONVERGED,
     NODE_RMS,
     OPERATING_POINT,
+    SOLVER_RTOL,
     SPIKE_SHARE,
     SPIKE_TIME,
     Agreement,
@@ -35,39 +41,105 @@ from netlists.ngspice.agreement import (
     delay_ratio,
     started,
 )
-from system.experiment import Experiment, Progress, Report
+from netlists.registry import DEFAULT_RELTOL, POINTS
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.options.block import block_named
 from system.papers.checks.chip_coupling import coupling_note, coupling_rows
 from system.plot import COLOURS, INK, PALE
 from system.rule import Rule, within
 from system.statement import Statement
+from system.study.campaign import ALONE, Campaign, Execution
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DRAWN = ("rebound-neuron", 27.0)
-CHIP = "ranging-chip-biased"
+CHIP, COUPLING = "ranging-chip-biased", "coupling"
 CHIP_TEMPERATURES = (27.0,)  # degC; ngspice takes 11 minutes of CPU time
 CHIP_RELTOL, CHIP_POINTS = 5e-5, 1800  # where ngspice begins, trapezoidal; at twice both it is not converged
 
 
-def run(progress: Progress) -> Report:
+class Case(NamedTuple):
+    """What is compared: a block or the chip, or `COUPLING`, at a temperature in degC."""
+
+    circuit: str
+    temperature_c: float
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """What is kept of an agreement, by its names there.
+
+    watched: whether events are watched; spike_time: s, None where one engine has more spikes; node: that
+    which differs most, by node_rms, V; moved_spike: by how much halving moves a spike of ngspice, s, None
+    where it changes their number; moved_rms: by how much it moves a node, V; tmax: s; spikes: how many.
+    """
+
+    watched: bool
+    spike_time: float | None
+    spike_allowance: float
+    node: str
+    node_rms: float
+    operating_point: float
+    excluded: float
+    converged: bool
+    moved_spike: float | None
+    moved_rms: float
+    reltol: float
+    tmax: float
+    spikes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A comparison, or the coupling; the other is None."""
+
+    compared: Compared | None = None
+    coupling: Coupling | None = None
+
+
+def run(progress: Progress, execution: Execution = ALONE, cases: Sequence[Case] | None = None) -> Report:
     """Compare every registered block at every temperature, then the chip, then its coupling."""
-    cases = [*product(block_names(), TEMPERATURES), *((CHIP, t) for t in CHIP_TEMPERATURES)]
-    found: dict[tuple[str, float], Agreement] = {}
-    for k, (block, temperature) in enumerate(cases):
-        silicon = Silicon(block_named(block).process, temperature)
-        found[block, temperature] = (
-            compare_chip(silicon) if block == CHIP else compare(load_block(block), silicon)
-        )
-        progress((k + 1) / (len(cases) + 1))
-    coupling = measure_coupling(Silicon())
-    progress(1.0)
-    rows = tuple(row for (block, _), agreement in found.items() for row in _rows(block, agreement))
-    notes = tuple(_note(block, agreement) for (block, _), agreement in found.items())
-    return Report(
-        (*rows, *coupling_rows(coupling)),
-        lambda figure: draw_beside(found[DRAWN], "v_mem", figure),
-        (*notes, coupling_note(coupling)),
-    )
+    asked = all_cases() if cases is None else cases
+    numbers = (version("noctule"), SOLVER_RTOL, DEFAULT_RELTOL, POINTS, CHIP_RELTOL, CHIP_POINTS)
+    campaign = Campaign(EXPERIMENT.name, measure, Case, Found, numbers)
+    with closing(execution.results(campaign, asked)) as results:
+        found = [(case, next(results)) for case in with_progress(asked, progress)]
+    compared = [(case, each.compared) for case, each in found if each.compared is not None]
+    coupled = [each.coupling for _, each in found if each.coupling is not None]
+    rows = [row for case, each in compared for row in _rows(case, each)]
+    rows += [row for coupling in coupled for row in coupling_rows(coupling)]
+    notes = (*(_note(*each) for each in compared), *(coupling_note(coupling) for coupling in coupled))
+    return Report(tuple(rows), lambda figure: draw_beside(compare_block(*DRAWN), "v_mem", figure), notes)
+
+
+def all_cases() -> list[Case]:
+    """Every block at every temperature, the chip, and its coupling."""
+    blocks = [Case(*each) for each in product(block_names(), TEMPERATURES)]
+    return [*blocks, *(Case(CHIP, t) for t in CHIP_TEMPERATURES), Case(COUPLING, Silicon().temperature_c)]
+
+
+def measure(case: Case) -> Found:
+    """Compare once, or measure the coupling."""
+    if case.circuit == COUPLING:
+        return Found(coupling=measure_coupling(Silicon(temperature_c=case.temperature_c)))
+    if case.circuit == CHIP:
+        return Found(kept(compare_chip(Silicon(block_named(CHIP).process, case.temperature_c))))
+    return Found(kept(compare_block(*case)))
+
+
+def compare_block(block: str, temperature_c: float) -> Agreement:
+    """Compare a block in both engines at a temperature in degC."""
+    return compare(load_block(block), Silicon(block_named(block).process, temperature_c))
+
+
+def kept(agreement: Agreement) -> Compared:
+    """Keep what rows and notes tell."""
+    apart, halved = agreement.difference, agreement.convergence
+    return Compared(
+        bool(agreement.solver.spikes), apart.spike_time if apart.same_count else None, apart.spike_allowance,
+        apart.worst_node, apart.worst_rms, apart.operating_point, apart.excluded, agreement.converged,
+        halved.spike_time if halved.same_count else None, halved.worst_rms, agreement.reltol, agreement.tmax,
+        sum(times.size for times in agreement.solver.spikes.values()),
+    )  # fmt: skip
 
 
 def compare_chip(silicon: Silicon, stop: float | None = None) -> Agreement:
@@ -92,36 +164,33 @@ def chip_testbench(silicon: Silicon) -> Testbench:
     return chip.testbench(circuit, stimuli, v_dd)
 
 
-def _rows(block: str, agreement: Agreement) -> list[Statement]:
+def _rows(case: Case, found: Compared) -> list[Statement]:
     """Statements about one block at one temperature; none agrees unless ngspice is converged."""
-    apart, far = agreement.difference, not agreement.converged
-    name = f"{block.replace('-', '_')}_at_{agreement.temperature_c:g}_degC".replace("-", "minus_")
+    name = f"{case.circuit.replace('-', '_')}_at_{case.temperature_c:g}_degC".replace("-", "minus_")
     node = within(NODE_RMS, "worst node within {milli:g} mV rms of ngspice", of=0.0)
     point = within(OPERATING_POINT, "worst node within {milli:g} mV of ngspice", of=0.0)
     rows: list[tuple[str, float | None, Rule]] = [
-        ("node_rms_V", apart.worst_rms, node),
-        ("operating_point_V", apart.operating_point, point),
+        ("node_rms_V", found.node_rms, node),
+        ("operating_point_V", found.operating_point, point),
     ]
-    if agreement.solver.spikes:
+    if found.watched:
         allowed = f"{1e6 * SPIKE_TIME:g} us + {100 * SPIKE_SHARE:g} %"
         text = f"as many spikes, worst within {{micro:.3g}} us ({allowed}) of ngspice"
-        late = apart.spike_time if apart.same_count else None
-        rows.insert(0, ("spike_time_s", late, within(apart.spike_allowance, text, of=0.0)))
+        rows.insert(0, ("spike_time_s", found.spike_time, within(found.spike_allowance, text, of=0.0)))
     return [
-        Statement(f"{name}_{what}", None, ours, rule.unless(far, "ngspice is not converged"))
+        Statement(f"{name}_{what}", None, ours, rule.unless(not found.converged, "ngspice is not converged"))
         for what, ours, rule in rows
     ]
 
 
-def _note(block: str, agreement: Agreement) -> str:
-    halved, apart = agreement.convergence, agreement.difference
-    state = "converged" if agreement.converged else "not converged"
-    spikes = sum(times.size for times in agreement.solver.spikes.values())
+def _note(case: Case, found: Compared) -> str:
+    state = "converged" if found.converged else "not converged"
+    moved = math.inf if found.moved_spike is None else found.moved_spike
     return (
-        f"{block} at {agreement.temperature_c:g} degC: {spikes} spikes; worst node {apart.worst_node};"
-        f" {100 * apart.excluded:.1f} % of the time left out around edges; ngspice {state} at reltol"
-        f" {agreement.reltol:g}, steps to {1e6 * agreement.tmax:.3g} us: halving moves spikes by"
-        f" {1e6 * halved.spike_time:.2g} us and nodes by {1e3 * halved.worst_rms:.2g} mV rms"
+        f"{case.circuit} at {case.temperature_c:g} degC: {found.spikes} spikes; worst node {found.node};"
+        f" {100 * found.excluded:.1f} % of the time left out around edges; ngspice {state} at reltol"
+        f" {found.reltol:g}, steps to {1e6 * found.tmax:.3g} us: halving moves spikes by"
+        f" {1e6 * moved:.2g} us and nodes by {1e3 * found.moved_rms:.2g} mV rms"
         f" (at most {100 * CONVERGED:g} % of what is allowed)."
     )
 
@@ -147,10 +216,12 @@ def draw_beside(agreement: Agreement, node: str, figure: Figure) -> None:
         xycoords="axes fraction",
         fontsize=7,
     )
-    below.set_ylim(-limit, limit)
-    below.set_ylabel("difference (mV)")
-    below.set_xlabel("time (ms)")
-    below.set_xlim(0.0, 1e3 * float(ours.time[-1]))
+    below.set(
+        ylim=(-limit, limit),
+        ylabel="difference (mV)",
+        xlabel="time (ms)",
+        xlim=(0.0, 1e3 * float(ours.time[-1])),
+    )
     figure.align_ylabels([above, below])
 
 
@@ -158,4 +229,5 @@ EXPERIMENT = Experiment(
     name="agreement",
     summary="the solver against ngspice: every block at -20, 27 and 85 degC, and the whole ranging chip",
     run=run,
+    counts={},
 )

@@ -1,16 +1,20 @@
 """Noise of the devices: k T / C, small signals and noise beside ngspice, jitter of the rebound neuron.
 
-Nothing is fitted, and the papers have none of it; what stands in the place of their values is theory:
-`k T / C` of a resistor and of switches from weak to strong inversion, ngspice's own linearisation of the
-exported blocks (`netlists.ngspice.small_signal` says what of the noise is ngspice's), and `sqrt(q t_inh / I)`
-for the inhibition of neuron 12 of the ranging chip, white noise alone. Flicker is shown beside: its
-coefficient is ours. The behavioural neuron's jitter stands beside the transistors'.
+Nothing is fitted, and the papers have none of it: the solver's noise is compared with theory and with
+ngspice. Integrated noise of a resistor and of switches from weak to strong inversion is compared with
+`k T / C`; transfer and noise of six blocks with ngspice's own linearisation of the exported block
+(`netlists.ngspice.small_signal` says what of the noise is ngspice's); and the inhibition of neuron 12 of the
+ranging chip, over 400 trials with white noise alone, with `sqrt(q t_inh / I)`. The behavioural neuron's
+jitter is compared with the transistors'. Flicker is shown beside them, without a rule: its coefficient is
+ours.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -25,6 +29,7 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Device, Resistor, Source, Transistor
 from circuits.devices.noise import WHITE_ONLY, NoiseModel
 from circuits.devices.source import Constant
+from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import load_block
@@ -34,20 +39,27 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver import small_signal
 from circuits.solver.modes import natural_rates
 from circuits.solver.noise import analysis as noise_analysis
-from circuits.solver.noise.transient import NoiseRun, map_trials, simulate_noisy
+from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 from circuits.solver.operating_point import OperatingPoint, operating_point
-from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from netlists.ngspice import small_signal as peer
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, part, with_progress
 from system.plot import COLOURS, PALE
 from system.rule import unjudged, within
 from system.statement import Statement
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 KTC, AC, NOISE, JITTER = 0.05, 0.01, 0.03, 0.10  # shares that are allowed
 NEURON = 12  # the longest inhibition, 27.4 ms at 40.1 pA
 STEP, STOP = 2e-6, 32e-3  # s, of the grid of noise, and the end of a run
 TRIALS, SEED = 400, 1000  # 400 know a deviation to 3.5 %
+LEAST_TRIALS = 4
+WHITE, FINER, FLICKER = "white", "half step", "flicker"
+NOISES = {  # of the inhibition's trials
+    WHITE: NoiseRun(SEED, STEP, WHITE_ONLY),
+    FINER: NoiseRun(SEED + 1, 0.5 * STEP, WHITE_ONLY),
+    FLICKER: NoiseRun(SEED + 2, STEP),
+}
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DIES = (None, 1003)
 GATES = (0.4, 0.7, 1.0, 5.0)  # V, of a switch: weak, moderate, strong inversion
@@ -63,6 +75,13 @@ BESIDE_NGSPICE = (
 
 
 @dataclass(frozen=True, slots=True)
+class Trial:
+    """Length of the inhibition, s; None where it does not end within the run."""
+
+    t_inh: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Beside:
     """One block in both engines: largest differences of transfer and noise, as shares of ngspice's."""
 
@@ -73,24 +92,27 @@ class Beside:
     noise: float
 
 
-def run(progress: Progress) -> Report:
-    """Measure the noise of devices beside theory, ngspice and the behavioural neuron."""
+def run(progress: Progress, execution: Execution = ALONE, trials: int = TRIALS) -> Report:
+    """Measure the noise of devices beside theory, ngspice and the behavioural neuron.
+
+    Raises `ParameterError` for fewer than four trials, of which half could not have a deviation.
+    """
+    if trials < LEAST_TRIALS:
+        raise ParameterError(f"trials: {trials}, must be at least {LEAST_TRIALS}; give more")
     rows = [_integrated_row(), _transient_row()]
-    progress(0.05)
-    beside = []
-    for k, (name, source, node, low) in enumerate(BESIDE_NGSPICE):
-        for temperature_c in TEMPERATURES:
-            beside += [measure_beside(name, source, node, low, temperature_c, die) for die in DIES]
-        progress(0.05 + 0.15 * (k + 1) / len(BESIDE_NGSPICE))
-    rows += beside_rows(beside)
-    machine = neuron_machine(NEURON)
-    white = inhibitions(machine, NoiseRun(SEED, STEP, WHITE_ONLY), TRIALS)
-    progress(0.45)
-    finer = inhibitions(machine, NoiseRun(SEED + 1, 0.5 * STEP, WHITE_ONLY), TRIALS)
-    progress(0.85)
-    flicker = inhibitions(machine, NoiseRun(SEED + 2, STEP), TRIALS // 2)
-    progress(1.0)
-    rows += jitter_rows(white, finer, flicker)
+    beside = [
+        measure_beside(*block, temperature_c, die)
+        for block in with_progress(BESIDE_NGSPICE, part(progress, 0.0, 0.2))
+        for temperature_c in TEMPERATURES
+        for die in DIES
+    ]
+    counts = {WHITE: trials, FINER: trials, FLICKER: trials // 2}
+    keys = [Numbered(name, k) for name, count in counts.items() for k in range(count)]
+    numbers = (version("noctule"), NEURON, STOP, *NOISES.items())
+    campaign = Campaign(EXPERIMENT.name, inhibition, Numbered, Trial, numbers)
+    found = execution.by_condition(campaign, keys, part(progress, 0.2, 1.0))
+    white, finer, flicker = (np.array([each.t_inh for each in found[name]], dtype=float) for name in counts)
+    rows += [*beside_rows(beside), *jitter_rows(white, finer, flicker)]
     return Report(tuple(rows), lambda figure: draw(white, flicker, figure), (_note(beside, white),))
 
 
@@ -136,14 +158,15 @@ def neuron_machine(k: int) -> Machine:
     return to_kernel(rebound_neuron.testbench(neuron, stimuli, silicon.process.v_dd), silicon)
 
 
-def inhibitions(machine: Machine, noise: NoiseRun, trials: int) -> F64:
-    """Measure t_inh of each trial, s."""
+def inhibition(key: Numbered) -> Trial:
+    """Measure t_inh of `NEURON` in the trial of a number, with the noise of a name."""
+    result = simulate_noisy(_machine(), NOISES[key.condition], key.number)
+    return Trial(rebound_neuron.measures(result)["t_inh_s"])
 
-    def t_inh(result: Result) -> float:
-        found = rebound_neuron.measures(result)["t_inh_s"]
-        return np.nan if found is None else found
 
-    return np.array(map_trials(t_inh, machine, noise, range(trials)))
+@lru_cache(maxsize=1)
+def _machine() -> Machine:
+    return neuron_machine(NEURON)
 
 
 def shot_jitter(t_inh: float) -> float:
@@ -252,8 +275,7 @@ def draw(white: F64, flicker: F64, figure: Figure) -> None:
     x = np.linspace(-70.0, 70.0, 400)
     normal = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
     ax.plot(x, normal, color=PALE, linewidth=2.0, zorder=0, label=f"sqrt(q t_inh / I): {sigma:.3g} µs")
-    ax.set_xlabel(f"t_inh of neuron {NEURON} away from its mean (µs)")
-    ax.set_ylabel("density (1/µs)")
+    ax.set(xlabel=f"t_inh of neuron {NEURON} away from its mean (µs)", ylabel="density (1/µs)")
     ax.legend(loc="best")
 
 
@@ -261,4 +283,5 @@ EXPERIMENT = Experiment(
     name="device-noise",
     summary="k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
     run=run,
+    counts={"trials": TRIALS},
 )

@@ -1,10 +1,11 @@
 """Twenty dies of the rebound neuron in ngspice: the same class and the same edges as in the solver.
 
-Dies A/1000 to A/1019, local mismatch alone, with the neuron's usual biases; those that do not work included.
-Both engines answer the same search (`circuits.blocks.sonar.tuning`): silent at rest, after a call and after
-an echo alone; then the facilitating interval, scanned and its edges bisected to 10 us. Both have the same
-equations. ngspice's edges are converged where a run at a tenth of its reltol and a quarter of its largest
-step still fires 10 us within them and not 10 us outside. No value is fitted, and the paper has none.
+No paper has it. Compared are dies A/1000 to A/1019 with local mismatch alone and the neuron's usual biases,
+those that do not work included. Both engines answer the same search (`circuits.blocks.sonar.tuning`): silent
+at rest, after a call and after an echo alone; then the facilitating interval, scanned and its edges bisected
+to 10 us. Both have the same equations. ngspice's edges are converged where a run at a tenth of its reltol and
+a quarter of its largest step still fires 10 us within them and not 10 us outside. No value is fitted, and the
+paper has none.
 """
 
 from __future__ import annotations
@@ -12,9 +13,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 
+import numpy as np
 from matplotlib.figure import Figure
 
+from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.tuning import RESOLUTION, NeuronClass, Tuning, search, tune, tuning_machine
 from circuits.silicon.die import Die
@@ -24,9 +28,22 @@ from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, PALE
 from system.rule import Rule, all_of, within
 from system.statement import Statement
+from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
-DIES = tuple(range(1000, 1020))
+DIE = "die"
+FIRST_DIE, DIES = 1000, 20
 EDGE = 20e-6  # s, allowed between the engines: twice the resolution of the bisection
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What an engine says of a die: its class, and the edges of the facilitating interval, float64[2], s.
+
+    Edges are NaN where the neuron does not work.
+    """
+
+    outcome: NeuronClass
+    edges: F64
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +51,8 @@ class Beside:
     """One die in both engines; `converged`: whether ngspice's edges hold when tightened (True without)."""
 
     die: int
-    solver: Tuning
-    ngspice: Tuning
+    solver: Answer
+    ngspice: Answer
     runs: int
     converged: bool
 
@@ -49,29 +66,33 @@ class Beside:
         """Larger distance of the two edges, s; None unless the neuron works in both."""
         if not (self.same_class and self.solver.outcome is NeuronClass.WORKS):
             return None
-        one, other = self.solver, self.ngspice
-        return max(abs(one.first - other.first), abs(one.last - other.last))
+        return float(np.abs(self.solver.edges - self.ngspice.edges).max())
 
 
-def run(progress: Progress) -> Report:
+def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
     """Tune every die in both engines."""
-    found = []
-    for k, die in enumerate(DIES):
-        found.append(beside(die))
-        progress((k + 1) / len(DIES))
+    keys = [Numbered(DIE, FIRST_DIE + k) for k in range(dies)]
+    numbers = (version("noctule"), RELTOL, LARGEST_STEP, RESOLUTION)
+    campaign = Campaign(EXPERIMENT.name, beside, Numbered, Beside, numbers)
+    found = execution.by_condition(campaign, keys, progress)[DIE]
     rows = tuple(row for one in found for row in _rows(one))
     return Report((*rows, *_summary(found)), lambda figure: draw(found, figure), (_note(found),))
 
 
-def beside(number: int) -> Beside:
-    """Tune one die in both engines."""
-    neuron, silicon = rebound_neuron.build(), silicon_of(number)
+def beside(key: Numbered) -> Beside:
+    """Tune the die of a number in both engines."""
+    neuron, silicon = rebound_neuron.build(), silicon_of(key.number)
     solver = tune(tuning_machine(neuron, silicon))
     trials = NgspiceTrials(neuron, silicon)
     peer = search(trials)
     tight = NgspiceTrials(neuron, silicon, 0.1 * RELTOL, 0.25 * LARGEST_STEP)
     converged = peer.outcome is not NeuronClass.WORKS or edges_hold(tight, peer, RESOLUTION)
-    return Beside(number, solver, peer, trials.runs + tight.runs, converged)
+    return Beside(key.number, answer_of(solver), answer_of(peer), trials.runs + tight.runs, converged)
+
+
+def answer_of(tuning: Tuning) -> Answer:
+    """Keep the class and the edges."""
+    return Answer(tuning.outcome, np.array([tuning.first, tuning.last]))
 
 
 def silicon_of(number: int) -> Silicon:
@@ -120,16 +141,14 @@ def draw(found: Sequence[Beside], figure: Figure) -> None:
         ([one.ngspice for one in found], PALE, 7.0, "ngspice"),
         ([one.solver for one in found], COLOURS[0], 2.0, "solver"),
     ):
-        edges = [(1e3 * t.first, 1e3 * t.last) for t in tunings]
+        edges = [1e3 * t.edges for t in tunings]
         dies = [one.die for one in found]
         axes.vlines(dies, *zip(*edges, strict=True), color=colour, linewidth=width, label=label)
     for one in found:
         if one.solver.outcome is not NeuronClass.WORKS:
             axes.annotate(one.solver.outcome.value, (one.die, 0.02), xycoords=("data", "axes fraction"),
                           rotation=90, ha="center", fontsize=7)  # fmt: skip
-    axes.set_xlabel("die")
-    axes.set_xticks([one.die for one in found][::2])
-    axes.set_ylabel("facilitating delays (ms)")
+    axes.set(xlabel="die", xticks=[one.die for one in found][::2], ylabel="facilitating delays (ms)")
     axes.legend(loc="upper right")
 
 
@@ -137,4 +156,5 @@ EXPERIMENT = Experiment(
     name="ngspice-dies",
     summary="20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     run=run,
+    counts={"dies": DIES},
 )

@@ -319,6 +319,7 @@ def test_a_line_that_is_no_run_is_refused_by_its_number(
         ),
         ("latency-dies --param dies=100001", 'dies "100001", must be a whole number from 1 to 100000'),
         (f"latency-dies --param dies={'9' * 5000}", f'dies "{"9" * 20}", must be a whole number from 1 to'),
+        ("agreement --param dies=1", "param: dies, unknown to agreement; it has none, leave it out"),
         ("latency-forests --param forests=2 --param network=3", "network: 3 forests, must be at most the 2"),
         ("latency-agreement --resume", "resume: needs the file of --output; add it"),
         ("latency-agreement --workers 0", "workers: 0, must be at least 1"),

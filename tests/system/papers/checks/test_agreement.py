@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from chips.ranging.coupling import Coupling
 from circuits.registry import load_block
 from circuits.silicon.silicon import Silicon
 from netlists.ngspice.agreement import Agreement, compare, scaled_testbench, started
 from netlists.ngspice.library import find_library
 from system.papers.checks import agreement
-from system.plot import save_picture
+from system.papers.checks.agreement import COUPLING, Case, compare_block, kept
+from tests.system.papers.campaigns import goes_on
+from tests.system.papers.conftest import Draw
+
+CASE = Case("high-threshold-neuron", -20.0)
 
 
 @pytest.fixture(scope="module")
@@ -23,11 +31,11 @@ def found() -> Agreement:
         if os.environ.get("CI") == "true":
             pytest.fail(reason)
         pytest.skip(reason)
-    return compare(load_block("high-threshold-neuron"), Silicon(temperature_c=-20.0))
+    return compare_block(*CASE)
 
 
 def test_rows_state_what_agrees(found: Agreement) -> None:
-    rows = agreement._rows("high-threshold-neuron", found)
+    rows = agreement._rows(CASE, kept(found))
     begin = "high_threshold_neuron_at_minus_20_degC"
     assert [row.name for row in rows] == [
         f"{begin}_spike_time_s", f"{begin}_node_rms_V", f"{begin}_operating_point_V",
@@ -38,25 +46,41 @@ def test_rows_state_what_agrees(found: Agreement) -> None:
 
 def test_nothing_agrees_with_an_unconverged_peer_and_a_missing_spike_is_no_number(found: Agreement) -> None:
     far = replace(found.difference, same_count=False)
-    lost = agreement._rows("x", replace(found, difference=far))
+    lost = agreement._rows(CASE, kept(replace(found, difference=far)))
     assert lost[0].shown is None
     assert not lost[0].agrees
     assert lost[1].agrees
-    assert not any(row.agrees for row in agreement._rows("x", replace(found, convergence=far)))
+    assert not any(row.agrees for row in agreement._rows(CASE, kept(replace(found, convergence=far))))
 
 
 def test_the_note_tells_how_ngspice_converged(found: Agreement) -> None:
-    note = agreement._note("high-threshold-neuron", found)
+    note = agreement._note(CASE, kept(found))
     assert "1 spikes" in note
     assert "ngspice converged at reltol 5e-06" in note
     far = replace(found.convergence, same_count=False)
-    assert "not converged" in agreement._note("x", replace(found, convergence=far))
+    assert "not converged" in agreement._note(CASE, kept(replace(found, convergence=far)))
 
 
-def test_the_picture_shows_a_node_in_both(found: Agreement, tmp_path: Path) -> None:
-    file = tmp_path / "agreement.png"
-    save_picture(str(file), lambda figure: agreement.draw_beside(found, "spike", figure))
-    assert file.stat().st_size > 10_000
+def test_comparisons_and_the_coupling_are_kept(
+    found: Agreement, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Runs of which one lacks a spike, and a neuron of the chip that does not fire."""
+    lost = replace(found, difference=replace(found.difference, same_count=False, spike_time=math.inf))
+    cases = [CASE, CASE._replace(temperature_c=27.0), CASE._replace(temperature_c=85.0), Case(COUPLING, 27.0)]
+    monkeypatch.setattr(agreement, "compare_block", lambda _, celsius: lost if celsius > 27.0 else found)
+    late = np.array([20e-3, np.nan])
+    monkeypatch.setattr(agreement, "measure_coupling", lambda _: Coupling(*[late] * 4))
+    report = goes_on(
+        lambda execution: agreement.run(lambda _: None, execution, cases[:2]),
+        lambda execution: agreement.run(lambda _: None, execution, cases),
+        tmp_path,
+    )
+    assert "high_threshold_neuron_at_85_degC_spike_time_s" in report.disagreeing
+    assert len(report.notes) == len(cases)
+
+
+def test_the_picture_shows_a_node_in_both(found: Agreement, drawn: Callable[[Draw], int]) -> None:
+    assert drawn(lambda figure: agreement.draw_beside(found, "spike", figure)) > 10_000
 
 
 def test_the_chip_s_run_is_its_own_at_27_degrees_and_follows_the_delay_elsewhere() -> None:

@@ -1,5 +1,7 @@
 """The experiment on noise: its rows on a part of what it measures."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -7,6 +9,7 @@ from matplotlib.figure import Figure
 from circuits.devices import Source
 from circuits.devices.noise import WHITE_ONLY
 from circuits.devices.source import Constant
+from circuits.errors import ParameterError
 from circuits.solver.noise.transient import NoiseRun
 from netlists.ngspice.library import find_library
 from system.papers.checks import device_noise
@@ -14,20 +17,18 @@ from system.papers.checks.device_noise import (
     Beside,
     behavioural_jitter,
     beside_rows,
-    inhibitions,
+    inhibition,
     jitter_rows,
     measure_beside,
-    neuron_machine,
     resistor_circuit,
     shot_jitter,
     switch_circuit,
     thermal_ratio,
 )
-from system.registry import load_experiment
-
-
-def test_it_is_listed() -> None:
-    assert load_experiment("device-noise") is device_noise.EXPERIMENT
+from system.rule import equal
+from system.statement import Statement
+from system.study.campaign import Numbered
+from tests.system.papers.campaigns import goes_on
 
 
 def test_k_t_over_c() -> None:
@@ -51,6 +52,31 @@ def test_the_worst_of_all_blocks_decides() -> None:
     assert [(row.shown, row.agrees) for row in beside_rows([near, far])] == [(0.02, False), (0.02, True)]
 
 
+def test_trials_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The noise of every trial is its own, whoever runs it; one whose inhibition does not end is kept too."""
+
+    def run(machine: None, noise: NoiseRun, trial: int) -> float | None:
+        drawn = np.random.default_rng((noise.seed, trial)).standard_normal()
+        return None if trial == 2 else 27.4e-3 + 1e-5 * drawn
+
+    monkeypatch.setattr(device_noise, "BESIDE_NGSPICE", ())
+    monkeypatch.setattr(device_noise, "beside_rows", lambda _: [])
+    monkeypatch.setattr(device_noise, "_integrated_row", lambda: Statement("kTC", 1.0, 1.0, equal()))
+    monkeypatch.setattr(device_noise, "_transient_row", lambda: Statement("variance", 1.0, 1.0, equal()))
+    monkeypatch.setattr(device_noise, "_machine", lambda: None)
+    monkeypatch.setattr(device_noise, "simulate_noisy", run)
+    monkeypatch.setattr(device_noise.rebound_neuron, "measures", lambda found: {"t_inh_s": found})
+    done: list[float] = []
+    goes_on(
+        lambda execution: device_noise.run(done.append, execution, trials=4),
+        lambda execution: device_noise.run(done.append, execution, trials=8),
+        tmp_path,
+    )
+    assert done[-1] == pytest.approx(1.0)
+    with pytest.raises(ParameterError, match="trials: 3, must be at least 4"):
+        device_noise.run(done.append, trials=3)
+
+
 def test_jitter_rows_hold_both_grids_to_theory() -> None:
     sigma = shot_jitter(27.4e-3)
     assert sigma == pytest.approx(10.5e-6, rel=5e-3)
@@ -68,9 +94,10 @@ def test_jitter_rows_hold_both_grids_to_theory() -> None:
     device_noise.draw(right, flicker, Figure())
 
 
-def test_neuron_12_scatters_as_its_bias_says() -> None:
-    machine = neuron_machine(device_noise.NEURON)
-    times = inhibitions(machine, NoiseRun(3, 8e-6, WHITE_ONLY), 24)
+def test_neuron_12_scatters_as_its_bias_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(device_noise.NOISES, device_noise.WHITE, NoiseRun(3, 8e-6, WHITE_ONLY))
+    trials = (inhibition(Numbered(device_noise.WHITE, k)).t_inh for k in range(24))
+    times = np.array(list(trials), dtype=float)
     # 24 trials know a deviation to 15 %: three of these. A coarse grid of 8 us moves the mean, not the spread
     assert times.std(ddof=1) == pytest.approx(shot_jitter(float(times.mean())), rel=0.45)
     assert times.mean() == pytest.approx(27.37e-3, rel=5e-3)
