@@ -7,25 +7,26 @@ begin at 50,000; the bat's numbers were chosen on seeds below.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from system.experiment import Progress
+from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all
 from system.openspace.law import Bat
 from system.plot import COLOURS, INK
 from system.rule import Measured, significant
 from system.statement import Statement
-from system.study.campaign import Execution
+from system.study.campaign import ALONE, Execution
 
 PINGS = 10_000_000  # a configuration: some 20 s on one core; ours
 COUNTS = {"collisions": COLLISIONS}  # of an experiment that sweeps
 P = 0.05  # the paper's
 
-Sweep = Mapping[tuple[str, float], Tally]  # by name of the bat and V_MAX, m/s
+Cases = Mapping[tuple[str, float], Case]  # by name of the bat and V_MAX, m/s
+Sweep = Mapping[tuple[str, float], Tally]  # likewise
 
 
 def at_speeds(bats: Mapping[str, Bat], speeds: Sequence[float]) -> dict[tuple[str, float], Case]:
@@ -33,13 +34,7 @@ def at_speeds(bats: Mapping[str, Bat], speeds: Sequence[float]) -> dict[tuple[st
     return {(name, v): Case(replace(bat, max_speed=v)) for name, bat in bats.items() for v in speeds}
 
 
-def fly_sweep(
-    execution: Execution,
-    name: str,
-    cases: Mapping[tuple[str, float], Case],
-    limits: Limits,
-    progress: Progress,
-) -> Sweep:
+def fly_sweep(execution: Execution, name: str, cases: Cases, limits: Limits, progress: Progress) -> Sweep:
     """Fly all cases of a sweep, as the campaign of a name."""
     labels = {f"{bat}, {v:g} m/s": (bat, v) for bat, v in cases}
     labelled = {label: cases[key] for label, key in labels.items()}
@@ -75,6 +70,41 @@ def line(tally: Tally) -> str:
     )
 
 
+def sweep_experiment(
+    name: str,
+    summary: str,
+    cases: Callable[[], Cases],
+    rows: Callable[[Sweep], tuple[Statement, ...]],
+    notes: Callable[[Sweep], tuple[str, ...]] = lines,
+) -> Experiment:
+    """An experiment that flies a sweep and draws its means over speed.
+
+    Parameters
+    ----------
+    name, summary
+        The experiment's.
+    cases
+        Makes all configurations. A run of the experiment takes others as `flown`.
+    rows
+        Makes the statements about what was found.
+    notes
+        Makes the sentences for the reader.
+    """
+
+    def reproduce(
+        progress: Progress,
+        execution: Execution = ALONE,
+        collisions: int = COLLISIONS,
+        pings: int = PINGS,
+        flown: Cases | None = None,
+    ) -> Report:
+        limits = Limits(collisions, pings)
+        found = fly_sweep(execution, name, cases() if flown is None else flown, limits, progress)
+        return Report(rows(found), lambda figure: draw_sweep(found, figure.subplots()), notes(found))
+
+    return Experiment(name, summary, reproduce, COUNTS)
+
+
 def draw_sweep(found: Sweep, ax: Axes) -> None:
     """Mean avoided obstacles over V_MAX with 95 % intervals."""
     names = list(dict.fromkeys(name for name, _ in found))
@@ -83,6 +113,7 @@ def draw_sweep(found: Sweep, ax: Axes) -> None:
         draw_means(list(mine), list(mine.values()), name, k, ax)
     ax.set_xlabel("V_MAX (m/s)")
     ax.set_ylabel("avoided obstacles a collision")
+    ax.legend()
 
 
 def draw_means(x: Sequence[float], tallies: Sequence[Tally], label: str, k: int, ax: Axes) -> None:

@@ -73,6 +73,14 @@ class Driven:
     path: F64
 
 
+class Runs(NamedTuple):
+    """How often a cell is driven, on how many dies, and the first die and seed."""
+
+    number: int
+    dies: int
+    first: int = FIRST
+
+
 class Key(NamedTuple):
     """Of a run: its chip's die, and a digest of all that it is asked to do."""
 
@@ -156,6 +164,28 @@ def drive_cells(
             found[key] = Driven(run.summary, np.array(run.path or (), dtype=float).reshape(-1, 2))
             progress(len(found) / len(keys))
     return {cell: [found[_key(drive)] for drive in each] for cell, each in cells.items()}
+
+
+def drive_repeats(
+    execution: Execution,
+    name: str,
+    cells: Mapping[Cell, Drive],
+    asked: Runs,
+    usual: Runs,
+    progress: Callable[[float], object],
+) -> dict[Cell, list[Driven]]:
+    """The drive of every cell again and again, on dies and with seeds of their own.
+
+    asked, usual: how many of a cell, and the numbers that the campaign has unless others are asked for.
+    """
+
+    def repeated(runs: Runs) -> dict[Cell, list[Drive]]:
+        return {
+            cell: [replace(drive, scenario=s) for s in trials(drive.scenario, *runs)]
+            for cell, drive in cells.items()
+        }
+
+    return drive_cells(execution, name, repeated(asked), repeated(usual), progress)
 
 
 def summaries_of(driven: Mapping[Cell, Sequence[Driven]]) -> dict[Cell, list[Summary]]:

@@ -1,6 +1,8 @@
-"""Rows about a chip's coupling: fully coupled beside separately stepped, held to what docs/circuits.md says.
+"""Rows of `agreement` about the ranging chip's coupling, held to what docs/circuits.md says.
 
-Both sides are the solver's (`chips.ranging.coupling`). The rules hold the documentation to what is measured.
+The chip with its bias chain is simulated fully coupled, and its neurons separately stepped, both by the
+solver (`chips.ranging.coupling`). Compared with the figures of the documentation is by how much earlier
+inhibition and spike come in the coupled chip, in the neuron that it moves most.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
 """Jitter of the behavioural chips beside that of their transistors: ROLLS, NEF, latency and sonar chips.
 
-Nothing is fitted, and the papers have none of it: in the place of their values stand the transistors, in
-transients with the noise of all devices (`circuits.solver.noise.transient`). Interspike intervals of a ROLLS
-neuron on a direct current at 20, 50 and 100 Hz, near its threshold and above; those of a NEF neuron on an
-ideal current; the delay of a tap; times of the sonar's parts (`chip_noise_sonar`) and of the selection
-(`chip_noise_choice`). Nominal devices at 27 degC, white noise; of ROLLS at 50 Hz flicker too, whose
-coefficient is ours. The models are taken where they have the transistors' rate. The isolation's model has no
-noise, which is held against its error. The tolerance was set after first runs: three deviations of what so
-many intervals know, and a few per cent of the models' own; of the sonar's it is that by each row's count.
+Nothing is fitted, and the papers have none of it: the standard deviation of a time in a behavioural model is
+compared with that of its transistors, in transients with the noise of all devices
+(`circuits.solver.noise.transient`). Measured are interspike intervals of a ROLLS neuron on a direct current
+at 20, 50 and 100 Hz, near its threshold and above; those of a NEF neuron on an ideal current; the delay of a
+tap; times of the sonar's parts (`chip_noise_sonar`) and of the selection (`chip_noise_choice`). Devices are
+nominal at 27 degC and have white noise; ROLLS at 50 Hz has flicker too, whose coefficient is ours. The models
+are taken where they have the transistors' rate. The isolation's model has no noise, which is held against its
+error. The tolerance was set after first runs: three deviations of what so many intervals know, and a few per
+cent of the models' own; of the sonar's it is that by each row's count.
 """
 
 from __future__ import annotations

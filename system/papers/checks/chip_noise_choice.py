@@ -1,10 +1,11 @@
-"""Noise of the selection beside that of its transistors, and of the isolation beside its model's error.
+"""Rows of `chip-noise` about the noise of the selection, and about that of the isolation.
 
-Selection: when the line of the winner of eight cells goes high, by transients with the white noise of all
-devices, on a risk beside both rivals. Isolation: the model has no noise, because what its devices make is far
-below the model's own error: how its latch's delays scatter (`circuits.solver.noise.event_jitter`, flicker
-included) beside the rms error of the delays in its record, and by how much the voltage that it passes wanders
-in the mean over an excitation's pulse, beside the largest error of its levels.
+Of the selection is compared when the line of the winner of eight cells goes high, in the model and in
+transients with the white noise of all devices, on a risk beside both rivals. The isolation's model has no
+noise, because what its devices make is far below the model's own error. How its latch's delays scatter
+(`circuits.solver.noise.event_jitter`, flicker included) is compared with the rms error of the delays in its
+record, and by how much the voltage that it passes wanders in the mean over an excitation's pulse with the
+largest error of its levels.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""Jitter of the sonar's chips and boards beside that of their transistors, for `chip-noise`.
+"""Measurements of `chip-noise` of the sonar's chips and boards: jitter beside that of their transistors.
 
-Transients with the white noise of all devices, of nominal devices at 27 degC: spikes of an LSO neuron with
-one excitation, and with two and an inhibition; the end of a synapse's step; a level unit on a ramp; the
-hearing's neurons behind the envelope detector, a sound's peak over their threshold; the vocalization
-controller's comparator on a ramp of its own slope, the rest of the board left out, and intervals of all of
-it. Noise stands still for a fraction of the shortest time that matters: a microsecond, a 25th of the period
-of the carrier, makes the onset neuron scatter by a sixth more.
+The models are compared with transients of nominal devices at 27 degC, with the white noise of all of them.
+Measured are spikes of an LSO neuron with one excitation, and with two and an inhibition; the end of a
+synapse's step; a level unit on a ramp; the hearing's neurons behind the envelope detector, with sounds whose
+peak is above their threshold; the vocalization controller's comparator on a ramp of its own slope, with the
+rest of the board left out, and intervals of the whole board. Noise stands still for a fraction of the
+shortest time that matters: a microsecond, a 25th of the period of the carrier, makes the onset neuron scatter
+by a sixth more.
 """
 
 from __future__ import annotations

@@ -1,11 +1,13 @@
 """Forest with chips: avoided obstacles against area and temperature; what ranging costs, what selection.
 
-No figure of a paper. Four bats a condition: exact, the ranging chip alone, the selection chip alone, both.
+No figure of a paper. In each condition four bats fly: an exact one, one with the ranging chip, one with the
+selection chip, and one with both. How many obstacles they avoid a collision is compared between bats, and
+between conditions:
 
-- Area: of the drawn devices of both chips over the circuits'. Each sample is on a die of its own, with local
+- Area of the drawn devices of both chips, over the circuits'. Each sample is on a die of its own, with local
   mismatch and without process variation (as if biases were trimmed), read with look-up values calibrated on
   that die at 27 degC. Intervals by bootstrap over samples, so over dies too.
-- Temperature: the nominal die with nominal look-up values, fixed gate voltages (`gate`) or the bias
+- Temperature of the nominal die with nominal look-up values, fixed gate voltages (`gate`) or the bias
   generator's currents (`generator`) at the ranging chip; the selection has its gate voltage. Intervals by
   Poisson.
 
@@ -216,11 +218,9 @@ def _draw(study: Study, figure: Figure) -> None:
                 list(met), y, np.abs(ends.T - y), color=COLOURS[k], marker="o", markersize=3.5, capsize=2,
                 label=name,
             )  # fmt: skip
-        ax.set_yscale("log")
-        ax.set_xlabel(label)
+        ax.set(yscale="log", xlabel=label)
         ax.set_title(title, fontsize=9)
-    one.set_xscale("log")
-    one.set_ylabel("avoided obstacles a collision")
+    one.set(xscale="log", ylabel="avoided obstacles a collision")
     figure.legend(*one.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 

@@ -1,4 +1,4 @@
-"""Times that vary from trial to trial: how transistors' deviation and a model's are held side by side."""
+"""Times that vary from trial to trial: the deviation of transistors and that of a model, side by side."""
 
 from __future__ import annotations
 

@@ -1,12 +1,15 @@
 """Crossings of the forest by latency chips on dies: area, temperature, calibration, each block's share.
 
-A die a forest, both numbered from 1006 on, 1,400 obstacles, 2 m/s, ten pings a second, each flight stopped at
-8 crossings, 600 s or a minute in a loop. Biases by the generator unless said; mismatch and process variation.
-Rules, stated before the run: calibration by codes makes the mean of crossings larger; so does 16 times the
-area without calibration; with fixed gates and no calibration it is smaller than with the generator.
+No figure of a paper. Chips with several kinds of biases, areas, calibrations and temperatures fly through
+forests, and their mean numbers of crossings without a collision are compared. Every forest has a die of its
+own, both numbered from 1006 on, with 1,400 obstacles, 2 m/s and ten pings a second; each flight is stopped at
+8 crossings, 600 s or a minute in a loop. Biases are the generator's unless said otherwise, and dies have
+mismatch and process variation. Rules, stated before the run: calibration by codes makes the mean of crossings
+larger; so does 16 times the area without calibration; with fixed gates and no calibration it is smaller than
+with the generator.
 
-Contributions: mismatch of one block at a time, all others nominal, generator, no process variation; what is
-lost against the nominal die on the same forests.
+Contributions are those of the mismatch of one block at a time, with all others nominal, the generator's
+biases and no process variation: what is lost against the nominal die on the same forests.
 """
 
 from __future__ import annotations

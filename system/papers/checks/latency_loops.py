@@ -1,6 +1,7 @@
 """Loops of the latency chip's flights: whether the network repeats them from the same place.
 
-The nominal chip flies forests from seed 1006 on, until as many flights as wanted are caught in a loop
+No figure of a paper. Compared is whether network and chip stay in the same loops. The nominal chip flies
+forests from seed 1006 on, until as many flights as wanted are caught in a loop
 (`system.spiking_bat.circling`). From how the bat stood after the last emergency, when nothing is remembered,
 the published network, integrate-and-fire neurons alone, the chip itself and the analog model fly `PINGS`
 pings: what stays within 2 m all that time repeats the loop. Rule, stated before the run: the lower 95 % limit
@@ -169,8 +170,7 @@ def _draw(found: Sequence[Loop], figure: Figure) -> None:
         draw_forest(forest.place, Bat().zone, ax)
         draw_path(flown.path, ax, 0.9)
         x, y = flown.end
-        ax.set_xlim(x - 2.0 * REACH, x + 2.0 * REACH)
-        ax.set_ylim(y - 2.0 * REACH, y + 2.0 * REACH)
+        ax.set(xlim=(x - 2.0 * REACH, x + 2.0 * REACH), ylim=(y - 2.0 * REACH, y + 2.0 * REACH))
         names = [name for name in NAMES if loop.repeated[name]]
         ax.set_title(f"forest {loop.seed}: {', '.join(names) or 'nobody'}", fontsize=8)
 

@@ -1,11 +1,12 @@
 """Recall of the latency chip on dies: how far a remembered latency is from what was to be remembered.
 
-Each of the 33 memories of a die hears one to three inputs at drawn times (seed 1000), remembers, and is asked
-again at the next ping, which shows nothing. The error is the recalled latency less that of equation (9), at
-the design's numbers; lost is what was not recalled at all. Taps are 3 ms apart, and of two within the window
-the first speaks, so that an ideal chip is early by up to 3 ms. Rules, stated before the run: the nominal
-die's rms error is at most the window; on dies, generator biases, calibration of delay line and integrators
-makes the rms smaller, at 27 degC.
+No figure of a paper. Chips with several kinds of biases, areas, calibrations and temperatures remember and
+recall, and the rms errors are compared. Each of the 33 memories of a die hears one to three inputs at drawn
+times (seed 1000), remembers, and is asked again at the next ping, which shows nothing. The error is the
+recalled latency less that of equation (9), at the design's numbers; lost is what was not recalled at all.
+Taps are 3 ms apart, and of two within the window the first speaks, so that an ideal chip is early by up to 3
+ms. Rules, stated before the run: the nominal die's rms error is at most the window; on dies, generator
+biases, calibration of delay line and integrators makes the rms smaller, at 27 degC.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from matplotlib.figure import Figure
 from chips.latency.chip import LatencyChip
 from chips.latency.law import evaluation_latency
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.openspace.law import Bat, arcs_of
 from system.plot import COLOURS
 from system.rule import at_most, below
@@ -66,11 +67,10 @@ def reproduce(progress: Progress, dies: int = DIES) -> Report:
     """Recall with all builds on all dies."""
     found = {}
     design = design_of(arcs_of(Bat(ping_rate=10.0)), Numbers())
-    for k, (name, build) in enumerate(BUILDS.items()):
+    for name, build in with_progress(BUILDS.items(), progress):
         seeds = range(FIRST, FIRST + (dies if build.own else 1))
         each = [recalls(build.chip(design, seed), seed) for seed in seeds]
         found[name] = Recalls(np.concatenate([r.error for r in each]), sum(r.lost for r in each))
-        progress((k + 1) / len(BUILDS))
     return Report(rows(found), lambda figure: _draw(found, figure), notes(found))
 
 

@@ -1,14 +1,16 @@
 """The NEF chip beside its circuit, and what its ensembles represent.
 
-* Rate of a neuron: the model's beside the transistor level's, of the chip's neurons on 20 dies that nothing
-  was made from, at 0, 27 and 60 degC with both kinds of biases, each fixed at 27 degC. Used range: rates from
-  a twentieth of the highest an ensemble asks for to that highest, at the die's own speed (gate biases make a
-  cold chip slow). Must be within 3 %.
-* Error of representation: rms over time of a decoded number, spikes filtered with 20 ms, about what it is on
-  average, and of that average about the number, together; its slope over 50 to 1,000 neurons must be
-  -0.5 +- 0.1.
-* A die's own decoders beside those of another die, rms of what 500 neurons represent on average: at least
-  three times better in the median of 20 pairs.
+No figure of a paper. Three things are measured, and each is compared with a limit of ours:
+
+* The rate of a neuron in the model is compared with that of its transistors, for neurons of 20 dies that
+  nothing was made from, at 0, 27 and 60 degC with both kinds of biases, each fixed at 27 degC. Used are rates
+  from a twentieth of the highest that an ensemble asks for to that highest, at the die's own speed (gate
+  biases make a cold chip slow). They must be within 3 %.
+* The error of representation is the rms over time of a decoded number, with spikes filtered by 20 ms, about
+  what it is on average, and of that average about the number, together. Its slope over 50 to 1,000 neurons
+  must be -0.5 +- 0.1.
+* A die's own decoders are compared with those of another die, by the rms of what 500 neurons represent on
+  average: they must be at least three times better in the median of 20 pairs.
 """
 
 from __future__ import annotations

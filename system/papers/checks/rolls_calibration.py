@@ -1,10 +1,12 @@
 """Calibration of ROLLS chips: eight populations at 20, 50 and 100 Hz on 50 dies, and what temperature does.
 
-Codes of three weight biases are searched on each die at 27 degC and at most four neurons a population are
-dropped (`chips.rolls.calibration`, `chips.rolls.setups.populations`); the rates are then measured in another
-run, twice as long and with the events at another phase. Rule: mean rate within 10 % of the target for 95 % of
-the pairs of population and die, for each kind of bias. Dies from 1000 on. Then ten of the chips run at other
-temperatures with the codes found at 27 degC: by how much the mean rates move is reported, without a rule.
+No figure of a paper. Compared with their targets are the mean rates of the populations, each kind of bias for
+itself. Codes of three weight biases are searched on each die at 27 degC and at most four neurons a population
+are dropped (`chips.rolls.calibration`, `chips.rolls.setups.populations`); the rates are then measured in
+another run, twice as long and with the events at another phase. Rule: mean rate within 10 % of the target for
+95 % of the pairs of population and die, for each kind of bias. Dies from 1000 on. Then ten of the chips run
+at other temperatures with the codes found at 27 degC: by how much the mean rates move is reported, without a
+rule.
 """
 
 from __future__ import annotations
@@ -129,12 +131,8 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
             mean = 1.0 + f.drift.mean(axis=2)
             right.plot(TEMPERATURES, mean.T, color=COLOURS[k], alpha=0.3, linewidth=0.8)
             right.plot(TEMPERATURES, mean.mean(axis=0), color=COLOURS[k], label=kind)
-    left.set_xlabel("mean rate less its target, %")
-    left.set_ylabel("populations")
-    left.set_yscale("log")
-    right.set_xlabel("temperature, degC")
-    right.set_ylabel("mean rate over its target")
-    right.set_yscale("log")
+    left.set(xlabel="mean rate less its target, %", ylabel="populations", yscale="log")
+    right.set(xlabel="temperature, degC", ylabel="mean rate over its target", yscale="log")
     left.legend()
 
 

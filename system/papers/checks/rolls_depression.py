@@ -1,7 +1,8 @@
 """Short-term depression on ROLLS: trains, rate steps and a population, chip model beside transistors.
 
-A row of a die with a synapse of each level, at transistor level and in the chip's kernel, generator biases,
-dies from 1000 on at 0, 27 and 60 degC (`chips.rolls.depression.trains`). Known is the shape of depression in
+No figure of a paper. A row of a die with a synapse of each level is run at transistor level and in the chip's
+kernel, and charges and spikes of both are compared, with generator biases, on dies from 1000 on at 0, 27 and
+60 degC (`chips.rolls.depression.trains`). Known is the shape of depression in
 phenomenological models and their circuits (Tsodyks & Markram; Boegershausen, Suter & Liu 2003; general
 knowledge, not read here): a train settles at
 
@@ -206,10 +207,7 @@ def _draw_settled(trains: Sequence[Train], ax: Axes) -> None:
             ax.plot(rates, [t.circuit[level][-1] for t in mine], "o", color=COLOURS[k], markersize=3.5)
     guide = np.array([200.0, 1000.0])
     ax.plot(guide, 0.2 * 200.0 / guide, ":", color=INK, label="1 / rate")
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.set_xlabel("rate (Hz)")
-    ax.set_ylabel("settled charge over the first one")
+    ax.set(xscale="log", yscale="log", xlabel="rate (Hz)", ylabel="settled charge over the first one")
     ax.set_title(f"die {FIRST_DIE}: lines chip, marks transistors", fontsize=9)
     ax.legend(fontsize=7)
 
@@ -219,9 +217,7 @@ def _draw_step(t: Train, ax: Axes) -> None:
         ax.plot(t.times, t.chip[level], "-", color=COLOURS[k], label=f"level {level}")
         ax.plot(t.times, t.circuit[level], "o", color=COLOURS[k], markersize=3.0)
     ax.axvline(AT, color=INK, linewidth=0.5)
-    ax.set_ylim(0.0, 1.05)
-    ax.set_xlabel("time (s)")
-    ax.set_ylabel("charge over the first one")
+    ax.set(ylim=(0.0, 1.05), xlabel="time (s)", ylabel="charge over the first one")
     ax.set_title(f"die {t.die}: 10 Hz, then 100 Hz", fontsize=9)
     ax.legend(fontsize=7)
 
@@ -232,9 +228,7 @@ def _draw_population(responses: Sequence[Response], ax: Axes) -> None:
             values = (r.depressed, r.plain)[k]
             middles = AT + BIN * (np.arange(values.size) + 0.5)
             ax.plot(middles, values, color=COLOURS[k], label=name if r is responses[0] else None)
-    ax.set_ylim(0.0, None)
-    ax.set_xlabel("time (s)")
-    ax.set_ylabel("mean rate of 64 neurons (Hz)")
+    ax.set(ylim=(0.0, None), xlabel="time (s)", ylabel="mean rate of 64 neurons (Hz)")
     ax.set_title(f"{len(responses)} dies after the inputs' step", fontsize=9)
     ax.legend(fontsize=7)
 

@@ -1,6 +1,7 @@
 """A neural field on ROLLS: of two inputs 20 % apart the stronger gets the only bump, on 19 of 20 dies.
 
-128 neurons, each exciting itself and six neighbours on either side and inhibiting the rest by one level,
+No figure of a paper. Compared is which of two inputs the field on a chip chooses, over 20 dies. It has 128
+neurons, each exciting itself and six neighbours on either side and inhibiting the rest by one level,
 driven by Poisson events around neurons 32 and 96; the stronger side alternates from die to die. Each die is
 calibrated first: one bias code, and at most two of every eight neurons dropped
 (`chips.rolls.setups.populations`, numbers chosen on dies below 40). Rule: late in the run the mean rate
@@ -70,8 +71,7 @@ def _draw(found: Mapping[str, Sequence[Bump]], figure: Figure) -> None:
     for ax, (kind, bumps) in zip(axes, found.items(), strict=True):
         for k, bump in enumerate(bumps):
             ax.plot(bump.rates, color=COLOURS[(FIRST_DIE + k) % 2], alpha=0.4, linewidth=0.8)
-        ax.set_title(f"{kind} biases")
-        ax.set_xlabel("neuron; blue: 32 stronger, orange: 96")
+        ax.set(title=f"{kind} biases", xlabel="neuron; blue: 32 stronger, orange: 96")
     axes[0].set_ylabel("rate late in the run, Hz")
 
 

@@ -1,8 +1,10 @@
 """Published current-mode forms of ROLLS' synapse and neuron against the transistor circuits: how far off.
 
-Software models print forms that differ (`chips.rolls.synapse.forms`): the synapse with its -I_th, without,
-and as a jump at each spike; the neuron with a sigmoid, a power or the circuit's own law as positive feedback,
-with and without -I_th, with I_ahp counted once and twice. Each is given the circuit's capacitances, bias
+No figure of a paper. Software models print forms that differ (`chips.rolls.synapse.forms`): the synapse with
+its -I_th, without, and as a jump at each spike; the neuron with a sigmoid, a power or the circuit's own law
+as positive feedback, with and without -I_th, with I_ahp counted once and twice. The transistors of a synapse
+are run over levels and rates of events, those of a neuron over input currents, and mean currents and rates
+are compared with those of each form. Each form is given the circuit's capacitances, bias
 currents, pulse and refractory period; what the circuit has no counterpart of (the sigmoid's constants) is as
 published. The transistor circuit, nominal, 27 degC, default biases, decides. In these rows `paper` is what a
 form gives and the rule tells how far it is off; none passes or fails.

@@ -1,6 +1,8 @@
 """A ROLLS chip learns two patterns of mean rates, at least nine of ten held-out presentations told right.
 
-Two populations of 16 neurons with 64 plastic inputs each (`chips.rolls.setups.learning`, numbers chosen on
+No figure of a paper. Dies are taught and tested, and the share of presentations that each tells right, its
+weights, and the moves of weights in its steps and in transistors are compared with limits of ours. Two
+populations of 16 neurons with 64 plastic inputs each (`chips.rolls.setups.learning`, numbers chosen on
 dies below 1000) are taught 40 jittered presentations and tested on 40 others without a teacher, weights held;
 every die has patterns, first weights and events of its own, by its number. Rules, stated before the dies from
 1000 on were run:
@@ -242,17 +244,18 @@ def _draw(
     ax.barh(range(len(names)), [100.0 * (1.0 - np.mean(v)) for v in values], 0.7, color=COLOURS[0])
     ax.set_yticks(range(len(names)), names, fontsize=8)
     ax.invert_yaxis()
-    ax.set_xlabel("told wrong by one neuron of either population (%)")
-    ax.set_ylabel("mismatch of")
+    ax.set(xlabel="told wrong by one neuron of either population (%)", ylabel="mismatch of")
 
 
 def _draw_weights(lessons: Sequence[Lesson], ax: Axes) -> None:
     volts = np.concatenate([x.weights.ravel() for x in lessons])
     ax.hist(volts, bins=60, range=(0.0, LIMIT), color=COLOURS[0])
-    ax.set_yscale("log")
-    ax.set_ylim(0.5, None)
-    ax.set_xlabel("weight a second after the teaching (V)")
-    ax.set_ylabel("weights of all dies")
+    ax.set(
+        yscale="log",
+        ylim=(0.5, None),
+        xlabel="weight a second after the teaching (V)",
+        ylabel="weights of all dies",
+    )
 
 
 def _draw_rates(lessons: Sequence[Lesson], task: Task, ax: Axes) -> None:
@@ -266,8 +269,7 @@ def _draw_rates(lessons: Sequence[Lesson], task: Task, ax: Axes) -> None:
         ax.plot(other, own, "os"[which], color=COLOURS[which], markersize=5, label=f"class {'AB'[which]}")
     top = ax.get_ylim()[1]
     ax.plot((0.0, top), (0.0, top), color=INK, linewidth=0.7, linestyle="--")
-    ax.set_xlabel("mean rate of the other population (Hz)")
-    ax.set_ylabel("of the class shown (Hz)")
+    ax.set(xlabel="mean rate of the other population (Hz)", ylabel="of the class shown (Hz)")
     ax.legend(fontsize=8)
 
 
@@ -278,9 +280,11 @@ def _draw_raster(x: Lesson, task: Task, ax: Axes) -> None:
         ax.plot(1e3 * times[mine], neurons[mine], "|", color=COLOURS[which], markersize=4)
         begin = 1e3 * which * (task.presentation + task.pause)
         ax.axvspan(begin, begin + 1e3 * task.presentation, color=COLOURS[which], alpha=0.08)
-    ax.set_ylim(-1.0, CLASSES * task.population)
-    ax.set_xlabel(f"time (ms); die {FIRST_DIE}, class A shown, then B")
-    ax.set_ylabel("neuron")
+    ax.set(
+        ylim=(-1.0, CLASSES * task.population),
+        xlabel=f"time (ms); die {FIRST_DIE}, class A shown, then B",
+        ylabel="neuron",
+    )
 
 
 EXPERIMENT = Experiment(

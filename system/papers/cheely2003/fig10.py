@@ -1,8 +1,9 @@
 """Figure 10 of Cheely & Horiuchi 2003: amplitude and rate of the vocalization against the proximity voltage.
 
-The vocalization controller at constant proximity voltages over the used range, that of the look-up table.
-Both laws are compared with their straight lines by least squares; the largest departure counts, as a share
-of full scale, which is the span of the quantity over the used range (stricter than its largest value).
+The transistors of the vocalization controller are simulated at constant proximity voltages over the used
+range, which is that of the look-up table. Both laws are compared with their straight lines by least squares;
+the largest departure counts, as a share of full scale, which is the span of the quantity over the used range
+(stricter than its largest value).
 
 A voltage stands for the range, or echo delay, that the linear look-up assigns to it. The caption asks that an
 echo from there has returned before the next call; the board's values were chosen so that even the farthest
@@ -22,7 +23,7 @@ from circuits.blocks.sonar import centroid_board, vocalization_controller
 from circuits.errors import SolverError
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS, INK, PALE
 from system.rule import above, at_most, below
 from system.statement import Statement
@@ -56,9 +57,8 @@ def run_on_grid(progress: Progress, points: int) -> Report:
     table = centroid_board.linear_lookup()
     proximity = np.linspace(table[-1], table[0], points)
     measured = np.zeros((points, 2))
-    for k, v in enumerate(proximity):
-        measured[k] = _measure(float(v))
-        progress((k + 1) / points)
+    for k, v in with_progress(list(enumerate(proximity.tolist())), progress):
+        measured[k] = _measure(v)
     delay = np.interp(proximity, table[::-1], BEST_DELAYS[::-1])
     laws = Laws(proximity, measured[:, 0], measured[:, 1], delay)
     note = (
@@ -120,16 +120,13 @@ def _draw(laws: Laws, figure: Figure) -> None:
         line = np.polyval(np.polyfit(laws.proximity, values, 1), laws.proximity)
         ax.plot(laws.proximity, line, color=INK, linewidth=0.8, label="straight line")
         ax.plot(laws.proximity, values, color=colour, marker="o", markersize=4, linestyle="", label="circuit")
-        ax.set_xlabel("proximity voltage (V)")
-        ax.set_xlim(0.0, 3.2)
-    left.set_ylabel("vocalization amplitude (V)")
-    left.set_ylim(0.0, 5.0)
+        ax.set(xlabel="proximity voltage (V)", xlim=(0.0, 3.2))
+    left.set(ylabel="vocalization amplitude (V)", ylim=(0.0, 5.0))
     left.set_title("(a)", fontsize=9, loc="left")
     left.legend(loc="upper right", fontsize=8)
     right.fill_between(laws.proximity, 1.0 / laws.delay, 1e3, color=PALE, alpha=0.4, linewidth=0.0)
     right.annotate("next call before\nthe echo", (0.1, 0.93), xycoords="axes fraction", va="top", fontsize=8)
-    right.set_ylabel("vocalization rate (Hz)")
-    right.set_ylim(0.0, 80.0)
+    right.set(ylabel="vocalization rate (Hz)", ylim=(0.0, 80.0))
     right.set_title("(b)", fontsize=9, loc="left")
 
 

@@ -1,8 +1,10 @@
 """Figure 5 of Cheely & Horiuchi 2003: the excitatory postsynaptic current after one echo.
 
-Current of me5 into the membrane node, from the recorded voltages of the rebound neuron (neuron 2, echo
-alone): the channel by the transistor's law, and with it the displacement through its gate-drain and
-drain-bulk capacitances, `I = I_d + C_gd d(v_ex - v_mem)/dt + C_db d(V_dd - v_mem)/dt`.
+The transistors of neuron 2 are simulated with an echo alone. The rate at which its current decays is compared
+with the paper's equation (17), and the transients at the echo's edges with those of the paper's figure. The
+current is that of me5 into the membrane node. It follows from the recorded voltages: the channel's by the
+transistor's law, and with it the displacement through the gate-drain and drain-bulk capacitances,
+`I = I_d + C_gd d(v_ex - v_mem)/dt + C_db d(V_dd - v_mem)/dt`.
 
 I_max is the current while V_ex is at V_ex,max, at the end of the echo's pulse.
 
@@ -34,6 +36,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Capacitor, Transistor
 from circuits.devices.transistor import capacitances, drain_current
 from circuits.errors import TopologyError
+from circuits.event import HALF_WIDTH, LENGTH
 from circuits.silicon.process import at_temperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
@@ -44,7 +47,7 @@ from system.statement import Statement
 
 RTOL = 1e-7  # displacement currents are differences of recorded voltages
 ECHO_TIME = rebound_neuron.CALL_TIME  # s; the paper's transients are at 1 ms, too
-FLAT_END, PULSE_END = ECHO_TIME + 10.1e-6, ECHO_TIME + 10.2e-6  # s, where the pulse begins and ends to fall
+FLAT_END, PULSE_END = ECHO_TIME + HALF_WIDTH, ECHO_TIME + LENGTH  # s, where the pulse begins and ends to fall
 FIRST_DECADE, WEAK_DECADE = (1.0, 10.0), (100.0, 1000.0)  # below I_max
 DESIGN_CURRENT = 1e-9  # A, for which V_ex,max was chosen
 STRAIGHT = 0.05  # of ln I: points nearer to the line are on it
@@ -228,10 +231,7 @@ def _draw(current: Current, decay: Decay, loaded: float, figure: Figure) -> None
 
 def _draw_current(current: Current, ax: Axes) -> None:
     ax.plot(1e3 * current.time, 1e9 * current.total, color=COLOURS[0], linewidth=1.2)
-    ax.set_xlim(0.5, 3.0)
-    ax.set_ylim(-0.15, 1.25)
-    ax.set_xlabel("time (ms)")
-    ax.set_ylabel("current into $V_{mem}$ (nA)")
+    ax.set(xlim=(0.5, 3.0), ylim=(-0.15, 1.25), xlabel="time (ms)", ylabel="current into $V_{mem}$ (nA)")
     ax.set_title("(a) EPSC; its transients at 1 ms leave the axis, see (c)", fontsize=9, loc="left")
 
 
@@ -243,10 +243,7 @@ def _draw_logarithm(current: Current, decay: Decay, loaded: float, ax: Axes) -> 
     ax.semilogy(
         1e3 * time, law, color=COLOURS[1], linewidth=1.0, linestyle="--", label="equation (17), slope"
     )
-    ax.set_xlim(0.5, 6.0)
-    ax.set_ylim(1e-18, 1e-8)
-    ax.set_xlabel("time (ms)")
-    ax.set_ylabel("channel current (A)")
+    ax.set(xlim=(0.5, 6.0), ylim=(1e-18, 1e-8), xlabel="time (ms)", ylabel="channel current (A)")
     ax.legend(loc="upper right", fontsize=8)
     ax.set_title("(b) decay", fontsize=9, loc="left")
 
@@ -254,9 +251,11 @@ def _draw_logarithm(current: Current, decay: Decay, loaded: float, ax: Axes) -> 
 def _draw_edges(current: Current, ax: Axes) -> None:
     ax.axhline(0.0, color=INK, linewidth=0.5)
     ax.plot(1e6 * (current.time - ECHO_TIME), 1e6 * current.total, color=COLOURS[0], linewidth=1.2)
-    ax.set_xlim(-0.05, 0.25)
-    ax.set_xlabel(r"time after the echo's edge ($\mu$s)")
-    ax.set_ylabel(r"current into $V_{mem}$ ($\mu$A)")
+    ax.set(
+        xlim=(-0.05, 0.25),
+        xlabel=r"time after the echo's edge ($\mu$s)",
+        ylabel=r"current into $V_{mem}$ ($\mu$A)",
+    )
     ax.set_title("(c) transient", fontsize=9, loc="left")
 
 

@@ -1,9 +1,11 @@
 """Figure 6 of Cheely & Horiuchi 2003: tuning curves of the 13 neurons, 100 pulse-echo pairs a delay.
 
-Two chips: I_inh_tau linear in the index, as the paper's chip has it, and falling as 1/delay ("reciprocal",
-ours). The currents of the neurons are those at the operating point of the chip's bias chain. The neurons are
-stepped separately: what a call does to the chain's gate voltages, which ends inhibition up to 0.4 ms earlier
-in the fully coupled chip, is left out.
+Every neuron of two chips of transistors gets 100 pairs of a call and an echo at each delay, and counted is
+how many it answers. In one chip I_inh_tau is linear in the index, as the paper's chip has it, in the other it
+falls as 1/delay ("reciprocal", ours). With the paper's words are compared the peaks of the curves, which are
+100 %, and their widths, which grow with the best delay. The currents of the neurons are those at the
+operating point of the chip's bias chain. The neurons are stepped separately: what a call does to the chain's
+gate voltages, which ends inhibition up to 0.4 ms earlier in the fully coupled chip, is left out.
 
 A noiseless neuron answers an echo at a given delay always in the same way, so that percentages between 0 and
 100 need jitter, of which the paper says nothing: here every echo time is off by a Gaussian 0.1 ms (ours),
@@ -36,7 +38,7 @@ from circuits.lowering.kernel import Machine
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, part, with_progress
 from system.plot import COLOURS
 from system.rule import above, all_of, none, within, within_share
 from system.statement import Statement
@@ -91,8 +93,8 @@ def run_on_grid(progress: Progress, step: float, check_step: float) -> Report:
     """Measure both chips at delays in steps of `step` s, and check by direct runs every `check_step` s."""
     delay = np.linspace(0.0, LONGEST, round(LONGEST / step) + 1)
     curves = {
-        "linear": _curves(bias_chain.LINEAR, delay, check_step, lambda f: progress(0.5 * f)),
-        "reciprocal": _curves(bias_chain.RECIPROCAL, delay, check_step, lambda f: progress(0.5 + 0.5 * f)),
+        "linear": _curves(bias_chain.LINEAR, delay, check_step, part(progress, 0.0, 0.5)),
+        "reciprocal": _curves(bias_chain.RECIPROCAL, delay, check_step, part(progress, 0.5, 1.0)),
     }
     return Report(_rows(curves), lambda figure: _draw(curves, figure), _notes(curves))
 
@@ -117,7 +119,7 @@ def jittered(delay: F64, neuron: int) -> F64:
 def _curves(params: bias_chain.Params, delay: F64, check_step: float, progress: Progress) -> Curves:
     share, tunings, checked, wrong = [], [], 0, 0
     sparse = np.linspace(0.0, LONGEST, round(LONGEST / check_step) + 1)
-    for k, neuron in enumerate(neurons(params)):
+    for k, neuron in with_progress(list(enumerate(neurons(params))), progress):
         machine = tuning_machine(neuron, Silicon())
         tuning = tune(machine)
         pairs = jittered(delay, k)
@@ -127,7 +129,6 @@ def _curves(params: bias_chain.Params, delay: F64, check_step: float, progress: 
         differs = _fires(machine, tuning, check) != _facilitates(tuning, check)
         checked += check.size
         wrong += int((differs & ~_at_an_edge(tuning, check)).sum())
-        progress((k + 1) / ranging_chip.NEURONS)
     return Curves(delay, np.array(share), tuple(tunings), checked, wrong)
 
 
@@ -255,8 +256,7 @@ def _draw_curves(found: Curves, ax: Axes) -> None:
         ax.plot(1e3 * found.delay, 100.0 * share, color=colour, linewidth=1.1)
         place = (1e3 * float(found.best_delay[k]), 101.0)
         ax.annotate(str(k), place, color=colour, fontsize=7, ha="center", annotation_clip=False)
-    ax.set_ylim(0.0, 100.0)
-    ax.set_xlim(0.0, 1e3 * LONGEST)
+    ax.set(ylim=(0.0, 100.0), xlim=(0.0, 1e3 * LONGEST))
 
 
 EXPERIMENT = Experiment("cheely2003-fig6", "tuning curves of the 13 neurons from their bias chains", run)

@@ -1,12 +1,13 @@
 """Figure 8 of Cheely & Horiuchi 2003: output of the envelope board and the spikes after a vocalization.
 
-A call of 1 ms among resting targets at 0.8 and 1.8 m, heard by the microphone with its noise; the envelope
-detector follows the sound, and onset and high-threshold neuron listen to the envelope, as in the approach
-system. The call is as loud as the controller makes it for the near target's distance (linear look-up): at the
-amplitude that it has without a target, an echo from 0.8 m reaches the high threshold (see the notes).
-The paper shows the traces and gives no numbers. Its statements: the onset neuron fires a single spike at the
-beginning of each sound, the vocalization included; the high-threshold neuron fires for the vocalization
-only. Rules and times are ours:
+A call of 1 ms among resting targets at 0.8 and 1.8 m is heard by the microphone with its noise; the
+transistors of the envelope detector follow the sound, and those of the onset and of the high-threshold neuron
+follow the envelope, as in the approach system. Their spikes are compared with the paper's statements, and
+their times with the sounds'. The call is as loud as the controller makes it for the near target's distance
+(linear look-up): at the amplitude that it has without a target, an echo from 0.8 m reaches the high threshold
+(see the notes). The paper shows the traces and gives no numbers. Its statements: the onset neuron fires a
+single spike at the beginning of each sound, the vocalization included; the high-threshold neuron fires for
+the vocalization only. Rules and times are ours:
 
 - an onset spike comes within the first half of its sound (0.5 ms), the high-threshold spike within the call;
 - the delay that the ranging chip sees, from the high-threshold spike to the echo's onset spike, is within
@@ -206,12 +207,10 @@ def _draw(recording: Recording, figure: Figure) -> None:
     _draw_trace(onset.time, onset["spike"], "onset (V)", COLOURS[1], stack[2])
     _draw_trace(high.time, high["spike"], "high-thr. (V)", COLOURS[2], stack[3])
     for ax in stack[1:]:
-        ax.set_ylim(-0.6, 5.8)
-        ax.set_yticks((0, 5))
+        ax.set(ylim=(-0.6, 5.8), yticks=(0, 5))
     _name_sounds(recording, stack[0])
     stack[0].set_ylim(0.0, 1.2 * float(detector["envelope"].max()))
-    stack[-1].set_xlabel("time (ms)")
-    stack[-1].set_xlim(0.0, 1e3 * STOP)
+    stack[-1].set(xlabel="time (ms)", xlim=(0.0, 1e3 * STOP))
     figure.align_ylabels(stack)
 
 

@@ -1,10 +1,12 @@
 """Figure 9 of Cheely & Horiuchi 2003: centroid voltage against target distance, with a linear look-up.
 
-Two chips of 13 neurons: I_inh_tau linear in the index, as the paper's chip has it, and falling as 1/delay
-("reciprocal"), which makes the best delays near-linear. For delays over the span of the look-up (2 to 28 ms)
-each neuron gets a call and an echo; its spikes drive the centroid board, 20 calls at 30 Hz (the controller's
-highest rate; settled to 10 uV), and the proximity voltage is its mean over the last interval. Where no neuron
-fires the board goes to its far default, 0 V: such gaps are counted, and belong to the curve.
+Two chips of 13 neurons are simulated at transistor level, and how well the centroid's voltage tells the
+distance is compared with the paper's words about near and far targets. In one chip I_inh_tau is linear in the
+index, as the paper's chip has it; in the other it falls as 1/delay ("reciprocal"), which makes the best
+delays near-linear. For delays over the span of the look-up (2 to 28 ms) each neuron gets a call and an echo.
+Its spikes drive the centroid board for 20 calls at 30 Hz, the controller's highest rate, after which it is
+settled to 10 uV; the proximity voltage is its mean over the last interval. Where no neuron fires the board
+goes to its far default, 0 V: such gaps are counted, and belong to the curve.
 
 Errors are means of absolute values over the near and the far half of the range (the middle counts as near):
 
@@ -44,7 +46,7 @@ from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, part, with_progress
 from system.plot import COLOURS, INK, PALE
 from system.rule import above, below, within
 from system.statement import Statement
@@ -98,20 +100,18 @@ def run_on_grid(progress: Progress, step: float) -> Report:
     first, last = ranging_chip.BEST_DELAYS[0], ranging_chip.BEST_DELAYS[-1]
     delays = np.linspace(first, last, round((last - first) / step) + 1)
     chip = ranging_chip.build()
-    linear = _curve(
-        rebias(chip, {"i_inh_tau": ranging_chip.linear_currents()}), delays, lambda f: progress(0.5 * f)
-    )
-    reciprocal = _curve(chip, delays, lambda f: progress(0.5 + 0.5 * f))
+    fast = rebias(chip, {"i_inh_tau": ranging_chip.linear_currents()})
+    linear = _curve(fast, delays, part(progress, 0.0, 0.5))
+    reciprocal = _curve(chip, delays, part(progress, 0.5, 1.0))
     curves = dict(zip(NAMES, (linear, reciprocal), strict=True))
     return Report(_rows(linear, reciprocal), lambda figure: _draw(curves, figure), _notes(curves))
 
 
 def _curve(chip: Circuit, delays: F64, progress: Progress) -> Curve:
     trains: list[list[tuple[float, int]]] = [[] for _ in delays]
-    for k in range(ranging_chip.NEURONS):
+    for k in with_progress(range(ranging_chip.NEURONS), part(progress, 0.0, 0.7)):
         for train, times in zip(trains, _neuron_spikes(chip, k, delays), strict=True):
             train += [(time, k) for time in times]
-        progress(0.7 * (k + 1) / ranging_chip.NEURONS)
     spikes = tuple(tuple(sorted(train)) for train in trains)
     proximity = _proximity(spikes)
     progress(1.0)
@@ -345,16 +345,13 @@ def _draw_voltage(curve: Curve, ax: Axes) -> None:
         linestyle="",
         label="no neuron fires",
     )
-    ax.set_ylim(-0.3, 3.3)
-    ax.set_xlim(0.0, 5.0)
+    ax.set(ylim=(-0.3, 3.3), xlim=(0.0, 5.0))
 
 
 def _draw_neurons(curve: Curve, ax: Axes) -> None:
     marks = [(d, k) for d, fired in zip(curve.distance, curve.fired, strict=True) for k in sorted(fired)]
     ax.plot(*np.array(marks).reshape(-1, 2).T, color=INK, marker="s", markersize=2.5, linestyle="")
-    ax.set_ylim(-1, ranging_chip.NEURONS)
-    ax.set_yticks((0, 4, 8, 12))
-    ax.set_xlabel("target distance (m)")
+    ax.set(ylim=(-1, ranging_chip.NEURONS), yticks=(0, 4, 8, 12), xlabel="target distance (m)")
 
 
 EXPERIMENT = Experiment("cheely2003-fig9", "centroid voltage against target distance, linear look-up", run)

@@ -1,11 +1,12 @@
 """The sonar head of Cheely & Horiuchi 2003, Figure 7: how well it turns to a moving target, on 20 dies.
 
-The paper shows the head and names the interaural level circuit, and gives no figure of its tracking: every
-rule here is ours. A run is 20 s of 10 pings a second; the target moves 40 degrees to either side every 10 s
-(`sine`) or jumps by 40 degrees after 1 s (`step`), while its distance goes from 0.6 to 1.4 m and back; die n
-has the noise of seed n. Errors are rms over the pings of a run, and of its second half where they are called
-settled. Means are over dies 1000 to 1019; the head's numbers were chosen on dies below 1000, and the nominal
-die, whose rows count as fitted.
+The system `head` follows a target on 20 dies, in several motions, wirings, areas and temperatures, and its
+errors are compared with limits. The paper shows the head and names the interaural level circuit, and gives no
+figure of its tracking, so that every limit is ours. A run is 20 s of 10 pings a second; the target moves 40
+degrees to either side every 10 s (`sine`) or jumps by 40 degrees after 1 s (`step`), while its distance goes
+from 0.6 to 1.4 m and back; die n has the noise of seed n. Errors are rms over the pings of a run, and of its
+second half where they are called settled. Means are over dies 1000 to 1019; the head's numbers were chosen on
+dies below 1000, and the nominal die, whose rows count as fitted.
 
 `one-ear` turns by the left level alone, less what is usual straight ahead on the same die: nothing takes the
 range out of it. `excitation` has both neurons, but their inhibition is off and the spikes are subtracted
@@ -27,7 +28,7 @@ from matplotlib.ticker import NullFormatter
 from chips.lso.model import LEAST_AREA
 from circuits.arrays import F64
 from circuits.silicon.die import Die
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.head.loop import LOST
 from system.head.picture import draw_angles
 from system.head.run import SUMMARY, SYSTEM, Trace
@@ -73,9 +74,8 @@ def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
 def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
     """Follow the target in all cases on all dies, and on the nominal die."""
     found: dict[str, Found] = {}
-    for done, (name, options) in enumerate(CASES.items()):
+    for name, options in with_progress(CASES.items(), progress):
         found[name] = follow_all(dies, **options)
-        progress((done + 1) / len(CASES))
     nominal = {motion: SYSTEM.run(SYSTEM.scenario(motion=motion)) for motion in ("sine", "step")}
     shown = [SYSTEM.run(SYSTEM.scenario(motion=m, die=Die(number=dies[0]), seed=dies[0])) for m in nominal]
     rows = (*nominal_rows(nominal), *die_rows(found), *wiring_rows(found), *silicon_rows(found))
@@ -194,8 +194,7 @@ def _draw(found: Mapping[str, Found], shown: list[Trace], figure: Figure) -> Non
     heat.set_xlabel("temperature (degC)")
     heat.legend(fontsize=8)
     for ax in (areas, heat):
-        ax.set_ylabel("error (deg rms)")
-        ax.set_ylim(bottom=0.0)
+        ax.set(ylabel="error (deg rms)", ylim=(0.0, None))
 
 
 def _draw_wirings(found: Mapping[str, Found], ax: Axes) -> None:

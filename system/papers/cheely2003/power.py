@@ -37,7 +37,7 @@ from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.power import delivered_energy
 from circuits.solver.transient import Result, Runner, Steps
 from circuits.testbench import Testbench
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, part, with_progress
 from system.papers.cheely2003.fig6 import neurons
 from system.plot import COLOURS, INK
 from system.rule import Rule, between, within_share
@@ -93,9 +93,8 @@ def run_cases(progress: Progress, cases: tuple[Case, ...]) -> Report:
     steps = len(cases) + 2
     chip = at_rest(ranging_chip.build_with_chain())
     found = {}
-    for k, case in enumerate(cases):
+    for case in with_progress(cases, part(progress, 0.0, len(cases) / steps)):
         found[case.label] = interval_power(chip, case)
-        progress((k + 1) / steps)
     apart = separate_power(bias_chain.RECIPROCAL, ONE_CASE)
     progress((len(cases) + 1) / steps)
     other = at_rest(ranging_chip.build_with_chain(ranging_chip.BiasedParams(chain=bias_chain.LINEAR)))

@@ -1,6 +1,7 @@
 """What mismatch, temperature and speed cost the wavefront chip's plans: regret against Dijkstra over dies.
 
-Hwu et al. 2018 (IV.B) take a delay line on neuromorphic hardware for exact. Here 200 dies (A/1000 on) plan 20
+No figure of the paper: Hwu et al. 2018 (IV.B) take a delay line on neuromorphic hardware for exact. The
+costs of the chip's paths are compared with the lowest ones, between conditions. 200 dies (A/1000 on) plan 20
 routes on map 1 with road and obstacles, and on a map of costs drawn uniformly from 1 to 31 (seed 1000), where
 hardly two paths are equally cheap. About the design point (gate biases, 100 us a unit, 27 degC, the drawn
 areas) one quantity is varied at a time, for both kinds of bias. `system.rover.campaign` says what is
@@ -26,7 +27,7 @@ from chips.wavefront.axon_graph import grid_graph
 from circuits.arrays import I64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS, INK
 from system.rover.campaign import Case, Outcome, first_failure, regrets, run_case
 from system.rover.cost_map import MAX_CODE, CostMap, load_map, random_pairs
@@ -56,13 +57,12 @@ def reproduce(
     known: dict[tuple[str, Case], Outcome] = {}
     found: dict[tuple[str, BiasKind, str], list[Outcome]] = {}
     cases = [(m, k, q, v) for m in maps for k in KINDS for q, values in sweeps.items() for v in values]
-    for done, (name, kind, quantity, value) in enumerate(cases):
+    for name, kind, quantity, value in with_progress(cases, progress):
         case = _case(kind, quantity, value)
         if (name, case) not in known:
             cost_map, pairs = maps[name]
             known[name, case] = run_case(case, cost_map, pairs, silicon, np.random.default_rng(SEED))
         found.setdefault((name, kind, quantity), []).append(known[name, case])
-        progress((done + 1) / len(cases))
     exact = [int(_exact(cost_map, pairs).sum()) for cost_map, pairs in maps.values()]
     return Report(rows(found, exact), lambda figure: _draw(found, figure), _notes(found))
 

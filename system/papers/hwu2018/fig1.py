@@ -1,6 +1,7 @@
 """Figure 1 of Hwu et al. 2018: the spike wave without and with a road, and the paths found.
 
-The paper's discrete model runs on map 1 from the top middle to the bottom middle. Shown are the spikes of
+The paper's discrete model runs on map 1 from the top middle to the bottom middle, with a road and without
+one, and how far the wave is and which path follows are compared between the two. Shown are the spikes of
 time steps 3 and 18 and the path after the second pass, as in the figure; which neurons had fired by then is
 drawn paler. The figure prints no numbers; its statements are:
 
@@ -22,7 +23,7 @@ from matplotlib.figure import Figure
 
 from chips.wavefront.paper_walk import TwoPasses, plan_in_two_passes
 from circuits.arrays import Bools
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.rover.cost_map import CostMap, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
@@ -70,10 +71,9 @@ class Wave:
 def reproduce(progress: Progress) -> Report:
     """Plan on both variants of the map."""
     waves: list[Wave] = []
-    for k, name in enumerate((PLAIN, ROAD)):
+    for name in with_progress((PLAIN, ROAD), progress):
         cost_map = load_map(name)
         waves.append(Wave(cost_map, plan_in_two_passes(cost_map.costs, START, GOAL)))
-        progress((k + 1) / 2)
     plain, road = waves
     return Report(rows(plain, road), lambda figure: _draw(waves, figure), _notes(plain, road))
 
@@ -134,8 +134,7 @@ def _draw(waves: list[Wave], figure: Figure) -> None:
         draw_map(wave.cost_map, None, axes[2, column])
         draw_ways(polyline(wave.cost_map, wave.passes.second_path), [], axes[2, column])
     for ax in axes.flat:
-        ax.set_xticks(())
-        ax.set_yticks(())
+        ax.set(xticks=(), yticks=())
     for ax, label in zip(axes[:, 0], (*(f"time step {step}" for step in STEPS), "path"), strict=True):
         ax.set_ylabel(label)
     figure.supxlabel("yellow: fires in this step; pale: has fired", fontsize=8)

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 from chips.wavefront.paper_walk import plan_in_two_passes
 from circuits.arrays import I64
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.papers.hwu2018.table1 import PAIRS, SEED
 from system.rover import dijkstra
 from system.rover.cost_map import MAPS, Cell, CostMap, load_map, random_pairs
@@ -60,11 +60,10 @@ class Instance:
 def reproduce(progress: Progress, pairs: int = PAIRS) -> Report:
     """Plan all pairs of places in two passes."""
     found: list[Instance] = []
-    for k, name in enumerate(MAPS):
+    for name in with_progress(MAPS, progress):
         cost_map = load_map(name)
         for start, goal in random_pairs(cost_map, pairs, np.random.default_rng(SEED)).tolist():
             found.append(_instance(cost_map, tuple(start), tuple(goal)))
-        progress((k + 1) / len(MAPS))
     worst = max(found, key=lambda each: each.saved)
     return Report(rows(found), lambda figure: _draw(worst, figure), _notes(found))
 
@@ -117,8 +116,7 @@ def _draw(instance: Instance, figure: Figure) -> None:
         draw_ways(polyline(instance.cost_map, path), [], ax)
         regret = instance.regret(path)
         ax.set_title(f"{title}: {len(path)} cells, cost {instance.lowest + regret}", fontsize=9, loc="left")
-        ax.set_xticks(())
-        ax.set_yticks(())
+        ax.set(xticks=(), yticks=())
 
 
 EXPERIMENT = Experiment("hwu2018-fig2", "a collision of waves and its remedy by a second pass", reproduce)

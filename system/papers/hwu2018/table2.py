@@ -1,6 +1,7 @@
 """Table II of Hwu et al. 2018: discrete Frechet distances between planned and driven routes.
 
-Six routes, four trials each, on the four maps; ideal cells plan. The world, the rover and its sensors are
+The rover drives six routes four times on each of the four maps, planned by ideal cells, and its mean
+distances from the planned routes are compared with the paper's. The world, the rover and its sensors are
 ours (`system.rover.body`), so that the paper's single figures cannot be expected: the mean of each map
 must lie within 7 to 25 m, about the span of the paper's Table II. Obstacles that no map has stand about,
 and the rover has no sonar, as the paper's robot relied on GPS and compass: an operator redirects it, "very
@@ -18,7 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.rover.cost_map import MAPS, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways
@@ -56,9 +57,8 @@ class Trials:
 def reproduce(progress: Progress) -> Report:
     """Drive all routes of all maps."""
     found: dict[str, Trials] = {}
-    for k, name in enumerate(MAPS):
+    for name in with_progress(MAPS, progress):
         found[name] = drive_map(name)
-        progress((k + 1) / len(MAPS))
     return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
 
 

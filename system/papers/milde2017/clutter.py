@@ -1,7 +1,8 @@
 """Section 3.4, Figures 10 and 11 of Milde et al. 2017: 8 to 12 blocks, plain and modified architecture.
 
-The paper: at 0.35 m/s the plain network touches two of the obstacles in its figure's run; the modified one
-avoids collisions at 0.5 m/s. Both networks drive through the same scenes on the same dies; a run ends at its
+In the paper, at 0.35 m/s the plain network touches two of the obstacles in its figure's run; the modified one
+avoids collisions at 0.5 m/s. Here both networks drive through the same scenes on the same dies, and their
+collisions are compared. A run ends at its
 first collision, the arena's wall included, after WAY, or when the time is over, which is told. As in the
 paper the plain network's spikes are counted in fixed windows of 500 ms, the modified one's in a running
 window of 50 ms. The paper names no turn factor here: the plain network has 0.5, the only one that it names
@@ -29,7 +30,7 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
-from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, share_of, summaries_of, trials
+from system.pushbot.campaign import FIRST, Drive, Runs, Summary, drive_repeats, share_of, summaries_of
 from system.pushbot.run import Trace, stood, summarise
 from system.pushbot.scenario import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario
 from system.rule import Measured, at_least, significant
@@ -60,19 +61,15 @@ def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = SCENES, dies: int = DIES, way: float = WAY
 ) -> Report:
     """Drive all scenes with each network at each speed."""
-
-    def cells(count: int, dies: int) -> dict[tuple[str, float], list[Drive]]:
-        bases = {
-            (name, speed): replace(base, speed_factor=speed / SPEED_OF_FACTOR, duration=LIMIT, way=way)
-            for name, base in NETWORKS.items()
-            for speed in SPEEDS
-        }
-        return {
-            key: [Drive(s, outcome) for s in trials(base, count, dies, FRESH)] for key, base in bases.items()
-        }
-
-    driven = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(SCENES, DIES), progress)
-    found = summaries_of(driven)
+    cells = {
+        (name, speed): Drive(
+            replace(base, speed_factor=speed / SPEED_OF_FACTOR, duration=LIMIT, way=way), outcome
+        )
+        for name, base in NETWORKS.items()
+        for speed in SPEEDS
+    }
+    asked, usual = Runs(count, dies, FRESH), Runs(SCENES, DIES, FRESH)
+    found = summaries_of(drive_repeats(execution, EXPERIMENT.name, cells, asked, usual, progress))
     return Report(rows(found), lambda figure: _draw(found, figure), notes(found))
 
 
@@ -179,9 +176,7 @@ def _draw(found: Found, figure: Figure) -> None:
         colour = COLOURS[k // len(SPEEDS)]
         label = f"{network.replace('_', ' ')}, {speed:g} m/s"
         ax.step(ways, left, style, where="post", color=colour, label=label)
-    ax.set_xlabel("way (m)")
-    ax.set_ylabel("share without a collision")
-    ax.set_ylim(0.0, 1.02)
+    ax.set(xlabel="way (m)", ylabel="share without a collision", ylim=(0.0, 1.02))
     ax.legend(fontsize=8)
 
 

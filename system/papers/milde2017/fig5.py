@@ -1,7 +1,8 @@
 """Figure 5 of Milde et al. 2017: the matrix of weights on the chip.
 
-The figure prints no numbers. Rows: which populations connect with which sign (section 2.4), how many neurons
-are used, and that every weight is one of the chip's.
+The network is built, not run, and compared with the paper's text, as the figure prints no numbers: with which
+sign populations connect (section 2.4), how many neurons avoid obstacles, and how many neurons of the field
+drive nothing.
 """
 
 from __future__ import annotations

@@ -1,20 +1,20 @@
 """Figure 6 of Milde et al. 2017: populations and commands as the robot avoids one obstacle.
 
-A blue block straight ahead at speed and turn factor 0.5, die and seed 4000. The paper's statements: one
-obstacle population wins and drives the other side's drive population; the other drive is silent; the robot
-slows down and turns away; it does not collide. Half of the free speed is ours.
+The robot drives once towards a blue block straight ahead, at speed and turn factor 0.5, on one die and with
+one seed. Spikes and commands are compared with the paper's statements: one obstacle population wins and
+drives the other side's drive population; the other drive is silent; the robot slows down and turns away; it
+does not collide. Half of the free speed is ours.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
+from system.papers.milde2017.picture import draw_trace
 from system.pushbot.campaign import FIRST
 from system.pushbot.loop import rates
-from system.pushbot.picture import draw_run
 from system.pushbot.run import Trace, run, summarise
 from system.pushbot.scenario import Scenario
 from system.rule import at_least, at_most, equal, none
@@ -27,11 +27,8 @@ SLOW = 0.5  # of the fastest command; ours
 def reproduce(progress: Progress) -> Report:
     """Drive once towards the block."""
     trace = run(Scenario(seed=FIRST, die=Die(number=FIRST)), progress)
-    return Report(
-        rows(trace),
-        lambda figure: _draw(trace, figure),
-        (f"Die and seed {FIRST}, window 500 ms, sliding.",),
-    )
+    notes = (f"Die and seed {FIRST}, window 500 ms, sliding.",)
+    return Report(rows(trace), lambda figure: draw_trace(trace, figure), notes)
 
 
 def rows(trace: Trace) -> tuple[Statement, ...]:
@@ -60,10 +57,6 @@ def rows(trace: Trace) -> tuple[Statement, ...]:
             equal("the winner's side"),
         ),
     )
-
-
-def _draw(trace: Trace, figure: Figure) -> None:
-    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
 
 
 EXPERIMENT = Experiment("milde2017-fig6", "populations and commands round one obstacle", reproduce)

@@ -1,9 +1,10 @@
 """Figure 7 of Milde et al. 2017: success by light and colour.
 
-The figure shows runs that succeed and runs that fail in normal, dark and very dark light and with colours; it
-gives no shares. A run succeeds that passes the block's line and touches nothing: a robot that the sensor's
-noise holds back has avoided nothing. Rules (ours): in normal light blue is avoided in at least 90 % of the
-runs and yellow in at most half; no colour succeeds more often in very dark light than in normal light.
+The robot drives towards blocks of three colours in three lights, and the shares of runs that succeed are
+compared. The figure shows runs that succeed and runs that fail; it gives no shares. A run succeeds that
+passes the block's line and touches nothing: a robot that the sensor's noise holds back has avoided nothing.
+Rules (ours): in normal light blue is avoided in at least 90 % of the runs and yellow in at most half; no
+colour succeeds more often in very dark light than in normal light.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from collections.abc import Mapping, Sequence
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS as INKS
-from system.pushbot.campaign import Drive, drive_cells, summaries_of, trials
+from system.papers.milde2017.picture import SHADES, draw_shares
+from system.plot import INK
+from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, at_most
 from system.statement import Statement
@@ -34,15 +36,8 @@ def reproduce(
     lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
 ) -> Report:  # fmt: skip
     """Drive towards blocks of all colours in all lights."""
-
-    def cells(count: int, dies: int) -> dict[tuple[str, str], list[Drive]]:
-        return {
-            (light, colour): [Drive(s) for s in trials(Scenario(light=light, colour=colour), count, dies)]
-            for light in lights
-            for colour in blocks
-        }
-
-    driven = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    cells = {(a, b): Drive(Scenario(light=a, colour=b)) for a in lights for b in blocks}
+    driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     free = {
         key: share_where(bool(s["crossed"]) and not s["collided"] for s in runs)
         for key, runs in summaries_of(driven).items()
@@ -70,17 +65,12 @@ def _draw(free: Free, figure: Figure) -> None:
     figure.set_size_inches(6.0, 3.4)
     ax = figure.subplots()
     lights = list(dict.fromkeys(light for light, _ in free))
-    shades = {"blue": INKS[0], "red": INKS[1], "yellow": INKS[4]}
     colours = list(dict.fromkeys(colour for _, colour in free))
     for k, colour in enumerate(colours):
         x = [i + 0.25 * (k - 1) for i in range(len(lights))]
         shares = [free[light, colour] for light in lights]
-        ends = [
-            [s.value - s.interval.low for s in shares],
-            [s.interval.high - s.value for s in shares],
-        ]
-        ax.bar(x, [s.value for s in shares], 0.22, color=shades[colour], label=colour)
-        ax.errorbar(x, [s.value for s in shares], ends, linestyle="", color="#333333", capsize=2)
+        ax.bar(x, [s.value for s in shares], 0.22, color=SHADES[colour], label=colour)
+        draw_shares(dict(zip(x, shares, strict=True)), ax, linestyle="", color=INK, capsize=2)
     ax.set_xticks(range(len(lights)), lights)
     ax.set_ylabel("share avoided")
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)

@@ -1,7 +1,9 @@
 """Section 3.3 and Figure 9 of Milde et al. 2017: a cup moved into the way, against one that stands there.
 
-The paper: six runs at speed factors 0.1 to 2 without a collision; "avoiding a moving obstacle is more robust
-than avoiding a static obstacle". When the mug came is not said. Here it moves at 0.2 m/s and stands in the
+The paper reports six runs at speed factors 0.1 to 2 without a collision, and that "avoiding a moving obstacle
+is more robust than avoiding a static obstacle". The robot drives towards a cup that is moved into its way and
+towards one that stands there, and the shares of collisions are compared. The paper does not say when the mug
+came. Here it moves at 0.2 m/s and stands in the
 way when a robot that drove straight on would have 0.3 m left to it, at each speed factor; where there is no
 time for all of its way, it begins on it. The other cup stands there from the beginning. Rule: at each factor
 the share of collisions is at most five points above that with the standing cup. Besides, by the same rule,
@@ -20,11 +22,10 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS
+from system.papers.milde2017.picture import draw_paths
 from system.pushbot.body import SPEED_OF_FACTOR
-from system.pushbot.campaign import Drive, Summary, World, drive_cells, share_of, summaries_of, trials
+from system.pushbot.campaign import Drive, Runs, Summary, World, drive_repeats, share_of, summaries_of
 from system.pushbot.scenario import Scenario, scene_of
-from system.pushbot.scene_picture import draw_scene
 from system.rule import Measured, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
@@ -46,18 +47,11 @@ def reproduce(
 ) -> Report:
     """Drive a moving and a standing cup at every factor, and the scene's own timing at `OWN`."""
     cases = [(world, factor) for factor in FACTORS for world in (pushed, standing)]
-    cases.append((scene_of, OWN))
-
-    def cells(count: int, dies: int) -> dict[tuple[World, float], list[Drive]]:
-        return {
-            (world, factor): [
-                Drive(each, world=world, with_path=factor == OWN)
-                for each in trials(Scenario(scene="moving", speed_factor=factor), count, dies)
-            ]
-            for world, factor in cases
-        }
-
-    parts = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    cells: dict[tuple[World, float], Drive] = {
+        (world, f): Drive(Scenario(scene="moving", speed_factor=f), world=world, with_path=f == OWN)
+        for world, f in (*cases, (scene_of, OWN))
+    }
+    parts = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     told = summaries_of(parts)
     found = {f"{factor:g}": (told[pushed, factor], told[standing, factor]) for factor in FACTORS}
     found[f"{OWN:g}_at_the_last_moment"] = told[scene_of, OWN], told[standing, OWN]
@@ -126,9 +120,7 @@ def _draw(paths: Sequence[Sequence[F64]], figure: Figure) -> None:
     worlds = (pushed(Scenario(scene="moving")), standing(Scenario(scene="moving")))
     names = ("moving", "standing")
     for ax, mine, scene, name in zip(figure.subplots(1, 2), paths, worlds, names, strict=True):
-        draw_scene(scene, ax, 3.0)
-        for path in mine[:SHOWN]:
-            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+        draw_paths(scene, mine[:SHOWN], ax, 3.0)
         shown = f"{min(len(mine), SHOWN)} of {len(mine)} runs, factor {OWN:g}"
         ax.set_title(f"{name} cup, {shown}", fontsize=9)
 

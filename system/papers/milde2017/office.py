@@ -1,6 +1,7 @@
 """Section 3.6 and Figure 13 of Milde et al. 2017: driving around in an office.
 
-The paper: four runs of 0.5 to 1.5 minutes with one crash, so about 0.25 a minute. A run begins at a place of
+The paper reports four runs of 0.5 to 1.5 minutes with one crash, about 0.25 a minute. The robot drives
+through an office of ours, and its crashes a minute are compared with that. A run begins at a place of
 its own (by seed, a metre free ahead) and ends at its first touch or after a minute. People walk their ways
 and look at nothing: where one walks into the robot from outside of the camera's field, the run ends, but it
 is no crash of the robot's; such ends are told. Rule (ours): the lower end of the 95 % Poisson interval of our
@@ -16,13 +17,12 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.stats import chi2
 
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report
-from system.pushbot.campaign import Drive, Summary, drive_again, drive_cells, summaries_of, trials
-from system.pushbot.picture import draw_run
+from system.papers.milde2017.picture import draw_first
+from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.run import Trace, stood, summarise
 from system.pushbot.scenario import Scenario, scene_of
 from system.rule import Measured, at_most
@@ -47,16 +47,10 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive through the office in all lights; the picture shows the first run."""
     base = Scenario(scene="office", duration=duration, turn_factor=TURN)
-
-    def cells(count: int, dies: int) -> dict[str, list[Drive]]:
-        return {
-            light: [Drive(s, outcome, started) for s in trials(replace(base, light=light), count, dies)]
-            for light in lights
-        }
-
-    asked = cells(count, dies)
-    found = summaries_of(drive_cells(execution, EXPERIMENT.name, asked, cells(RUNS, DIES), progress))
-    return Report(rows(found), partial(_draw, asked[lights[0]][0]), notes(found))
+    cells = {light: Drive(replace(base, light=light), outcome, started) for light in lights}
+    asked, usual = Runs(count, dies), Runs(RUNS, DIES)
+    found = summaries_of(drive_repeats(execution, EXPERIMENT.name, cells, asked, usual, progress))
+    return Report(rows(found), partial(draw_first, cells[lights[0]], asked), notes(found))
 
 
 def outcome(trace: Trace) -> Summary:
@@ -143,11 +137,6 @@ def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
             f" {sum(bool(s['walked_into']) for s in runs)}; stands {100.0 * stood_in(runs):.0f} % of the time"
         )
     return tuple(out)
-
-
-def _draw(drive: Drive, figure: Figure) -> None:
-    trace = drive_again(drive)
-    draw_run(trace.scene, trace.drive, trace.brain, trace.record, trace.reason, figure)
 
 
 EXPERIMENT = Experiment(

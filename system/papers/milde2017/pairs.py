@@ -1,11 +1,12 @@
 """Section 3.2 and Figure 8 of Milde et al. 2017: two and three blocks, at speed factor 0.5.
 
-The paper: each configuration "tested twenty times without crashes", and the robot "tends to go around a pair
-of objects, avoiding the space between them". It gives no distances. Ours: pair and triple with 20 cm between
-any two blocks, and a loose triple with 27 cm, in a row of 50 cm, whose gaps a robot of 10 cm fits through.
-Rules: at least 95 % of 100 runs each without touching anything; of the runs past a pair or a triple at most
-5 % between its outer blocks. Between those of the loose one it may pass. 25 dies, every run with noise of its
-own.
+The robot drives towards two and three blocks, and its collisions and its ways around them are compared with
+the paper's words: each configuration was "tested twenty times without crashes", and the robot "tends to go
+around a pair of objects, avoiding the space between them". It gives no distances. Ours are pair and triple
+with 20 cm between any two blocks, and a loose triple with 27 cm, in a row of 50 cm, whose gaps a robot of 10
+cm fits through. Rules: at least 95 % of 100 runs each without touching anything; of the runs past a pair or a
+triple at most 5 % between its outer blocks. Between those of the loose one it may pass. There are 25 dies,
+and every run has noise of its own.
 """
 
 from __future__ import annotations
@@ -17,10 +18,9 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS
-from system.pushbot.campaign import Drive, Summary, drive_cells, share_of, summaries_of, trials
+from system.papers.milde2017.picture import draw_paths
+from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, share_of, summaries_of
 from system.pushbot.scenario import Scenario
-from system.pushbot.scene_picture import draw_scene
 from system.rule import at_least, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
@@ -40,14 +40,8 @@ def reproduce(
     scenes: Sequence[str] = SCENES,
 ) -> Report:  # fmt: skip
     """Drive towards pairs and triples of blocks."""
-
-    def cells(count: int, dies: int) -> dict[str, list[Drive]]:
-        return {
-            name: [Drive(s, with_path=True) for s in trials(Scenario(scene=name), count, dies)]
-            for name in scenes
-        }
-
-    runs = drive_cells(execution, EXPERIMENT.name, cells(count, dies), cells(RUNS, DIES), progress)
+    cells = {name: Drive(Scenario(scene=name), with_path=True) for name in scenes}
+    runs = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     found = summaries_of(runs)
     paths = {name: [d.path for d in mine] for name, mine in runs.items()}
     return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
@@ -89,9 +83,7 @@ def _draw(paths: Mapping[str, Sequence[F64]], figure: Figure) -> None:
     figure.set_size_inches(4.6 * len(paths), 3.6)
     axes = np.atleast_1d(figure.subplots(1, len(paths)))
     for ax, (name, mine) in zip(axes, paths.items(), strict=True):
-        draw_scene(load_scene(name), ax)
-        for path in mine[:SHOWN]:
-            ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
+        draw_paths(load_scene(name), mine[:SHOWN], ax)
         ax.set_title(f"{name}, {min(len(mine), SHOWN)} of {len(mine)} runs", fontsize=9)
 
 

@@ -2,8 +2,9 @@
 
 The paper shows three trials of one chip with the same parameters that part: "the robot might avoid the two
 obstacles on the right, or on the left side"; it names mismatch, the sensor's noise and its dependence on the
-movement. Here: one die with other noise, of the sensor alone, of the chip's devices alone, and of both, for
-some dies; and other dies with the same noise of the sensor. Rules (ours): over all dies each side is taken in
+movement. Here the robot drives towards a pair on one die with other noise, of the sensor alone, of the chip's
+devices alone, and of both, for some dies; and on other dies with the same noise of the sensor. Compared is on
+which side it passes. Rules (ours): over all dies each side is taken in
 at least 5 % of the runs past the pair, and on some die with other noise both sides are.
 """
 

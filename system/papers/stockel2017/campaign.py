@@ -1,7 +1,8 @@
 """What dies, neurons, area and temperature do to Bug 0 and the improved Bug 2 on the NEF chip.
 
-No figure of the paper, which has no chip: robots on `bug-field`, at most 100 s (an unhindered one needs about
-55), die k with the network of seed k, from 5000 on. One quantity is changed at a time about the design: 27
+No figure of the paper, which has no chip. Robots drive on `bug-field`, for at most 100 s (an unhindered one
+needs about 55), and the shares that reach the goal are compared between conditions. Die k has the network of
+seed k, both from 5000 on. One quantity is changed at a time about the design: 27
 degC, a generator's biases, the areas as drawn. Away from 27 degC a chip is used in one of three ways:
 
 * held: biases and decoders stay as they were at 27 degC;

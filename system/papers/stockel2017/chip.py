@@ -1,11 +1,12 @@
 """Figures 6 and 8 of Stöckel 2017 with the networks on the NEF chip, a fresh die and network a run.
 
-The paper has no chip. Figure 6 (`bug-spiral`): Bug 0 must repeat its way, and Bug 2 reach the goal on 90 of
-100 dies. Figure 8 (`bug-field`): Bug 0 must reach the goal on 95 of 100 dies, the improved Bug 2 on 90; the
-published Bug 2 stands beside the paper's three of eight, whose 95 % interval (Clopper and Pearson) its own
-must overlap. Die k carries the network of seed k; both are from 4000 on, and none was used before: dies 3000
-to 3134 were looked at while the improved Bug 2 was enlarged.
-Decoders are solved at 27 degC from what is counted on the die.
+The paper has no chip. The robots of both figures drive with their networks on 100 dies, and the shares that
+do as the paper says are compared with it. Figure 6 (`bug-spiral`): Bug 0 must repeat its way, and Bug 2 reach
+the goal on 90 of 100 dies. Figure 8 (`bug-field`): Bug 0 must reach the goal on 95 of 100 dies, the improved
+Bug 2 on 90; the published Bug 2 stands beside the paper's three of eight, whose 95 % interval (Clopper and
+Pearson) its own must overlap. Die k carries the network of seed k; both are from 4000 on, and none was used
+before: dies 3000 to 3134 were looked at while the improved Bug 2 was enlarged. Decoders are solved at 27 degC
+from what is counted on the die.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Figure 5 of Stöckel 2017: the state machine of Bug 2 under a train of pulses.
 
-The paper: at a rising edge of the input the machine goes to the next state, and to no other until the input
-was low; the old state follows while the input is low and is kept while it is high; the output is delayed.
-Ours: pulses of half a second, one a second, so that it goes from memorise through go, store and follow back
-to go; the network's seed.
+The network of the state machine is run, and the states that it takes are compared with the paper's words: at
+a rising edge of the input the machine goes to the next state, and to no other until the input was low; the
+old state follows while the input is low and is kept while it is high; the output is delayed. The pulses are
+ours, of half a second, one a second, so that it goes from memorise through go, store and follow back to go;
+and so is the network's seed.
 """
 
 from __future__ import annotations
@@ -151,9 +152,7 @@ def _draw(found: Course, figure: Figure) -> None:
         ax.scatter(part[:, 0], part[:, 1], c=shade, cmap="viridis", s=3, zorder=2)
         for point, state in zip(states(len(STATES)), STATES, strict=True):
             ax.annotate(state, 2.7 * point, ha="center", va="center", fontsize=8)
-        ax.set_xlim(-3.4, 3.4)
-        ax.set_ylim(-3.4, 3.4)
-        ax.set_aspect("equal")
+        ax.set(xlim=(-3.4, 3.4), ylim=(-3.4, 3.4), aspect="equal")
         ax.set_title(name, fontsize=9)
 
 

@@ -1,9 +1,10 @@
 """Figure 6 of Stöckel 2017: Bug 0 and Bug 2, as programs and as neurons, where Bug 0 cannot succeed.
 
-The paper: both Bug 0 repeat their way over and over, both Bug 2 reach the goal, and trajectories of program
-and neurons are highly similar. The map is ours (`bug-spiral`), as the paper's is a picture. Ours: the measure
-of similarity, the median over the neurons' path of the distance to the program's; for Bug 0 it must be below
-two radii of the robot. Five networks; all must do as the paper says.
+Both agents drive as programs and with five networks each, and their ways are compared with the paper's words:
+both Bug 0 repeat their way over and over, both Bug 2 reach the goal, and trajectories of program and neurons
+are highly similar. The map is ours (`bug-spiral`), as the paper's is a picture. So is the measure of
+similarity, the median over the neurons' path of the distance to the program's; for Bug 0 it must be below two
+radii of the robot. All five networks must do as the paper says.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
 from system.bug.run import Trace, run
 from system.bug.scenario import Scenario
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.rule import below, equal
 from system.statement import Statement
 
@@ -34,10 +35,9 @@ def traces(
         (a, b, s) for a in ("bug0", "bug2") for b, s in (("reference", 0), *(("ideal", s) for s in seeds))
     ]
     found: dict[str, list[Trace]] = {}
-    for k, (agent, brain, seed) in enumerate(asked, 1):
+    for agent, brain, seed in with_progress(asked, progress):
         trace = run(Scenario(agent, brain, map=MAP, seed=seed, duration=duration))
         found.setdefault(f"{agent} {brain}", []).append(trace)
-        progress(k / len(asked))
     return found
 
 

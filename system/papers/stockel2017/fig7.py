@@ -1,7 +1,8 @@
 """Figure 7 of Stöckel 2017: states over time of the two Bug 2 of Figure 6.
 
-The paper: the neurons take significant time to memorise directions and distances, which the program does at
-once, so that they arrive later. The program has no phase of its own for it: 0 s.
+The program and a network of Bug 2 drive on the map of Figure 6, and their states over time are compared with
+the paper's words: the neurons take significant time to memorise directions and distances, which the program
+does at once, so that they arrive later. The program has no phase of its own for it: 0 s.
 """
 
 from __future__ import annotations

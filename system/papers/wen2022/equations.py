@@ -1,9 +1,11 @@
 """Equations (9) and (10) of Wen & Horiuchi 2022 by transistors, by the chip's model, and in closed form.
 
-Nominal die, 27 degC. Inputs are drawn (seed 1000) where the equations hold: for (9) every input comes before
-the spike, and the spike less than 20 ms after the first; for (10) charge, inhibitions of a few memories and
-the net current leave a spike. The rule: each within 2 % of the closed form. The circuits are the chip's own
-in their places: an integrating neuron of 8 synapses, a first-layer cell of 2 excitations and 7 inhibitions.
+The transistors of the chip's cells and the chip's model answer drawn inputs, and their latencies are compared
+with the closed forms of the paper. The die is nominal, at 27 degC. Inputs are drawn (seed 1000) where the
+equations hold: for (9) every input comes before the spike, and the spike less than 20 ms after the first; for
+(10) charge, inhibitions of a few memories and the net current leave a spike. The rule is that each is within
+2 % of the closed form. The circuits are the chip's own in their places: an integrating neuron of 8 synapses,
+a first-layer cell of 2 excitations and 7 inhibitions.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from matplotlib.figure import Figure
 from chips.latency.chip import LatencyChip
 from chips.latency.errors import cell_latencies, input_latencies
 from chips.latency.law import evaluation_latency, race_latency
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.openspace.law import ARCS, Bat, arcs_of
 from system.plot import COLOURS, INK
 from system.rule import at_most
@@ -47,10 +49,8 @@ def reproduce(progress: Progress, cases: int = CASES) -> Report:
     makers: tuple[tuple[str, Callable[[LatencyChip, np.random.Generator], Case]], ...] = (
         ("9", evaluation_case), ("10", race_case),
     )  # fmt: skip
-    for k, (name, make) in enumerate(makers):
-        for i in range(cases):
-            found[name].append(make(chip, random))
-            progress((k + (i + 1) / cases) / len(makers))
+    for name, make in with_progress([maker for maker in makers for _ in range(cases)], progress):
+        found[name].append(make(chip, random))
     return Report(rows(found), lambda figure: _draw(found, figure))
 
 
@@ -105,8 +105,7 @@ def _draw(found: dict[str, list[Case]], figure: Figure) -> None:
             off = [100.0 * (getattr(c, what) / c.law - 1.0) for c in cases]
             ax.plot(law, off, marker=mark, color=colour, linestyle="", label=what)
         ax.axhline(0.0, color=INK, linewidth=0.6)
-        ax.set_xlabel(f"latency of equation ({name}) (ms)")
-        ax.set_ylabel("deviation (%)")
+        ax.set(xlabel=f"latency of equation ({name}) (ms)", ylabel="deviation (%)")
         ax.legend(fontsize=8)
 
 

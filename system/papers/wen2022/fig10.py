@@ -1,10 +1,11 @@
 """Figure 10 of Wen & Horiuchi 2022: paths through a forest of 1,400 obstacles.
 
-The paper: open areas were travelled more often, yet most of the viable paths were visited. Ours: the measure
-(`system.forest.coverage`) and how long it is flown. In one forest (seed 50,000) the bat flies 20,000 pings
-at 2 m/s, some 66 minutes; after a collision or a trap it goes on from another start in the same forest. It
-must take more than half of the gaps that are wide enough; half of its crossings are spread over at least a
-tenth of them, so that it does not fly a few paths again and again.
+The bat flies through one forest, and which gaps between obstacles it takes is compared with the paper's
+words: open areas were travelled more often, yet most of the viable paths were visited. The measure
+(`system.forest.coverage`) is ours, and so is how long it is flown. In one forest (seed 50,000) the bat flies
+20,000 pings at 2 m/s, some 66 minutes; after a collision or a trap it goes on from another start in the same
+forest. It must take more than half of the gaps that are wide enough; half of its crossings are spread over at
+least a tenth of them, so that it does not fly a few paths again and again.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Figure 11A of Wen & Horiuchi 2022: avoided obstacles against the number of obstacles, 500 to 1,700.
 
-The paper: performance rises as density falls, approaching infinity. Rules: of each two neighbouring numbers
+Bats fly through forests of each density, and the avoided obstacles a collision are compared with the paper's
+words: performance rises as density falls, approaching infinity. Rules: of each two neighbouring numbers
 the larger has significantly fewer avoided obstacles a collision (p < 0.05); and "steeply" (ours): at 1,700 at
 most a tenth of those at 500, the intervals apart.
 """
@@ -59,8 +60,7 @@ def _steep(few: Tally, many: Tally) -> Statement:
 def _draw(found: Mapping[int, Tally], figure: Figure) -> None:
     ax = figure.subplots()
     draw_means([float(n) for n in found], list(found.values()), "ours", 0, ax)
-    ax.set_xlabel("obstacles in 50 x 50 m")
-    ax.set_ylabel("avoided obstacles a collision")
+    ax.set(xlabel="obstacles in 50 x 50 m", ylabel="avoided obstacles a collision")
 
 
 EXPERIMENT = Experiment("wen2022-fig11a", "avoided obstacles against density", reproduce, COUNTS)

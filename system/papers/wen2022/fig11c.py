@@ -1,7 +1,8 @@
 """Figure 11C of Wen & Horiuchi 2022: immediacy functions, equation (11), against the normalised distance.
 
-An obstacle straight ahead, whose immediacy on the straight arc (gamma = 1) is what the compiled loop adds to
-the risk of that arc. The paper: the control falls linearly from E_MAX = 10 and is 0 at R_MAX = 5 m; "Steep"
+An obstacle is put straight ahead at all distances; its immediacy on the straight arc (gamma = 1) is what the
+compiled loop adds to the risk of that arc. It is compared with the equation and with the paper's words: the
+control falls linearly from E_MAX = 10 and is 0 at R_MAX = 5 m; "Steep"
 (R_MAX0 = 3 m) is 0 from 3 m on, rectified; "Flat" (R_MAX0 = 7 m) still counts an obstacle at 5 m; "Squared"
 emphasises close obstacles without ignoring far ones, 10 (1 - r / 5 m)^2. Rules: equation (11) within 1e-9 at
 all distances of the figure, and these words.
@@ -17,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.openspace.law import ARCS, MIDDLE, Bat, arcs_of
 from system.openspace.view import add_immediacies
 from system.plot import COLOURS
@@ -43,10 +44,7 @@ def reproduce(progress: Progress) -> Report:
     """Put an obstacle at all distances before each bat."""
     bats = groups(Bat())
     far = np.linspace(0.0, Bat().max_range, _POINTS)
-    found = {}
-    for done, (name, bat) in enumerate(bats.items()):
-        found[name] = immediacy(bat, far)
-        progress((done + 1) / len(bats))
+    found = {name: immediacy(bat, far) for name, bat in with_progress(bats.items(), progress)}
     return Report(rows(far, found), lambda figure: _draw(far, found, figure))
 
 
@@ -107,8 +105,7 @@ def _draw(way: F64, found: Mapping[str, F64], figure: Figure) -> None:
     seen = way <= Bat().max_range - Bat().zone
     for (name, values), colour in zip(found.items(), COLOURS, strict=False):
         ax.plot(way[seen], values[seen], color=colour, label=name)
-    ax.set_xlabel("r' / gamma (m)")
-    ax.set_ylabel("immediacy")
+    ax.set(xlabel="r' / gamma (m)", ylabel="immediacy")
     ax.legend()
 
 

@@ -1,9 +1,10 @@
 """Figure 12 of Wen & Horiuchi 2022: the spike-latency network between two pings among six obstacles.
 
-The paper: the first ping, straight ahead, shows three obstacles, which make three groups of memory spikes;
-several neurons of the first layer win, the second layer keeps one group, middle left; the head turns there
-and the body does not. The second ping shows others; the memories of the obstacles out of view give the same
-latencies again; the winners are middle left, and the body turns. Then the memories are reset.
+The network hears the two pings of a scene, and its spikes are compared with the paper's words: the first
+ping, straight ahead, shows three obstacles, which make three groups of memory spikes; several neurons of the
+first layer win, the second layer keeps one group, middle left; the head turns there and the body does not.
+The second ping shows others; the memories of the obstacles out of view give the same latencies again; the
+winners are middle left, and the body turns. Then the memories are reset.
 
 A group here is a run of neighbouring arcs whose first spikes are within 3 ms of the neighbour's. Coordinates
 are ours, near those of our Figure 5, for whose rows they do as well. They and the numbers of the network
@@ -41,6 +42,7 @@ NEAR_LAW = within(CLOSE, "within {percent:g} % of the closed form", of=0.0)
 def reproduce(progress: Progress) -> Report:
     """Both pings, the reset, and recalls."""
     story = tell(progress)
+    progress(1.0)
     race, bat = [race_latencies(story, k) for k in range(2)], Bat(ping_rate=PING_RATE)
     return Report(
         rows(story), lambda figure: draw_figure_12(story, race, OBSTACLES, bat, figure), notes(story)

@@ -164,9 +164,7 @@ def _draw(story: ChipStory, figure: Figure) -> None:
                     label=label if k == 0 else None)  # fmt: skip
         ax.plot(begin + 1e3 * said.times, said.paths, marker="o", color=INK, linestyle="", markersize=4,
                 label="second layer" if k == 0 else None)  # fmt: skip
-    ax.set_xlim(-3.0, 200.0)
-    ax.set_ylim(ARCS, -1)
-    ax.set_ylabel("arc, 0 to the left")
+    ax.set(xlim=(-3.0, 200.0), ylim=(ARCS, -1), ylabel="arc, 0 to the left")
     ax.legend(fontsize=7, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     inner = grid[1].subgridspec(len(NODES), 1, hspace=0.1)
     time = 1e3 * (np.concatenate([t for t, _ in story.unit.kept]) - 0.1)

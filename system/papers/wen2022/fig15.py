@@ -1,10 +1,12 @@
 """Figure 15 of Wen & Horiuchi 2022: the robot in a corridor and two forests of pipes.
 
-The paper shows one collision-free run in each: pings mostly down the middle of the corridor, more to the
-side where it is cluttered. Here a forest and a start are drawn a run, from seeds that chose no number. Rules
-(ours): at least 90 % of 100 runs without a collision in each forest; a smaller share of side pings in the
-corridor than in either forest, the intervals of the means apart, and below a half, "mostly". The numbers were
-chosen, on other seeds, for few collisions and few side pings in the corridor: those rows count as fitted.
+The robot drives through forests of three kinds, and its collisions and the directions of its pings are
+compared with the paper's, which shows one collision-free run in each: pings go mostly down the middle of the
+corridor, more to the side where it is cluttered. Here a forest and a start are drawn a run, from seeds that
+chose no number. Rules (ours): at least 90 % of 100 runs without a collision in each forest; a smaller share
+of side pings in the corridor than in either forest, the intervals of the means apart, and below a half,
+"mostly". The numbers were chosen, on other seeds, for few collisions and few side pings in the corridor:
+those rows count as fitted.
 
 Intervals: the exact one of a share; of a mean the bootstrap's. A run that was cut off by its number of
 pings is no collision; how many there were is a note. Some of the same seeds without soft pings, with exact

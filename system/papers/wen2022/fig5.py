@@ -1,6 +1,7 @@
 """Figure 5 of Wen & Horiuchi 2022: two pings in a scene of six obstacles.
 
-A bat flies straight and pings ahead; nothing is remembered. The paper: the first ping detects three
+A bat flies straight and pings ahead, with nothing remembered, and what its head and body do is compared with
+the paper's words: the first ping detects three
 obstacles; the winner is an arc to the middle left, where nothing was sensed yet, so that the head turns, the
 body keeps its arc, and the decay of the memory halts; the second ping goes to the middle left, the winner
 belongs to it, and the body turns. The places of the obstacles and of the goal are not in the paper's text:
@@ -17,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.openspace.flight import margin_of
 from system.openspace.kernel import advance, choose, ping
 from system.openspace.law import DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
@@ -57,14 +58,13 @@ def reproduce(progress: Progress, obstacles: Sequence[tuple[float, float]] = OBS
     cells = cells_of(Forest("scene", place), margin_of(arcs))
     flight = new_flight(*AT, -math.pi, DIRECTIONS, len(place), 0)
     moments = []
-    for k in range(2):
+    for _ in with_progress(range(2), progress):
         pose = float(flight.pose[X]), float(flight.pose[Y]), float(flight.pose[2])
         pinged = int(flight.counts[HEAD])
         ping(arcs, EXACT, cells, flight)
         choose(arcs, EXACT, flight)
         moments.append(_moment(pose, pinged, flight))
         advance(arcs, cells, flight)
-        progress(0.5 * (k + 1))
     first, second = moments
     return Report(rows(first, second, arcs), lambda figure: _draw(bat, arcs, place, moments, figure))
 
@@ -103,8 +103,7 @@ def _draw(bat: Bat, arcs: Arcs, place: F64, moments: Sequence[Moment], figure: F
     for k, (moment, column) in enumerate(zip(moments, axes.T, strict=True)):
         draw_forest(place, bat.zone, column[0])
         draw_sight(bat, arcs, moment.pose, moment.pinged, moment.arc, column[0])
-        column[0].set_xlim(AT[0] - 5.4, AT[0] + 0.6)
-        column[0].set_ylim(AT[1] - 3.2, AT[1] + 3.2)
+        column[0].set(xlim=(AT[0] - 5.4, AT[0] + 0.6), ylim=(AT[1] - 3.2, AT[1] + 3.2))
         column[0].set_title(f"ping {k + 1}, {NAMES[moment.pinged]}", fontsize=9)
         draw_bars(moment.risk, arcs, "risk", column[1])
         draw_bars(moment.wish, arcs, "desirability", column[2], moment.winner)

@@ -18,12 +18,7 @@ from system.papers.checks.chip_noise import (
     rows,
     tap_beside,
 )
-from system.registry import load_experiment
 from system.study.campaign import Execution
-
-
-def test_it_is_listed() -> None:
-    assert load_experiment("chip-noise") is chip_noise.EXPERIMENT
 
 
 def test_a_row_holds_the_model_to_the_transistors() -> None:

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pytest
 
 from system.forest.campaign import Case, Tally
 from system.openspace.flight import Sample
-from system.papers.checks import forest_silicon, forest_weights
 from system.papers.checks.forest_silicon import BATS, Study, ranging_share, rows
-from system.plot import save_picture
-from system.registry import load_experiment
-
-FEW = {"collisions": 3, "pings": 3000}
 
 
 def tally(mean: int, collisions: int = 100) -> Tally:
@@ -45,26 +39,3 @@ def test_what_silicon_ought_to_do() -> None:
     wrong = [row.name for row in rows(study(500, 500, 300)) if not row.agrees]
     assert len(wrong) == 4
     assert wrong[0] == "nominal_die_ranging_over_exact"
-
-
-def test_the_study_of_silicon_runs(tmp_path: Path) -> None:
-    fractions: list[float] = []
-    report = forest_silicon.reproduce(fractions.append, areas=(64.0,), temperatures=(27.0,), **FEW)
-    assert fractions[-1] == pytest.approx(1.0)
-    assert len(report.notes) == 1 + 2
-    picture = tmp_path / "silicon.png"
-    save_picture(str(picture), report.draw)
-    assert picture.stat().st_size > 10_000  # an empty figure has 3 kB
-
-
-def test_the_study_of_weights_runs(tmp_path: Path) -> None:
-    report = forest_weights.reproduce(lambda _: None, collisions=3, pings=20_000, speeds=(1.0, 3.0))
-    assert [row.name for row in report.rows] == ["by_speed_at_1"]  # at 3 m/s there is no difference
-    save_picture(str(tmp_path / "weights.png"), report.draw)
-
-
-def test_the_registry_knows_them() -> None:
-    assert [load_experiment(n).name for n in ("forest-silicon", "forest-weights")] == [
-        "forest-silicon",
-        "forest-weights",
-    ]

@@ -1,61 +1,16 @@
-"""The experiments of the latency chip, made small: rows, notes and pictures."""
+"""Experiments with the latency chip: their statements about flights that are made up."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from chips.latency.model import BLOCKS
-from system.experiment import Report
 from system.papers.checks import (
-    latency_agreement,
     latency_dies,
     latency_forests,
-    latency_loops,
-    latency_recall,
 )
-from system.papers.wen2022 import equations as latency_equations
-from system.papers.wen2022 import fig12_chip as wen2022_fig12_chip
-from system.plot import save_picture
 from system.spiking_bat.campaign import Crossed
-
-
-def drawn(report: Report, path: Path) -> int:
-    save_picture(str(path), report.draw)
-    return path.stat().st_size
-
-
-def silent(_: float) -> None:
-    pass
-
-
-def test_the_equations_hold_within_2_percent(tmp_path: Path) -> None:
-    report = latency_equations.reproduce(silent, 3)
-    assert [row.name for row in report.rows if not row.agrees] == []
-    assert len(report.rows) == 4
-    assert drawn(report, tmp_path / "equations.png") > 10_000
-
-
-def test_few_pings_do_not_show_agreement(tmp_path: Path) -> None:
-    report = latency_agreement.reproduce(silent, pings=6, flight=6)
-    found = {row.name: row for row in report.rows}
-    assert found["pings"].shown == 6.0
-    assert not found["pings"].agrees
-    assert not found["kappa_lower_limit"].agrees  # no interval of one block
-    assert drawn(report, tmp_path / "agreement.png") > 10_000
-
-
-def test_what_is_recalled_is_near_what_was_heard(tmp_path: Path) -> None:
-    report = latency_recall.reproduce(silent, 1)
-    assert report.rows[0].agrees
-    assert len(report.notes) <= len(latency_recall.BUILDS)
-    assert drawn(report, tmp_path / "recall.png") > 10_000
-
-
-def test_figure_12_goes_on_the_chip_as_on_the_network(tmp_path: Path) -> None:
-    report = wen2022_fig12_chip.reproduce(silent)
-    assert [row.name for row in report.rows if not row.agrees] == []
-    assert drawn(report, tmp_path / "figure.png") > 30_000
+from tests.system.papers.conftest import Draw
 
 
 @pytest.fixture
@@ -67,14 +22,13 @@ def flights() -> Callable[[int], list[Crossed]]:
 
 
 def test_forests_state_the_papers_flight_and_the_pairs(
-    flights: Callable[[int], list[Crossed]], tmp_path: Path
+    flights: Callable[[int], list[Crossed]], drawn: Callable[[Draw], int]
 ) -> None:
     found = {"analog": flights(5), "chip": flights(4), "network": flights(4)}
     rows = latency_forests.rows(found)
     assert [row.agrees for row in rows] == [True, True, True]
     assert "four crossings 1.00" in latency_forests.notes(found)[1]
-    report = Report(rows, lambda figure: latency_forests.draw_survival(found, figure))
-    assert drawn(report, tmp_path / "forests.png") > 10_000
+    assert drawn(lambda figure: latency_forests.draw_survival(found, figure)) > 10_000
 
 
 def test_dies_state_their_rules(flights: Callable[[int], list[Crossed]]) -> None:
@@ -84,10 +38,3 @@ def test_dies_state_their_rules(flights: Callable[[int], list[Crossed]]) -> None
     assert agrees == [False, False, True]
     assert len(latency_dies.notes(found)) == len(latency_dies.BUILDS)
     assert len(BLOCKS) == 7
-
-
-def test_loops_are_repeated_from_where_they_began(tmp_path: Path) -> None:
-    report = latency_loops.reproduce(silent, loops=1, first=253, pings=12)
-    assert any(note.startswith("chip: repeats 1 of 1") for note in report.notes)
-    assert not report.rows[0].agrees  # one loop shows nothing
-    assert drawn(report, tmp_path / "loops.png") > 10_000

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from system.experiment import Report
 from system.papers.checks import nef_chip
 from system.papers.stockel2017 import chip as stockel2017_chip
 from system.papers.stockel2017.drive import kept, program
-from system.plot import save_picture
-from system.registry import load_experiment
+from tests.system.papers.conftest import Draw
 
 
-def test_small_ones_measure(tmp_path: Path) -> None:
+def test_small_ones_measure() -> None:
     assert abs(nef_chip.rate_errors(3001, 27.0, "gate", (0.25,))[0]) < nef_chip.CLOSE
     few, many = nef_chip.error(30, 3001), nef_chip.error(300, 3001)
     assert many < few / 2.0  # ten times the neurons: a third, on one die
@@ -32,7 +30,7 @@ def test_rows_of_the_chip() -> None:
     assert [r.agrees for r in nef_chip.rows(bad)] == [False] * 3
 
 
-def test_rows_of_the_robots(tmp_path: Path) -> None:
+def test_rows_of_the_robots(drawn: Callable[[Draw], int]) -> None:
     there, around = (
         kept(program(world, 140.0), with_path=True)
         for world in (stockel2017_chip.FIELD, stockel2017_chip.SPIRAL)
@@ -53,11 +51,4 @@ def test_rows_of_the_robots(tmp_path: Path) -> None:
         "fig8_bug0_reaches_share",
         "fig8_bug2_improved_reaches_share",
     ]
-    picture = tmp_path / "figure.png"
-    save_picture(str(picture), Report((), lambda f: stockel2017_chip._draw(found(19), 140.0, f)).draw)
-    assert picture.stat().st_size > 10_000
-
-
-def test_the_registry_knows_them() -> None:
-    for name in ("nef-chip", "stockel2017-chip"):
-        assert load_experiment(name).name == name
+    assert drawn(lambda figure: stockel2017_chip._draw(found(19), 140.0, figure)) > 10_000

@@ -10,7 +10,6 @@ from chips.rolls.chip import RollsChip
 from chips.rolls.depression.trains import Response, Train
 from system.experiment import Report
 from system.papers.checks import rolls_depression
-from system.registry import EXPERIMENTS, load_experiment
 
 KAPPA = 0.66
 
@@ -37,11 +36,6 @@ def made_up(monkeypatch: pytest.MonkeyPatch, *, off: float = 0.0, power: float =
     report = rolls_depression.run_on(done.append, 1, 1, 1)
     assert done[-1] == 1.0
     return report
-
-
-def test_it_is_listed() -> None:
-    assert "rolls-depression" in EXPERIMENTS
-    assert load_experiment("rolls-depression").name == "rolls-depression"
 
 
 def test_what_follows_the_law_agrees_and_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:

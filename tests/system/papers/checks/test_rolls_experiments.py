@@ -13,13 +13,6 @@ from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.papers.checks import rolls_drift, rolls_forms, rolls_mismatch
-from system.registry import EXPERIMENTS, load_experiment
-
-
-@pytest.mark.parametrize("name", ["rolls-drift", "rolls-mismatch", "rolls-forms"])
-def test_experiments_are_listed(name: str) -> None:
-    assert name in EXPERIMENTS
-    assert load_experiment(name).name == name
 
 
 def test_drift_of_currents_follows_the_law(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,70 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
-import pytest
 
 from chips.wavefront.paper_walk import plan_in_two_passes
-from system.experiment import Experiment, Progress, Report
-from system.papers.hwu2018 import campaign as hwu2018_campaign
 from system.papers.hwu2018 import fig1 as hwu2018_fig1
 from system.papers.hwu2018 import fig2 as hwu2018_fig2
 from system.papers.hwu2018 import table1 as hwu2018_table1
 from system.papers.hwu2018 import table2 as hwu2018_table2
 from system.papers.hwu2018.table1 import Paths, rank_sum, signed_rank
-from system.plot import save_picture
-from system.registry import EXPERIMENTS, load_experiment
 from system.rover.cost_map import MAPS, load_map
-
-NAMES = ("fig1", "fig2", "table1", "table2", "campaign")
-# Less than the experiments' own, for time: p of 40 pairs is still far below 0.001, and on 24 dies the regrets
-# at areas x0.25 and x16 are still intervals apart.
-FEW = {"unit": (20e-6, 100e-6), "temperature_c": (27.0,), "area": (0.25, 16.0)}
-QUICK: dict[str, Callable[[Progress], Report]] = {
-    "fig2": lambda progress: hwu2018_fig2.reproduce(progress, 15),
-    "table1": lambda progress: hwu2018_table1.reproduce(progress, 40),
-    "campaign": lambda progress: hwu2018_campaign.reproduce(progress, 24, 10, FEW),
-}
-
-
-@pytest.fixture(scope="module", params=NAMES)
-def experiment(request: pytest.FixtureRequest) -> Experiment:
-    loaded = load_experiment(f"hwu2018-{request.param}")
-    return replace(loaded, run=QUICK.get(request.param, loaded.run))
-
-
-@pytest.fixture(scope="module")
-def outcome(experiment: Experiment) -> tuple[Report, list[float]]:
-    fractions: list[float] = []
-    return experiment.run(fractions.append), fractions
-
-
-def test_every_row_agrees(outcome: tuple[Report, list[float]]) -> None:
-    rows = outcome[0].rows
-    assert [row.name for row in rows if not row.agrees] == []
-    assert len({row.name for row in rows}) == len(rows)
-
-
-def test_progress_rises_to_one(outcome: tuple[Report, list[float]]) -> None:
-    fractions = outcome[1]
-    assert fractions == sorted(fractions)
-    assert fractions[-1] == pytest.approx(1.0)
-
-
-def test_it_draws(outcome: tuple[Report, list[float]], tmp_path: Path) -> None:
-    picture = tmp_path / "figure.png"
-    save_picture(str(picture), outcome[0].draw)
-    assert picture.stat().st_size > 10_000  # an empty figure has 3 kB
-
-
-def test_the_registry_knows_them() -> None:
-    for name in NAMES:
-        assert f"hwu2018-{name}" in EXPERIMENTS
-        assert load_experiment(f"hwu2018-{name}").name == f"hwu2018-{name}"
 
 
 def test_table_1_fails_where_the_wave_is_no_cheaper() -> None:

@@ -24,21 +24,9 @@ from system.pushbot.network.plain import pushbot_network
 from system.pushbot.run import Trace, stood
 from system.pushbot.scenario import Scenario, scene_of
 from system.pushbot.wiring import HALF_ROWS
-from system.registry import EXPERIMENTS, load_experiment
 from system.study.statistics.share import Share
 from system.worlds.arena.geometry import obstacles_of, outline_at
 from system.worlds.camera.sensor import Dvs, open_eye, picture, sensor_of
-
-NAMES = (
-    "table1", "fig5", "fig6", "fig7", "pairs", "moving", "clutter", "variability", "office", "target",
-    "chase", "temperature",
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_it_is_known(name: str) -> None:
-    assert f"milde2017-{name}" in EXPERIMENTS
-    assert load_experiment(f"milde2017-{name}").summary
 
 
 def test_figure_5_agrees_and_sees_a_wrong_sign() -> None:

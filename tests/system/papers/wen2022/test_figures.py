@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
-import pytest
 
-from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import Case, Tally
 from system.forest.coverage import Coverage
 from system.openspace.flight import Sample
@@ -21,64 +15,10 @@ from system.papers.wen2022 import fig11b as wen2022_fig11b
 from system.papers.wen2022 import fig11c as wen2022_fig11c
 from system.papers.wen2022 import fig11d as wen2022_fig11d
 from system.papers.wen2022 import fig11e as wen2022_fig11e
-from system.plot import save_picture
-from system.registry import EXPERIMENTS, load_experiment
-
-NAMES = ("fig5", "fig10", "fig11a", "fig11b", "fig11c", "fig11d", "fig11e")
-FEW = {"collisions": 4, "pings": 20_000}
-QUICK: dict[str, Callable[[Progress], Report]] = {
-    "fig10": lambda progress: wen2022_fig10.reproduce(progress, 300, 600),
-    "fig11a": lambda progress: wen2022_fig11a.reproduce(progress, numbers=(500, 1700), **FEW),
-    "fig11b": lambda progress: wen2022_fig11b.reproduce(progress, speeds=(1.5, 2.0), **FEW),
-    "fig11d": lambda progress: wen2022_fig11d.reproduce(progress, speeds=(2.0, 3.0), **FEW),
-    "fig11e": lambda progress: wen2022_fig11e.reproduce(
-        progress, speeds=(3.0, 6.0), rates=(5.0, 10.0), **FEW
-    ),
-}
-
-
-@pytest.fixture(scope="module", params=NAMES)
-def experiment(request: pytest.FixtureRequest) -> Experiment:
-    loaded = load_experiment(f"wen2022-{request.param}")
-    return replace(loaded, run=QUICK.get(request.param, loaded.run))
-
-
-@pytest.fixture(scope="module")
-def outcome(experiment: Experiment) -> tuple[Report, list[float]]:
-    fractions: list[float] = []
-    return experiment.run(fractions.append), fractions
 
 
 def tally(mean: int, collisions: int = 100) -> Tally:
     return Tally(Case(), (Sample(mean, True, 1, 0.0, 0.0, 0, 1, 0, 0, 0),) * collisions)
-
-
-def test_rows_have_names_of_their_own(outcome: tuple[Report, list[float]]) -> None:
-    rows = outcome[0].rows
-    assert rows
-    assert len({row.name for row in rows}) == len(rows)
-
-
-def test_progress_rises_to_one(outcome: tuple[Report, list[float]]) -> None:
-    fractions = outcome[1]
-    assert fractions == sorted(fractions)
-    assert fractions[-1] == pytest.approx(1.0)
-
-
-def test_it_draws(outcome: tuple[Report, list[float]], tmp_path: Path) -> None:
-    picture = tmp_path / "figure.png"
-    save_picture(str(picture), outcome[0].draw)
-    assert picture.stat().st_size > 10_000  # an empty figure has 3 kB
-
-
-def test_the_registry_knows_them() -> None:
-    for name in NAMES:
-        assert f"wen2022-{name}" in EXPERIMENTS
-        assert load_experiment(f"wen2022-{name}").name == f"wen2022-{name}"
-
-
-def test_figure_5_agrees() -> None:
-    assert [row.name for row in wen2022_fig5.reproduce(lambda _: None).rows if not row.agrees] == []
 
 
 def test_figure_5_fails_in_another_scene() -> None:
@@ -111,10 +51,6 @@ def test_figure_11b_wants_each_term_where_the_paper_has_it() -> None:
     same = dict.fromkeys(found, tally(500))
     wrong = [row.name for row in wen2022_fig11b.rows(same) if not row.agrees]
     assert wrong == ["no_hysteresis_at_2", "no_ping-direction_bias_at_1", "no_ping-direction_bias_at_2"]
-
-
-def test_figure_11c_agrees() -> None:
-    assert [row.name for row in wen2022_fig11c.reproduce(lambda _: None).rows if not row.agrees] == []
 
 
 def test_figure_11c_wants_each_function() -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +12,8 @@ from system.car.run import ENDS
 from system.car.world import FORESTS
 from system.papers.wen2022 import fig15 as wen2022_fig15
 from system.papers.wen2022.fig15 import Found, drive_one, note, rows, summed
-from system.plot import save_picture
-from system.registry import load_experiment
 from system.study.campaign import Numbered
+from tests.system.papers.conftest import Draw
 
 
 @pytest.fixture(scope="module")
@@ -43,12 +42,6 @@ def test_it_agrees_where_the_runs_do(first: Found) -> None:
     assert [row.name for row in rows(even) if not row.agrees] == ["open_side_pings"]
 
 
-def test_it_draws(first: Found, tmp_path: Path) -> None:
+def test_it_draws(first: Found, drawn: Callable[[Draw], int]) -> None:
     found = dict.fromkeys(FORESTS, first)
-    picture = tmp_path / "figure.png"
-    save_picture(str(picture), lambda figure: wen2022_fig15._draw(found, figure))
-    assert picture.stat().st_size > 20_000
-
-
-def test_the_registry_knows_it() -> None:
-    assert load_experiment("wen2022-fig15").name == "wen2022-fig15"
+    assert drawn(lambda figure: wen2022_fig15._draw(found, figure)) > 20_000

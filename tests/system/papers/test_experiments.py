@@ -1,0 +1,214 @@
+"""Experiments are known by their names; made small, each reports rows and progress, and draws.
+
+What of the rows holds for an experiment's small form stands with it in `SMALL`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from system.experiment import Progress, Report
+from system.papers.checks import (
+    forest_silicon,
+    forest_weights,
+    latency_agreement,
+    latency_loops,
+    latency_recall,
+)
+from system.papers.cheely2003 import fig6 as cheely2003_fig6
+from system.papers.cheely2003 import fig9 as cheely2003_fig9
+from system.papers.cheely2003 import fig10 as cheely2003_fig10
+from system.papers.cheely2003 import power as cheely2003_power
+from system.papers.hwu2018 import campaign as hwu2018_campaign
+from system.papers.hwu2018 import fig2 as hwu2018_fig2
+from system.papers.hwu2018 import table1 as hwu2018_table1
+from system.papers.wen2022 import equations as latency_equations
+from system.papers.wen2022 import fig10 as wen2022_fig10
+from system.papers.wen2022 import fig11a as wen2022_fig11a
+from system.papers.wen2022 import fig11b as wen2022_fig11b
+from system.papers.wen2022 import fig11d as wen2022_fig11d
+from system.papers.wen2022 import fig11e as wen2022_fig11e
+from system.papers.wen2022 import fig13 as wen2022_fig13
+from system.registry import EXPERIMENTS, load_experiment
+from tests.system.papers.conftest import Draw
+
+Run = Callable[[Progress], Report]
+
+
+def agree(report: Report) -> None:
+    """Every row agrees, and some of them were predicted."""
+    assert report.disagreeing == ()
+    assert all(row.agrees for row in report.rows)
+    assert any(not row.fitted for row in report.rows)
+
+
+def nothing(_: Report) -> None:
+    """Too few runs for any verdict."""
+
+
+def fitted(*names: str) -> Callable[[Report], None]:
+    """Every row agrees, and these were used to choose numbers."""
+
+    def says(report: Report) -> None:
+        agree(report)
+        assert {row.name for row in report.rows if row.fitted} == set(names)
+
+    return says
+
+
+@dataclass(frozen=True, slots=True)
+class Small:
+    """A small form: how it runs, what it says, and bytes of its picture; without `run` it is the whole."""
+
+    run: Run | None = None
+    says: Callable[[Report], None] = agree
+    picture: int = 10_000
+
+
+def power(report: Report) -> None:
+    fitted("quiescent_power_W", "power_50_Hz_one_echo_W")(report)
+    names = {row.name for row in report.rows}
+    assert names > {"power_10_Hz_one_echo_W", "power_50_Hz_no_echo_W", "separate_over_coupled"}
+    assert any(n.startswith("Fitted: I_cmp 500 nA and I_lim 6.3 uA") for n in report.notes)
+
+
+def equations(report: Report) -> None:
+    agree(report)
+    assert len(report.rows) == 4
+
+
+def agreement(report: Report) -> None:
+    found = {row.name: row for row in report.rows}
+    assert found["pings"].shown == 6.0
+    assert not found["pings"].agrees
+    assert not found["kappa_lower_limit"].agrees  # no interval of one block
+
+
+def recall(report: Report) -> None:
+    assert report.rows[0].agrees  # what is recalled is near what was heard
+    assert len(report.notes) <= len(latency_recall.BUILDS)
+
+
+def loops(report: Report) -> None:
+    assert any(note.startswith("chip: repeats 1 of 1") for note in report.notes)
+    assert not report.rows[0].agrees  # one loop shows nothing
+
+
+def silicon(report: Report) -> None:
+    assert len(report.notes) == 1 + 2  # an area, and a temperature with both kinds of bias
+
+
+def weights(report: Report) -> None:
+    assert [row.name for row in report.rows] == ["by_speed_at_1"]  # at 3 m/s there is no difference
+
+
+def short_flight(report: Report) -> None:
+    assert not report.rows[0].agrees
+    assert "0 crossings" in report.notes[0]
+
+
+# without 100 Hz and three echoes, for time
+CASES = tuple(c for c in cheely2003_power.CASES if c.rate < 100.0 and len(c.echoes) < 3)
+# p of 40 pairs is still far below 0.001; on 24 dies regrets at areas x0.25 and x16 are still intervals apart
+SWEEPS = {"unit": (20e-6, 100e-6), "temperature_c": (27.0,), "area": (0.25, 16.0)}
+FEW = {"collisions": 4, "pings": 20_000}
+SMALL: dict[str, Small] = {
+    "cheely2003-fig4": Small(),
+    "cheely2003-fig5": Small(),
+    # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
+    "cheely2003-fig6": Small(
+        lambda p: cheely2003_fig6.run_on_grid(p, 1e-3, 5e-3),
+        fitted(
+            "reciprocal_first_best_delay_s",
+            "reciprocal_last_best_delay_s",
+            "reciprocal_largest_distance_from_line",
+        ),
+    ),
+    "cheely2003-fig8": Small(),
+    "cheely2003-fig9": Small(lambda p: cheely2003_fig9.run_on_grid(p, 1e-3)),  # 27 delays instead of 53
+    "cheely2003-fig10": Small(lambda p: cheely2003_fig10.run_on_grid(p, 5)),  # voltages instead of 15
+    "cheely2003-power": Small(lambda p: cheely2003_power.run_cases(p, CASES), power),
+    "hwu2018-fig1": Small(),
+    "hwu2018-fig2": Small(lambda p: hwu2018_fig2.reproduce(p, 15)),
+    "hwu2018-table1": Small(lambda p: hwu2018_table1.reproduce(p, 40)),
+    "hwu2018-table2": Small(),
+    "hwu2018-campaign": Small(lambda p: hwu2018_campaign.reproduce(p, 24, 10, SWEEPS)),
+    "wen2022-fig5": Small(),
+    "wen2022-fig10": Small(lambda p: wen2022_fig10.reproduce(p, 300, 600), nothing),
+    "wen2022-fig11a": Small(lambda p: wen2022_fig11a.reproduce(p, numbers=(500, 1700), **FEW), nothing),
+    "wen2022-fig11b": Small(
+        lambda p: wen2022_fig11b.EXPERIMENT.run(p, flown=wen2022_fig11b.cases((1.5, 2.0)), **FEW), nothing
+    ),
+    "wen2022-fig11c": Small(),
+    "wen2022-fig11d": Small(
+        lambda p: wen2022_fig11d.EXPERIMENT.run(p, flown=wen2022_fig11d.cases((2.0, 3.0)), **FEW), nothing
+    ),
+    "wen2022-fig11e": Small(
+        lambda p: wen2022_fig11e.EXPERIMENT.run(
+            p, flown=wen2022_fig11e.cases((3.0, 6.0), (5.0, 10.0)), **FEW
+        ),
+        nothing,
+    ),
+    "wen2022-fig12": Small(picture=50_000),
+    "wen2022-fig12-chip": Small(picture=30_000),
+    "wen2022-fig13": Small(
+        lambda p: wen2022_fig13.reproduce(p, forests=1, first=1000, pings=4), short_flight, 20_000
+    ),
+    "latency-equations": Small(lambda p: latency_equations.reproduce(p, 3), equations),
+    "latency-agreement": Small(lambda p: latency_agreement.reproduce(p, pings=6, flight=6), agreement),
+    "latency-recall": Small(lambda p: latency_recall.reproduce(p, 1), recall),
+    "latency-loops": Small(lambda p: latency_loops.reproduce(p, loops=1, first=253, pings=12), loops),
+    "forest-silicon": Small(
+        lambda p: forest_silicon.reproduce(p, areas=(64.0,), temperatures=(27.0,), collisions=3, pings=3000),
+        silicon,
+    ),
+    "forest-weights": Small(
+        lambda p: forest_weights.EXPERIMENT.run(
+            p, flown=forest_weights.cases((1.0, 3.0)), collisions=3, pings=20_000
+        ),
+        weights,
+    ),
+    "stockel2017-fig5": Small(),
+}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_it_is_known(name: str) -> None:
+    found = load_experiment(name)
+    assert found.name == name
+    assert found.summary
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A small form, what it reported, and the shares that its progress told."""
+
+    small: Small
+    report: Report
+    progress: list[float]
+
+
+@pytest.fixture(scope="module", params=SMALL)
+def outcome(request: pytest.FixtureRequest) -> Outcome:
+    small, told = SMALL[request.param], list[float]()
+    run = small.run or load_experiment(request.param).run
+    return Outcome(small, run(told.append), told)
+
+
+def test_it_says_what_it_ought_to(outcome: Outcome) -> None:
+    rows = outcome.report.rows
+    assert rows
+    assert len({row.name for row in rows}) == len(rows)
+    outcome.small.says(outcome.report)
+
+
+def test_its_progress_rises_to_one(outcome: Outcome) -> None:
+    assert outcome.progress == sorted(outcome.progress)
+    assert outcome.progress[-1] == pytest.approx(1.0)
+
+
+def test_it_draws(outcome: Outcome, drawn: Callable[[Draw], int]) -> None:
+    assert drawn(outcome.report.draw) > outcome.small.picture
