@@ -70,7 +70,7 @@ class Motion:
 
     path: tuple[Point, ...] = required("Points [x, y] that it passes, from the first on", unit="m", fewest=2)
     speed: float = required("Along the path", unit="m/s", above=0.0)
-    start: float = option(0.0, "When it sets out", unit="s", least=0.0)
+    start: float = option(0.0, "When it sets out, below 0 if it is on its way at the beginning", unit="s")
     repeat: Repeat = option("stop", "What it does at the end: stop, go back, or begin again")
 
     def __post_init__(self) -> None:
