@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.part import Event, Output
+from chips.part import Analog, Event, Output
 from circuits.arrays import F64
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source
@@ -106,11 +106,7 @@ class Cell:
         return np.asarray(state.solver.voltage[0][self._columns])
 
     def advance(
-        self,
-        state: CellState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: CellState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[CellState, float, Output]:
         """Advance to `until` (s) or to the first output event; returns (state, time reached, output).
 

@@ -9,9 +9,10 @@ circuits, sensors, robots and worlds are parts; `system.loop` moves them togethe
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
 
 Event = tuple[str, float]  # port (with index, as in spike[3]) and time, s
+Analog = Mapping[str, Polyline] | None  # polylines (time s, value) by port, None for no new ones
 State = TypeVar("State")
 
 
@@ -65,11 +67,7 @@ class Part(Protocol[State]):
         """Next moment at which the part acts by itself, s; inf where it cannot know."""
 
     def advance(
-        self,
-        state: State,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: State, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[State, float, Advanced]:
         """Advance to `until` or to the first output event; returns (state, time reached, output)."""
 
@@ -86,6 +84,38 @@ def first_of(due: tuple[Event, ...], until: float) -> tuple[tuple[Event, ...], t
     first = due[0][1]
     count = sum(1 for _, time in due if time == first)
     return due[:count], due[count:]
+
+
+class Waiting(Protocol):
+    """A state, a frozen dataclass, whose part knows ahead what it will say.
+
+    time: reached, s; due: events to come unless the part hears more, in order.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+
+    @property
+    def due(self) -> tuple[Event, ...]:
+        """Events to come, in order."""
+
+
+W = TypeVar("W", bound=Waiting)
+
+
+def next_due(state: Waiting) -> float:
+    """Time of the next event that is due, s; inf where there is none."""
+    return state.due[0][1] if state.due else math.inf
+
+
+def tell(state: W, until: float) -> tuple[W, float, Output]:
+    """Advance a state to `until` (s), or to its first event, told with all others of that moment."""
+    now, later = first_of(state.due, until)
+    reached = now[0][1] if now else until
+    return replace(state, time=reached, due=later), reached, quiet(reached, now)
 
 
 def port_index(port: str, name: str, count: int, path: str) -> int:

@@ -9,15 +9,14 @@ bus on which events wait for each other. What comes before the first onset is no
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from chips.latency.chip import LatencyChip, PingResponse
 from chips.latency.kernel import Memory
-from chips.part import Event, Output, first_of, port_index, quiet
-from circuits.devices.source import Polyline
+from chips.part import Analog, Event, Output, next_due, port_index, tell
 from circuits.errors import ParameterError
 
 
@@ -56,21 +55,15 @@ class LatencyPart:
 
     def next_time(self, state: PingState) -> float:
         """The next thing that the chip says unless it hears more, s; inf where there is none."""
-        return state.due[0][1] if state.due else math.inf
+        return next_due(state)
 
     def advance(
-        self,
-        state: PingState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: PingState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[PingState, float, Output]:
         """Advance to `until` (s) or to the first that the chip says; at one moment all together."""
         for port, time in sorted(events, key=lambda e: e[1]):
             state = self._heard(state, port, time)
-        now, later = first_of(state.due, until)
-        reached = now[0][1] if now else until
-        return replace(state, time=reached, due=later), reached, quiet(reached, now)
+        return tell(state, until)
 
     def response(self, state: PingState) -> PingResponse:
         """All that the chip says after the present ping, of what it has heard so far."""

@@ -234,10 +234,10 @@ def _trimmed_cached(
         wanted = {
             "i_leak": (given.get("i_leak", LEAK) / LEAK) / float(np.median(law.leak)),
             "i_rfr": float(np.median(law.refractory)) / _refractory(given.get("i_rfr", REFRACTORY_CURRENT)),
-            "i_pos": _unit_wanted(given) / unit,
+            "i_pos": _design()[1] * _over_usual("i_pos", given) / unit,
             "i_thr": 1.0 / float(np.median(filter_.gain)),
             "i_ref": 1.0 / float(np.median(lines_on(silicon, 64, biases).zero)),
-            "i_tau": float(np.median(filter_.tau)) / _tau_wanted(given),
+            "i_tau": float(np.median(filter_.tau)) / (_design()[2] / _over_usual("i_tau", given)),
         }
         biases = tuple(replace(b, value=_scaled(b.value, wanted.get(b.name, 1.0))) for b in biases)
     return biases
@@ -268,22 +268,10 @@ def _refractory(current: float) -> float:
     return _design()[0] * REFRACTORY_CURRENT / current
 
 
-def _unit_wanted(given: Mapping[str, float]) -> float:
-    nominal = next(b for b in chip_biases() if b.name == "i_pos")
-    return (
-        _design()[1]
-        * given.get("i_pos", float(np.ravel(nominal.value)[0]))
-        / float(np.ravel(nominal.value)[0])
-    )
-
-
-def _tau_wanted(given: Mapping[str, float]) -> float:
-    nominal = next(b for b in chip_biases() if b.name == "i_tau")
-    return (
-        _design()[2]
-        * float(np.ravel(nominal.value)[0])
-        / given.get("i_tau", float(np.ravel(nominal.value)[0]))
-    )
+def _over_usual(name: str, given: Mapping[str, float]) -> float:
+    """The current that is given for a bias, over the design's."""
+    usual = float(np.ravel(next(b for b in chip_biases() if b.name == name).value)[0])
+    return given.get(name, usual) / usual
 
 
 @lru_cache(maxsize=8)

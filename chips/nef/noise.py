@@ -20,10 +20,11 @@ from chips.nef.kernel import ChipNet
 from chips.nef.model import filter_capacitance, neuron_charges
 from chips.nef.network.kernel import DT
 from chips.nef.noise_kernel import NefNoise
+from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import Slow, new_draws, new_slow
 from circuits.arrays import F64
 from circuits.blocks.nef.neuron import LEAK, build
-from circuits.devices.noise import gate_flicker, noise_model
+from circuits.devices.noise import gate_flicker
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 
@@ -41,7 +42,7 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
     keep = chip.net.keep
     filters = ELEMENTARY_CHARGE * silicon.law("n").kappa / (filter_capacitance() * silicon.thermal_voltage)
     analog = (chip.step > 0.0) & (keep > 0.0)
-    name = f"{NAME} of {silicon.die.lot}/{silicon.die.number}"
+    name = die_name(NAME, silicon.die)
     return NefNoise(
         _shots(chip.net.encoder),
         _shots(chip.below),
@@ -52,7 +53,7 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
         # what a step adds fades with the filter before it is read
         np.sqrt(np.where(analog, filters * (1.0 / np.where(analog, keep, 1.0) ** 2 - 1.0), 0.0)),
         np.zeros(neurons),
-        _slow(where, neurons),
+        _slow(noise, where, neurons),
         new_draws(noise.seed, noise.trial, f"{name}, neurons", neurons),
         new_draws(noise.seed, noise.trial, f"{name}, filters", keep.size),
         np.zeros(1, np.int64),
@@ -75,11 +76,10 @@ def _shots(current: F64) -> F64:
     return np.where(current >= 0.0, current, -MIRRORED * current)
 
 
-def _slow(where: Conditions, neurons: int) -> Slow:
+def _slow(noise: SiliconNoise, where: Conditions, neurons: int) -> Slow:
     """Flicker of mf1 and of mk5."""
-    noise, silicon, neuron = where.chip.noise, where.silicon, build()
-    flicker = None if noise is None else noise.flicker
-    model = noise_model(silicon.process) if flicker is None else flicker
+    silicon, neuron = where.silicon, build()
+    model = noise.flicker_in(silicon.process)
     area = np.array([transistor_of(neuron, name).gate_area for name in ("mf1", "mk5")]) * where.chip.area
     gates = gate_flicker(model, silicon.process, np.ones(2, np.bool_), area)
     slope = silicon.law("n").kappa / silicon.thermal_voltage

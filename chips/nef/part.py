@@ -15,7 +15,7 @@ import numpy as np
 from chips.nef.build import Built
 from chips.nef.network.kernel import DT
 from chips.nef.simulation import Simulation, SimulationState
-from chips.part import Event, Output, port_index
+from chips.part import Analog, Event, Output, port_index
 from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
@@ -58,11 +58,7 @@ class NefPart:
         return state.start + (state.intervals + 1) * self.interval
 
     def advance(
-        self,
-        state: NefState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: NefState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[NefState, float, Output]:
         """Advance to `until` (s)."""
         for port, _ in events:

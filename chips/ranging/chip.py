@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 
 from chips.noise import SiliconNoise
-from chips.part import Event, Output
+from chips.part import Analog, Event, Output
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, model_of, neurons_on, outside
@@ -124,11 +124,7 @@ class RangingChip:
         return state.pending[0][1] if state.pending else math.inf
 
     def advance(
-        self,
-        state: ChipState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: ChipState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[ChipState, float, Output]:
         """Advance to `until` (s) or to the first spike; returns (state, time reached, output)."""
         for port, _ in events:

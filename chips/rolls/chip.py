@@ -45,18 +45,15 @@ from chips.rolls.layout import (
     NEVER,
     READ,
     SHUT,
-    SINCE,
     STATE_ROWS,
-    TAKEN,
     V_AHP,
     WRITTEN,
     ZETA,
     ChipRun,
     Traffic,
-    Z,
     new_scratch,
 )
-from chips.rolls.lumped.filter import settled
+from chips.rolls.lumped.filter import rest_filters
 from chips.rolls.neuron.kernel import rest_of
 from chips.rolls.noise.model import with_noise
 from chips.rolls.plastic.circuit import Learning
@@ -198,9 +195,7 @@ class RollsChip:
         """State without input; a neuron that has no rest begins at 0 V."""
         built = self.built()
         values = np.zeros((STATE_ROWS, NEURONS))
-        for k, bank in enumerate(built.tables.banks):
-            values[Z + k] = bank.rest
-            values[TAKEN + k], values[SINCE + k] = settled(built.filters[k], built.loads[k], self.step)
+        rest_filters(values, built, built.tables.banks, self.step)
         resting = np.zeros((NEURONS, 3))
         rest_of(built.neurons, resting)
         values[V_AHP] = resting[:, 1]

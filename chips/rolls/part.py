@@ -8,18 +8,17 @@ steps are the chip's resolution in time, and its bus is never idle between them,
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from chips.aer import IDLE, Events, send_on
-from chips.part import Event, Output, port_index, quiet
+from chips.part import Analog, Event, Output, port_index, quiet
 from chips.rolls.chip import ChipState, RollsChip
 from chips.rolls.input_check import check_inputs
 from chips.rolls.program.address import COLUMNS, NEURONS
 from circuits.arrays import F64
-from circuits.devices.source import Polyline
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +60,7 @@ class RollsPart:
         return min(end, state.due[0][1]) if state.due else end
 
     def advance(
-        self,
-        state: RollsState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: RollsState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[RollsState, float, Output]:
         """Advance to `until` (s), or to where the first spikes are told."""
         if events:

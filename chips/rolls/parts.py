@@ -12,6 +12,7 @@ from dataclasses import replace
 from chips.rolls.circuit import NAME, bias_ports
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
+from circuits.blocks.rolls import dpi_synapse
 from circuits.circuit import Circuit, Shape
 from circuits.lowering.on_die import DieDevices, on_die
 from circuits.silicon.die import Path
@@ -35,6 +36,16 @@ def devices_at(
     """
     on_chip = replace(silicon, place=((NAME, ()),))
     return on_die(circuit, on_chip, wanted, ((NAME, ()), *place), gates).flat().renamed("", prefix)
+
+
+def extenders_at(
+    sizes: dpi_synapse.Params, place: Path, silicon: Silicon, gates: Mapping[str, F64 | float]
+) -> DieDevices:
+    """Transistors of the pulse extenders in the arrays of `place`, called `extender.NAME`.
+
+    gates: voltages by bias port of an extender, V.
+    """
+    return devices_at(dpi_synapse.pulse_extender(sizes), place, silicon, gates, None, "extender.")
 
 
 def part_gates(part: str, gates: Mapping[str, float]) -> dict[str, float]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from chips.rolls.chip import STEP, cautions_of
 from chips.rolls.circuit import FILTERS, Params, chip
-from chips.rolls.neuron.kernel import INJECTED, RATIO, STATIC, Neurons
+from chips.rolls.neuron.kernel import INJECTED, STATIC, Neurons, weak_share
 from chips.rolls.neuron.model import neurons_of, respond
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.program.address import NEURONS
@@ -135,10 +135,7 @@ def membrane_tau(d: DieDevices, ready: Prepared, latch: Bools) -> F64:
 
 def rheobase(m: Neurons) -> F64:
     """Least input current that makes a neuron fire, beside what its table injects, A; at most 0: restless."""
-    ratio = m.table[:, :, RATIO] ** 2
-    first, second = m.ground_current[:, None], m.membrane_current[:, None]
-    share = second * ratio / (first + second * ratio)
-    needed = -m.table[:, :, STATIC] / share - m.table[:, :, INJECTED]
+    needed = -m.table[:, :, STATIC] / weak_share(m) - m.table[:, :, INJECTED]
     return np.asarray(needed.max(axis=1))
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.rolls.layout import OCTAVE_BITS, ZETA, Z
+from chips.rolls.layout import OCTAVE_BITS, ZETA
+from chips.rolls.lumped.filter import move_filters
 from chips.rolls.lumped.grid import edges
 from chips.rolls.tables import Built
 from circuits.arrays import F64
@@ -34,8 +35,5 @@ def converted(values: F64, old: Built, new: Built) -> F64:
     """State at another temperature: voltages stay."""
     out = values.copy()
     out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
-    for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
-        before, after = old.shapes[k], new.shapes[k]
-        depth = f.fold * (before.log_of(values[Z + k]) - f.start)
-        out[Z + k] = after.brought_at(g.start + depth / g.fold)
+    move_filters(out, old, new)
     return out

@@ -17,7 +17,7 @@ from chips.rolls.lumped.lines import lines_of
 from chips.rolls.neuron.kernel import Neurons
 from chips.rolls.neuron.model import NODES, neurons_of
 from chips.rolls.noise.layout import NoiseTables
-from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
+from chips.rolls.parts import devices_at, extenders_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.tables import BuiltPlastic
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.program import Program, level_current
@@ -186,10 +186,8 @@ def _draws(
 ) -> _Draws:  # fmt: skip
     gated = {port: np.asarray(v, dtype=np.float64) for port, v in part_gates("synapse", gates).items()}
     d = synapse_devices(params, silicon)._replace(gate=gated)
-    extenders = devices_at(
-        dpi_synapse.pulse_extender(params.synapse), (("extender", (NEURONS,)),), silicon,
-        part_gates("extender", gates), None, "extender.",
-    )  # fmt: skip
+    own = part_gates("extender", gates)
+    extenders = extenders_at(params.synapse, (("extender", (NEURONS,)),), silicon, own)
     lengths = pulse_length(ready.synapse, extenders)
     levels = np.asarray(program.levels).ravel()
     pre = np.tile(np.arange(NEURONS), NEURONS)
@@ -238,10 +236,7 @@ def _virtual(
             "synapse.",
         )  # fmt: skip
         place = row_place(NEURONS, (f"{name}_extender", (count,)))
-        extenders = devices_at(
-            dpi_synapse.pulse_extender(params.synapse), place, silicon, part_gates("extender", gates), None,
-            "extender.",
-        )  # fmt: skip
+        extenders = extenders_at(params.synapse, place, silicon, part_gates("extender", gates))
         lengths = pulse_length(ready.synapse, extenders)
         line = line_voltage(filters[2 + sign], program.biases.current(("VA_EXC_N", "VA_INH_P")[sign]), d.u_t)
         drawn = draw_of(ready.synapse, d, -1 if sign else 1, line)

@@ -8,12 +8,12 @@ An event on `start[k]` resets the chip and fires cell k, its number in the chip'
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from chips.part import Event, Output, first_of, port_index, quiet
+from chips.part import Analog, Event, Output, next_due, port_index, tell
 from chips.wavefront.chip import Place, Program, WavefrontChip
 from circuits.devices.source import Polyline
 
@@ -51,21 +51,15 @@ class WavefrontPart:
 
     def next_time(self, state: WaveState) -> float:
         """The next spike, s; inf where no wave runs."""
-        return state.due[0][1] if state.due else math.inf
+        return next_due(state)
 
     def advance(
-        self,
-        state: WaveState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: WaveState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[WaveState, float, Output]:
         """Advance to `until` (s) or to the first spike; those of one moment come together."""
         for port, time in sorted(events, key=lambda e: e[1]):
             state = self._started(state, port, time)
-        now, later = first_of(state.due, until)
-        reached = now[0][1] if now else until
-        return replace(state, time=reached, due=later), reached, quiet(reached, now)
+        return tell(state, until)
 
     def _started(self, state: WaveState, port: str, time: float) -> WaveState:
         shape = self.chip.shape

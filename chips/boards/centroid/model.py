@@ -9,7 +9,7 @@ Equations in `chips.boards.centroid.kernel`, numbers from `chips.boards.centroid
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -17,11 +17,10 @@ import numpy as np
 
 from chips.boards.centroid.kernel import Centroid, centroid_run
 from chips.measured.table_record import all_on_silicon, check_box, tables_of
-from chips.part import Event, Output
+from chips.part import Analog, Event, Output
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit
-from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
 from circuits.event import HALF_WIDTH, LENGTH
 from circuits.silicon.silicon import Silicon
@@ -84,11 +83,7 @@ class CentroidModel:
         return math.inf
 
     def advance(
-        self,
-        state: CentroidState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: CentroidState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[CentroidState, float, Output]:
         """Advance to `until` (s); the output has a vertex at least every 2 ms."""
         board, ends, merged = state.board.copy(), state.ends.copy(), state.merged

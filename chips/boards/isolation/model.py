@@ -12,17 +12,16 @@ cent (`noctule reproduce chip-noise`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from chips.measured.table_record import all_on_silicon, check_box, tables_of
-from chips.part import Event, Output
+from chips.part import Analog, Event, Output
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit
-from circuits.devices.source import Polyline
 from circuits.event import LENGTH
 from circuits.silicon.silicon import Silicon
 
@@ -74,11 +73,7 @@ class IsolationModel:
         return math.inf
 
     def advance(
-        self,
-        state: IsolationState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: IsolationState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[IsolationState, float, Output]:
         """Advance to `until` (s); the output jumps at each change."""
         time, level = [state.time], [self._level(state)]

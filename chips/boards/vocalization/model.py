@@ -20,7 +20,7 @@ from chips.boards.vocalization.kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.noise import SiliconNoise
-from chips.part import Event, Output
+from chips.part import Analog, Event, Output
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.circuit import Circuit
@@ -85,11 +85,7 @@ class VocalizationModel:
         return math.inf
 
     def advance(
-        self,
-        state: VocalizationState,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: VocalizationState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[VocalizationState, float, Output]:
         """Advance to `until` (s) or to the first call."""
         lines = {**state.lines, **(analog or {})}

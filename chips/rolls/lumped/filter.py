@@ -12,7 +12,8 @@ capacitor. The pair's table is that of the mean of its synapses' currents, weigh
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.special import exp1
@@ -22,8 +23,11 @@ from chips.rolls.layout import (
     COARSE_POINTS,
     FINE,
     LOW,
+    SINCE,
     SPLIT,
+    TAKEN,
     FilterBank,
+    Z,
 )
 from chips.rolls.lumped.grid import integral
 from chips.rolls.lumped.network import pair as pair_shares
@@ -182,3 +186,36 @@ def shape_of(f: Filter, load: Load) -> Shape:
     table[:, 2] = np.exp(f.power * log)
     table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
     return Shape(table, brought, v)
+
+
+class Filtered(Protocol):
+    """Tables of several kinds of filters, in the order of the rows of a state."""
+
+    @property
+    def filters(self) -> Sequence[Filter]:
+        """Filters of each kind."""
+
+    @property
+    def loads(self) -> Sequence[Load]:
+        """What hangs on their lines."""
+
+    @property
+    def shapes(self) -> Sequence[Shape]:
+        """Their pairs' charge."""
+
+
+def rest_filters(rows: F64, built: Filtered, banks: Sequence[FilterBank], step: float) -> None:
+    """Fill rows of a state, float64[rows, n], with filters that have had no pulse for long.
+
+    banks: of the same filters, for steps of `step` s.
+    """
+    for k, bank in enumerate(banks):
+        rows[Z + k] = bank.rest
+        rows[TAKEN + k], rows[SINCE + k] = settled(built.filters[k], built.loads[k], step)
+
+
+def move_filters(rows: F64, old: Filtered, new: Filtered) -> None:
+    """Take filters of a state, float64[rows, n], to the tables of another temperature: voltages stay."""
+    for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
+        depth = f.fold * (old.shapes[k].log_of(rows[Z + k]) - f.start)
+        rows[Z + k] = new.shapes[k].brought_at(g.start + depth / g.fold)

@@ -14,7 +14,7 @@ import numpy as np
 from chips.rolls.layout import LINE_COLUMNS, OCTAVE_BITS
 from chips.rolls.lumped.grid import edges, integral
 from chips.rolls.lumped.network import pair as pair_shares
-from chips.rolls.neuron.kernel import INJECTED, RATIO, REVERSE, STATIC, Neurons
+from chips.rolls.neuron.kernel import INJECTED, REVERSE, STATIC, Neurons, weak_share
 from circuits.arrays import F64
 from circuits.devices.ekv import weak_over
 
@@ -33,16 +33,14 @@ class Lines(NamedTuple):
 def lines_of(m: Neurons) -> Lines:
     """Tables of `chips.rolls.neuron.model` over v_mem, as lines over zeta."""
     n, points = m.table.shape[:2]
-    ratio = m.table[:, :, RATIO] ** 2
-    first, second = m.ground_current[:, None], m.membrane_current[:, None]
-    share = second * ratio / (first + second * ratio)
+    share = weak_share(m)
     v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
     c = m.capacitance[:, None] + share * (m.input_linear[:, None] + share * m.input_square[:, None])
     y = integral(v, c / share)
     unit = m.capacitance * m.u_t / m.kappa_p
     zeta = 1.0 + y / unit[:, None]
     bend, injected = _bend(m, share), m.table[:, :, INJECTED]
-    strong = weak_over(injected / first) - 1.0
+    strong = weak_over(injected / m.ground_current[:, None]) - 1.0
     columns = (
         m.table[:, :, STATIC] / share + injected * (1.0 + bend * strong),
         bend,

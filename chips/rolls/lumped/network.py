@@ -17,6 +17,24 @@ _ITERATIONS = 80
 _EXACT = 1e-12  # U_T, last update of a voltage
 
 
+@compiled(forceinline=True)
+def _closer(y: float, f: float, low: float, high: float) -> tuple[float, float]:
+    """Bounds of the root of a rising f, closer by what f is at y, which is between them."""
+    return (low, y) if f > 0.0 else (y, high)
+
+
+@compiled(forceinline=True)
+def _between(new: float, low: float, high: float) -> float:
+    """A guess that is between its bounds, else their middle."""
+    return new if low < new < high else 0.5 * (low + high)
+
+
+@compiled(forceinline=True)
+def _not_beyond(new: float, low: float, high: float) -> float:
+    """A guess that is between its bounds or one of them, else their middle."""
+    return new if low <= new <= high else 0.5 * (low + high)
+
+
 @compiled()
 def _stack(i1: float, p1: float, i2: float, p2: float, drain: float) -> float:
     """Voltage between two transistors in series, the lower one's source at 0."""
@@ -28,13 +46,8 @@ def _stack(i1: float, p1: float, i2: float, p2: float, drain: float) -> float:
         a, da = law(p1 - y)
         b, db = law(p2 - y)
         f = i1 * (f1 - a) - i2 * (b - f2)
-        if f > 0.0:
-            high = y
-        else:
-            low = y
-        new = y - f / (i1 * da + i2 * db)
-        if not low < new < high:
-            new = 0.5 * (low + high)
+        low, high = _closer(y, f, low, high)
+        new = _between(y - f / (i1 * da + i2 * db), low, high)
         if abs(new - y) < _EXACT:
             break
         y = new
@@ -70,13 +83,8 @@ def diode(i1: F64, t1: F64, kappa: float, current: F64, highest: float, out: F64
             a, da = law(p1)
             b, db = law(p1 - y)
             f = i1[k] * (a - b) - current[k]
-            if f > 0.0:
-                high = y
-            else:
-                low = y
-            new = y - f / (i1[k] * (kappa * da - (kappa - 1.0) * db))
-            if not low < new < high:
-                new = 0.5 * (low + high)
+            low, high = _closer(y, f, low, high)
+            new = _between(y - f / (i1[k] * (kappa * da - (kappa - 1.0) * db)), low, high)
             if abs(new - y) < _EXACT:
                 break
             y = new
@@ -94,13 +102,8 @@ def amplifier(i1: F64, p1: F64, i2: F64, p2: F64, supply: float, out: F64) -> No
             a, da = law(p1[k] - supply + y)
             b, db = law(p2[k] - y)
             f = i2[k] * (hold - b) - i1[k] * (pull - a)
-            if f > 0.0:
-                high = y
-            else:
-                low = y
-            new = y - f / (i1[k] * da + i2[k] * db)
-            if not low < new < high:
-                new = 0.5 * (low + high)
+            low, high = _closer(y, f, low, high)
+            new = _between(y - f / (i1[k] * da + i2[k] * db), low, high)
             if abs(new - y) < _EXACT:
                 break
             y = new
@@ -153,13 +156,8 @@ def degenerated_sum(i_top: F64, p_top: F64, lines: F64, far: float, out: F64) ->
                 a, da = law(lines[2 * j + 1, k] - y)
                 f -= lines[2 * j, k] * a
                 df += lines[2 * j, k] * da
-            if f > 0.0:
-                high = y
-            else:
-                low = y
-            new = y - f / df
-            if not low <= new <= high:
-                new = 0.5 * (low + high)
+            low, high = _closer(y, f, low, high)
+            new = _not_beyond(y - f / df, low, high)
             if abs(new - y) < _EXACT:
                 break
             y = new
@@ -188,13 +186,8 @@ def sink_over_line(i_top: F64, p_top: F64, lines: F64, grid: F64, out: F64) -> N
                     total += i * (law(p)[0] - c)
                     df += i * dc
                 f += total
-                if f > 0.0:
-                    high = y
-                else:
-                    low = y
-                new = y - f / df
-                if not low <= new <= high:
-                    new = 0.5 * (low + high)
+                low, high = _closer(y, f, low, high)
+                new = _not_beyond(y - f / df, low, high)
                 if abs(new - y) < _EXACT:
                     break
                 y = new

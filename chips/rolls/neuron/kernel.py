@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from chips.rolls.lumped.network import pair_share
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
@@ -48,6 +50,13 @@ class Neurons(NamedTuple):
     delay_exponent: F64
     refractory: F64  # s, after the spike
     kick: F64  # V, of v_ahp where all of a spike's current enters
+
+
+def weak_share(m: Neurons) -> F64:
+    """Share of a weak input that enters the membrane, at the points of the tables, float64[n, GRID]."""
+    ratio = m.table[:, :, RATIO] ** 2
+    first, second = m.ground_current[:, None], m.membrane_current[:, None]
+    return np.asarray(second * ratio / (first + second * ratio))
 
 
 _compiled = compiled(fastmath={"contract"})

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chips.rolls.layout import SINCE, TAKEN, ZERO, Scratch, Z
-from chips.rolls.lumped.filter import settled
+from chips.rolls.layout import ZERO, Scratch
+from chips.rolls.lumped.filter import move_filters, rest_filters
 from chips.rolls.plastic.biases import MOVES
 from chips.rolls.plastic.kernel import settle_weights
 from chips.rolls.plastic.layout import (
@@ -44,9 +44,7 @@ class PlasticState:
 def rest_of_plastic(built: BuiltPlastic, weights: Bools, step: float) -> PlasticState:
     """State without input, calcium empty, each weight at a rail: bool[post, pre]."""
     filters = np.zeros((PLASTIC_ROWS, weights.shape[0]))
-    for k, bank in enumerate(built.tables.banks):
-        filters[Z + k] = bank.rest
-        filters[TAKEN + k], filters[SINCE + k] = settled(built.filters[k], built.loads[k], step)
+    rest_filters(filters, built, built.tables.banks, step)
     supply = built.tables.supply
     return PlasticState(filters, np.where(weights, supply, ZERO), np.zeros(weights.shape, np.int32))
 
@@ -94,10 +92,7 @@ def settle(plastic: Plastic) -> None:
 def convert(old: BuiltPlastic, new: BuiltPlastic, plastic: Plastic) -> Plastic:
     """Settle the weights, and take the array to another temperature: voltages stay."""
     settle(plastic)
-    filters = plastic.arrays.filters
-    for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
-        depth = f.fold * (old.shapes[k].log_of(filters[Z + k]) - f.start)
-        filters[Z + k] = new.shapes[k].brought_at(g.start + depth / g.fold)
+    move_filters(plastic.arrays.filters, old, new)
     return plastic._replace(tables=new.tables)
 
 

@@ -11,7 +11,7 @@ from chips.rolls.circuit import Params
 from chips.rolls.layout import VOLTAGE, Membranes
 from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
 from chips.rolls.lumped.grid import edges
-from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
+from chips.rolls.parts import devices_at, extenders_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.circuit import (
     CELL,
     EXTENDER,
@@ -120,11 +120,11 @@ def build_plastic(
     own = filter_of(slow, *ready.filter, inhibitory=False)
     lengths = pulse_length(
         ready.extender,
-        _extenders(learning.cell.synapse, (("plastic_extender", (NEURONS,)),), silicon, gates[EXTENDER]),
+        extenders_at(learning.cell.synapse, (("plastic_extender", (NEURONS,)),), silicon, gates[EXTENDER]),
     )
     spikes = pulse_length(
         ready.gate_extender,
-        _extenders(
+        extenders_at(
             learning.gate.synapse, row_place(NEURONS, (GATE_EXTENDER, ())), silicon, gates[GATE_EXTENDER]
         ),
     )
@@ -225,13 +225,6 @@ def _voltages(membranes: Membranes) -> tuple[F64, F64]:
     low = lines[:, :, 0] + lines[:, :, 1] * grid[:-1]
     high = lines[:, -1:, 0] + lines[:, -1:, 1] * grid[-1]
     return np.concatenate((low, high), axis=1), grid
-
-
-def _extenders(
-    sizes: dpi_synapse.Params, place: tuple[tuple[str, tuple[int, ...]], ...], silicon: Silicon,
-    gates: dict[str, F64],
-) -> DieDevices:  # fmt: skip
-    return devices_at(dpi_synapse.pulse_extender(sizes), place, silicon, gates, None, "extender.")
 
 
 def _drawn(current: F64, latched: Bools) -> F64:
