@@ -17,6 +17,7 @@ import numpy as np
 
 from circuits.arrays import Bools
 from circuits.errors import DataError, ParameterError, unknown_name
+from system.files.text import read_text
 
 Point = tuple[float, float]
 
@@ -75,14 +76,7 @@ def load_map(name: str) -> BugMap:
     path = _FOLDER / f"{name}.txt" if name in MAPS else Path(name)
     if name not in MAPS and not path.exists() and path.suffix == "" and path.parent == Path():
         raise unknown_name("map", name, MAPS)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise DataError(f"{name}: bytes that are not UTF-8, must be a map of # S G and spaces") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise DataError(f"{name}: {reason}, must be a readable file; check path and permissions") from None
-    return read_map(text, path.stem)
+    return read_map(read_text(path, "a map of # S G and spaces"), path.stem)
 
 
 def read_map(text: str, name: str) -> BugMap:

@@ -19,7 +19,8 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.car.numbers import PIPE_RADIUS
-from system.worlds.place_file import read_places
+from system.option import required
+from system.rows import read_rows
 
 FORESTS = ("corridor", "open", "dense")
 PIPES = 21  # the paper's
@@ -70,9 +71,17 @@ def number_of(name: str) -> int:
 
 def read_pipes(path: str) -> Pipes:
     """Pipes of a file; raises `DataError` naming file and line where it is no map."""
-    place = read_places(path, (0.0, LARGEST), (-LARGEST, LARGEST))
+    place = np.array([(row.x_m, row.y_m) for _, row in read_rows(path, _Place)])
     wide = max(2.0 * float(np.abs(place[:, 1]).max()), LEAST_WIDE)
     return Pipes(Path(path).stem, place, float(place[:, 0].max()), wide)
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A row of a file: the place of a pipe's middle."""
+
+    x_m: float = required("place along the way through", unit="m", least=0.0, below=LARGEST)
+    y_m: float = required("place across", unit="m", least=-LARGEST, below=LARGEST)
 
 
 def forest_of(name: str, random: np.random.Generator) -> Pipes:

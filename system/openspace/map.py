@@ -19,8 +19,9 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
+from system.option import required
 from system.reader import place
-from system.worlds.place_file import read_places
+from system.rows import read_rows
 
 SIDE = 50.0  # m, the paper's
 OBSTACLES = 1400  # the paper's, where it is not varied
@@ -107,7 +108,16 @@ def read_place(text: str, option: str) -> tuple[float, float]:
 
 def read_forest(path: str) -> Forest:
     """Obstacles of a file; raises `DataError` naming file and line where it is no map."""
-    return Forest(Path(path).stem, read_places(path, (0.0, SIDE), (0.0, SIDE)))
+    rows = read_rows(path, _Place)
+    return Forest(Path(path).stem, np.array([(row.x_m, row.y_m) for _, row in rows]))
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A row of a map: the place of an obstacle."""
+
+    x_m: float = required("place along x", unit="m", least=0.0, below=SIDE)
+    y_m: float = required("place along y", unit="m", least=0.0, below=SIDE)
 
 
 def cells_of(forest: Forest, margin: float) -> Cells:

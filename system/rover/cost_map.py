@@ -17,6 +17,7 @@ import numpy as np
 
 from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError, unknown_name
+from system.files.text import read_text
 
 Cell = tuple[int, int]  # row and column, from 0, row 0 at the north
 
@@ -184,13 +185,7 @@ def random_pairs(
 
 
 def _read(path: Path) -> I64:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: no text, must be whole numbers in UTF-8") from None
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read, {(error.strerror or str(error)).lower()}") from None
-    return read_map(text, str(path))
+    return read_map(read_text(path, "a map of whole numbers"), str(path))
 
 
 def _cost(field: str, where: str) -> int:

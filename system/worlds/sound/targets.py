@@ -10,20 +10,19 @@ Source: Cheely & Horiuchi 2003, section 4, gives no scene; the numbers of `defau
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import NoReturn, assert_never
+from typing import assert_never
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from circuits.arrays import F64
-from circuits.errors import DataError, ParameterError
+from circuits.errors import ParameterError
+from system.option import option, required
+from system.rows import read_rows, refusal, shortened
 
 MAX_SPEED = 100.0  # m/s, ours: well below sound, so an echo's delay has one solution
 _START_RANGE = 4.0  # m, ours
@@ -32,11 +31,6 @@ _APPROACH_SPEED = 1.0  # m/s, ours
 _TARGET_STRENGTH = 1.0  # relative to the reference reflector, ours
 _CLUTTER_GAP = 1.0  # m behind the target, ours
 _CLUTTER_STRENGTH = 1.5  # relative to the reference reflector, ours: louder than the target at equal range
-
-_REQUIRED_COLUMNS = ("target", "time_s", "range_m")
-_OPTIONAL_COLUMNS = ("strength",)
-_HEADER_REMEDY = "the first line must be target,time_s,range_m or target,time_s,range_m,strength"
-_SHOWN_LENGTH = 40  # characters of an offending value that an error repeats
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,114 +214,43 @@ def read_targets(path: str | Path) -> tuple[Target, ...]:
     DataError
         The file cannot be read, or a row breaks a rule; the text names file and row.
     """
-    rows = _read_rows(Path(path))
-    _, header = next(rows, (1, []))
-    _check_header(path, header)
-    points: dict[str, list[tuple[float, float]]] = {}
-    strengths: dict[str, float] = {}
-    for line, cells in rows:
-        if len(cells) != len(header):
-            _refuse(path, line, "row", f"{len(cells)} cells", f"must have {len(header)}", "match the header")
-        if cells == header:
-            _refuse(path, line, "row", ",".join(cells), "must be data", "remove the second header")
-        cell = dict(zip(header, cells, strict=True))
-        name = cell["target"]
-        if not name:
-            _refuse(path, line, "target", name, "must not be blank", "name the target")
-        point = _read_point(path, line, cell, points.get(name, []))
-        strength = _read_strength(path, line, cell, strengths.get(name))
-        points.setdefault(name, []).append(point)
-        strengths[name] = strength
-    if not points:
-        _refuse(path, 2, "row", "end of file", "must have at least one row of data", "add a target")
-    return tuple(Target(name, _waypoints(points[name]), strengths[name]) for name in points)
+    found: dict[str, list[_Row]] = {}
+    for line, row in read_rows(path, _Row):
+        earlier = found.setdefault(row.target, [])
+        if earlier:
+            _check_after(path, line, earlier[-1], row)
+        earlier.append(row)
+    return tuple(Target(name, _waypoints(rows), rows[0].strength) for name, rows in found.items())
 
 
-def _read_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        value = f"byte 0x{error.object[error.start]:02x}"
-        _refuse(path, line, "text", value, "must be UTF-8", "save the file as CSV text")
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise DataError(f"{path}: {reason}, must be a readable file; check path and permissions") from None
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    while True:
-        try:
-            cells = [cell.strip() for cell in next(reader)]
-        except StopIteration:
-            return
-        except csv.Error as error:
-            _refuse(path, reader.line_num, "row", str(error), "must be CSV", "check quotes and commas")
-        if any(cells):
-            yield reader.line_num, cells
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A row of a file of targets."""
+
+    target: str = required("name of the target")
+    time_s: float = required("time of the waypoint", unit="s")
+    range_m: float = required("range from the sonar head", unit="m", above=0.0)
+    strength: float = option(
+        _TARGET_STRENGTH, "strength over that of the reference reflector", unit="", above=0.0
+    )
 
 
-def _check_header(path: str | Path, header: list[str]) -> None:
-    if not header:
-        _refuse(path, 1, "header", "empty file", "must have a header", _HEADER_REMEDY)
-    for column in header:
-        if header.count(column) > 1:
-            _refuse(path, 1, "header", column, "must appear once", _HEADER_REMEDY)
-        if column not in _REQUIRED_COLUMNS + _OPTIONAL_COLUMNS:
-            _refuse(path, 1, "header", column, "must be a known column", _HEADER_REMEDY)
-    for column in _REQUIRED_COLUMNS:
-        if column not in header:
-            _refuse(path, 1, "header", ",".join(header), f"must have the column {column}", _HEADER_REMEDY)
+def _check_after(path: str | Path, line: int, before: _Row, row: _Row) -> None:
+    """Refuse a row that does not go on where the one before of the same target ended."""
+    name = shortened(row.target)
+    if row.time_s <= before.time_s:
+        rule = f"must be later than {before.time_s:g} s, the row before of {name}"
+        raise refusal(path, line, "time_s", f"{row.time_s:g}", rule, "sort the rows of a target by time")
+    if abs(_step_speed((before.time_s, before.range_m), (row.time_s, row.range_m))) > MAX_SPEED:
+        rule = f"must be reached at no more than {MAX_SPEED:g} m/s"
+        raise refusal(path, line, "range_m", f"{row.range_m:g}", rule, "add rows or correct the range")
+    if row.strength != before.strength:
+        rule = f"must be {before.strength:g} as in the rows before of {name}"
+        raise refusal(path, line, "strength", f"{row.strength:g}", rule, "give a target one strength")
 
 
-def _read_point(
-    path: str | Path, line: int, cell: Mapping[str, str], earlier: list[tuple[float, float]]
-) -> tuple[float, float]:
-    time = _read_number(path, line, "time_s", cell["time_s"])
-    distance = _read_number(path, line, "range_m", cell["range_m"])
-    if distance <= 0.0:
-        _refuse(path, line, "range_m", cell["range_m"], "must be > 0 m", "give the range from the sonar head")
-    if earlier:
-        name, last = _shorten(cell["target"]), earlier[-1][0]
-        if time <= last:
-            rule = f"must be later than {last:g} s, the row before of {name}"
-            _refuse(path, line, "time_s", cell["time_s"], rule, "sort the rows of a target by time")
-        if abs(_step_speed(earlier[-1], (time, distance))) > MAX_SPEED:
-            rule = f"must be reached at no more than {MAX_SPEED:g} m/s"
-            _refuse(path, line, "range_m", cell["range_m"], rule, "add rows or correct the range")
-    return time, distance
-
-
-def _read_strength(path: str | Path, line: int, cell: Mapping[str, str], earlier: float | None) -> float:
-    if "strength" not in cell:
-        return _TARGET_STRENGTH
-    strength = _read_number(path, line, "strength", cell["strength"])
-    if strength <= 0.0:
-        _refuse(path, line, "strength", cell["strength"], "must be > 0", "1 is the reference reflector")
-    if earlier is not None and strength != earlier:
-        rule = f"must be {earlier:g} as in the rows before of {_shorten(cell['target'])}"
-        _refuse(path, line, "strength", cell["strength"], rule, "give a target one strength")
-    return strength
-
-
-def _read_number(path: str | Path, line: int, column: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        _refuse(path, line, column, text, "must be a number", "write it in plain digits, such as 0.25")
-    if not math.isfinite(number) or "_" in text:
-        _refuse(path, line, column, text, "must be a finite number", "write it in plain digits, such as 0.25")
-    return number
-
-
-def _refuse(path: str | Path, line: int, what: str, value: str, rule: str, remedy: str) -> NoReturn:
-    raise DataError(f"{path}:{line}: {what}: {_shorten(value)}, {rule}; {remedy}") from None
-
-
-def _shorten(value: str) -> str:
-    return repr(value if len(value) <= _SHOWN_LENGTH else value[:_SHOWN_LENGTH] + "...")
-
-
-def _waypoints(points: list[tuple[float, float]]) -> Waypoints:
-    return Waypoints(tuple(time for time, _ in points), tuple(distance for _, distance in points))
+def _waypoints(rows: list[_Row]) -> Waypoints:
+    return Waypoints(tuple(row.time_s for row in rows), tuple(row.range_m for row in rows))
 
 
 def _step_speed(before: tuple[float, float], after: tuple[float, float]) -> float:

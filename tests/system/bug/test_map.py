@@ -69,7 +69,7 @@ def test_files(tmp_path: Path) -> None:
     (tmp_path / "yard.txt").write_text("S G\n", encoding="utf-8")
     assert load_map(str(tmp_path / "yard.txt")).name == "yard"
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff\xfe")
-    with pytest.raises(DataError, match="bytes that are not UTF-8"):
+    with pytest.raises(DataError, match="is not UTF-8, must be a map"):
         load_map(str(tmp_path / "picture.png"))
     with pytest.raises(DataError, match="must be a readable file"):
         load_map(str(tmp_path / "none.txt"))

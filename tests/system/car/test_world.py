@@ -80,11 +80,14 @@ def test_pipes_of_ones_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "own.csv:1: 'an empty file', must be a map of a forest"),
-        ("x_m,y_m\n", "own.csv: no obstacle, must have at least one line"),
-        ("x_m,y_m\n0,a\n", "own.csv:2: 'a', must be a map"),
-        ("x_m,y_m\n-1,0\n", "own.csv:2: x_m: -1 m, must be from 0 to below 100 m"),
-        ("x_m,y_m\n1,nan\n", "own.csv:2: y_m: nan m, must be from -100 to below 100 m"),
+        ("", "own.csv:1: header: 'empty file', must have a header"),
+        ("x_m,y_m\n", "own.csv:2: row: 'end of file', must have at least one row"),
+        ("x_m,y_m\n0,a\n", "own.csv:2: y_m: 'a', must be a number"),
+        (
+            "x_m,y_m\n-1,0\n",
+            "own.csv:2: x_m: -1 m, must be >= 0 and < 100; it is the place along the way through",
+        ),
+        ("x_m,y_m\n1,nan\n", "own.csv:2: y_m: 'nan', must be a finite number"),
     ],
 )
 def test_what_is_no_forest_is_one_line(text: str, says: str, tmp_path: Path) -> None:

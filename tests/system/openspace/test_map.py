@@ -81,14 +81,14 @@ def test_a_map_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "an empty file"),
-        ("1,2\n", ":1: '1,2', must be a map of a forest"),
-        ("x_m,y_m\n", "no obstacle"),
-        ("x_m,y_m\n1,two\n", ":2: 'two', must be a map"),
-        ("x_m,y_m\n1,2,3\n", ":2: '1,2,3'"),
-        ("x_m,y_m\n1,nan\n", ":2: y_m: nan m, must be from 0 to below 50 m"),
-        ("x_m,y_m\n1,2\n50,2\n", ":3: x_m: 50 m"),
-        ('x_m,y_m\n"1,2\n', "must be a map of a forest"),
+        ("", ":1: header: 'empty file'"),
+        ("1,2\n", ":1: header: '1', must be a known column; the first line must be x_m,y_m"),
+        ("x_m,y_m\n", "must have at least one row"),
+        ("x_m,y_m\n1,two\n", ":2: y_m: 'two', must be a number"),
+        ("x_m,y_m\n1,2,3\n", ":2: row: '3 cells', must have 2"),
+        ("x_m,y_m\n1,nan\n", ":2: y_m: 'nan', must be a finite number"),
+        ("x_m,y_m\n1,2\n50,2\n", ":3: x_m: 50 m, must be >= 0 and < 50"),
+        ('x_m,y_m\n"1,2\n', "must be CSV"),
     ],
 )
 def test_what_is_no_map_is_refused(text: str, says: str, tmp_path: Path) -> None:

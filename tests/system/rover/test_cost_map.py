@@ -114,11 +114,11 @@ def test_files(tmp_path: Path) -> None:
     found = load_map(str(path))
     assert (found.name, found.costs.tolist()) == ("yard", [[1, 2], [3, 4]])
     path.write_bytes(b"\xff\xfe1")
-    with pytest.raises(DataError, match="no text"):
+    with pytest.raises(DataError, match="is not UTF-8, must be a map"):
         load_map(str(path))
-    with pytest.raises(DataError, match="cannot be read, no such file"):
+    with pytest.raises(DataError, match="No such file or directory, must be a readable file"):
         load_map(str(tmp_path / "none.txt"))
-    with pytest.raises(DataError, match="cannot be read"):
+    with pytest.raises(DataError, match="must be a readable file"):
         load_map(str(tmp_path))
     with pytest.raises(UnknownNameError, match="map2"):
         load_map("map3")

@@ -1,0 +1,28 @@
+"""Text of a file that a user wrote, such as a map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from circuits.errors import DataError
+
+
+def read_text(path: str | Path, noun: str) -> str:
+    """Return the text of a file in UTF-8, without the mark with which some programs begin it.
+
+    noun : what the file must be, for the error's text.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, or is no text: one line that names file and line.
+    """
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        shown = f"byte 0x{error.object[error.start]:02x} is not UTF-8"
+        raise DataError(f"{path}:{line}: {shown}, must be {noun}; save it as text in UTF-8") from None
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise DataError(f"{path}: {reason}, must be a readable file; check path and permissions") from None
