@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, final
 
 import numpy as np
 
@@ -17,67 +18,83 @@ from system.bug import neural2 as bug_neural2
 from system.bug.body import STEP, Senses
 from system.bug.brain import FOLLOW, GO, MEMORISE, STATES, nearness
 
+Nodes = Mapping[str, Callable[[Senses], float | F64]]
+
 SETTLING = 0.3  # s; ours
 FEWEST, MOST = 300, 40_000  # neurons of a network; ours
+_NODES: Nodes = {
+    "ranges": lambda senses: nearness(senses.ranges),
+    "ahead": lambda senses: senses.ahead,
+    "touch": lambda senses: senses.contact,
+}
 
 
-class NeuralBug0:
-    """Bug 0 on neurons; see `bug_neural0`."""
+@final
+class NeuralBrain:
+    """A brain of neurons: what is sensed goes to the nodes of its network, and its motor steers.
 
-    __slots__ = ("simulation", "state")
+    A network remembers neither its map nor where it hit a wall, so that it never finds out that the goal
+    cannot be reached.
 
-    def __init__(self, built: Built) -> None:
-        self.simulation, self.state = Simulation(built, STEP), GO
+    Parameters
+    ----------
+    built : the network on its neurons.
+    nodes : by the names of the network's nodes, what each is told of the senses.
+    first : the state at time 0, one of `STATES`.
+    read : reads the state off the simulation.
+    begin : is called once the senses of time 0 are set, before the first 10 ms.
+    """
+
+    __slots__ = ("_begin", "_nodes", "_read", "simulation", "state", "verdict")
+
+    def __init__(
+        self, built: Built, nodes: Nodes, first: str, read: Callable[[Simulation], str],
+        begin: Callable[[Simulation], None],
+    ) -> None:  # fmt: skip
+        self.simulation, self.state, self.verdict = Simulation(built, STEP), first, ""
+        self._nodes, self._read, self._begin = nodes, read, begin
         self.simulation.set("one", 1.0)
-
-    @property
-    def verdict(self) -> str:
-        """Nothing: it has no memory."""
-        return ""
 
     def step(self, senses: Senses) -> F64:
         """Steering vector for the next 10 ms, float64[2]."""
         run = self.simulation
-        run.set("ranges", nearness(senses.ranges))
-        run.set("ahead", senses.ahead)
-        run.set("touch", senses.contact)
-        run.advance(STEP)
-        blocked = run.read("selected?")
-        self.state = FOLLOW if blocked[1] < blocked[0] else GO
-        return run.read("motor?")
-
-
-class NeuralBug2:
-    """Bug 2 on neurons; see `bug_neural2`. It is held in its first state for `SETTLING` s before time 0."""
-
-    __slots__ = ("_points", "simulation", "state")
-
-    def __init__(self, built: Built) -> None:
-        self.simulation, self.state = Simulation(built, STEP), MEMORISE
-        circle = built.network.node("start").size_out == 2
-        self._points = states(len(STATES)) if circle else apart(len(STATES))
-        self.simulation.set("one", 1.0)
-
-    @property
-    def verdict(self) -> str:
-        """Nothing: it does not remember where it hit a wall."""
-        return ""
-
-    def step(self, senses: Senses) -> F64:
-        """Steering vector for the next 10 ms, float64[2]."""
-        run = self.simulation
-        run.set("ranges", nearness(senses.ranges))
-        run.set("ahead", senses.ahead)
-        run.set("north", senses.north)
-        run.set("distance", senses.distance)
-        run.set("touch", senses.contact)
+        for node, told in self._nodes.items():
+            run.set(node, told(senses))
         if run.time == 0.0:
-            run.set("start", self._points[STATES.index(MEMORISE)])
-            run.advance(SETTLING)
-            run.set("start", 0.0)
+            self._begin(run)
         run.advance(STEP)
-        self.state = STATES[int(np.argmax(run.read("state?")))]
+        self.state = self._read(run)
         return run.read("motor?")
+
+
+def bug0_brain(built: Built) -> NeuralBrain:
+    """Bug 0 on the neurons of a network of `system.bug.neural0`."""
+
+    def read(run: Simulation) -> str:
+        blocked = run.read("selected?")
+        return FOLLOW if blocked[1] < blocked[0] else GO
+
+    return NeuralBrain(built, _NODES, GO, read, lambda _: None)
+
+
+def bug2_brain(built: Built) -> NeuralBrain:
+    """Bug 2 on the neurons of a network of `system.bug.neural2`.
+
+    It is held in its first state for `SETTLING` s before time 0.
+    """
+    circle = built.network.node("start").size_out == 2
+    points = states(len(STATES)) if circle else apart(len(STATES))
+
+    def begin(run: Simulation) -> None:
+        run.set("start", points[STATES.index(MEMORISE)])
+        run.advance(SETTLING)
+        run.set("start", 0.0)
+
+    def read(run: Simulation) -> str:
+        return STATES[int(np.argmax(run.read("state?")))]
+
+    nodes = {**_NODES, "north": lambda senses: senses.north, "distance": lambda senses: senses.distance}
+    return NeuralBrain(built, nodes, MEMORISE, read, begin)
 
 
 def network_of(agent: str, design: str = "published", neurons: int | None = None) -> Network:
@@ -101,6 +118,6 @@ def network_of(agent: str, design: str = "published", neurons: int | None = None
     return network if neurons is None else make(size.scaled(neurons / network.neurons))
 
 
-def neural_brain(agent: str, built: Built) -> NeuralBug0 | NeuralBug2:
+def neural_brain(agent: str, built: Built) -> NeuralBrain:
     """Brain of an agent on its network."""
-    return NeuralBug0(built) if agent == "bug0" else NeuralBug2(built)
+    return bug0_brain(built) if agent == "bug0" else bug2_brain(built)

@@ -22,7 +22,7 @@ from circuits.arrays import F64, I64
 from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot
 from system.bug.brain import STATES, Brain
 from system.bug.map import Point, load_map, pick
-from system.bug.neural import NeuralBug0, NeuralBug2, network_of, neural_brain
+from system.bug.neural import NeuralBrain, network_of, neural_brain
 from system.bug.path import path_length, shortest_path
 from system.bug.picture import draw_run
 from system.bug.reference import reference_brain
@@ -120,7 +120,7 @@ def built_network(scenario: Scenario) -> Built:
 
 def counted(brain: Brain) -> dict[str, int] | None:
     """Return the counters of a brain's chip, None where there is no chip."""
-    if not isinstance(brain, NeuralBug0 | NeuralBug2) or brain.simulation.built.placed is None:
+    if not isinstance(brain, NeuralBrain) or brain.simulation.built.placed is None:
         return None
     return {**brain.simulation.counters, "cut": brain.simulation.built.placed.cut}
 

@@ -11,7 +11,7 @@ from chips.nef.network.network import neurons_of
 from circuits.errors import ParameterError, UnknownNameError
 from system.bug.body import RADIUS, RANGE, Senses
 from system.bug.brain import FOLLOW, GO, MEMORISE, STORE, along_wall, nearness
-from system.bug.neural import NeuralBug0, NeuralBug2, network_of
+from system.bug.neural import bug0_brain, bug2_brain, network_of
 from system.bug.neural0 import testing as is_testing
 from system.bug.neural2 import DESIGNS
 from system.bug.path import median_distance
@@ -53,7 +53,7 @@ def test_what_has_no_network() -> None:
 
 
 def test_bug_0_drives_ahead_until_contact_and_tries_once_a_second() -> None:
-    brain = NeuralBug0(build(network_of("bug0"), IdealCurves(), 3))
+    brain = bug0_brain(build(network_of("bug0"), IdealCurves(), 3))
     free = [brain.step(Senses(FREE, 0.0, EAST, EAST, 0.5)) for _ in range(150)]
     assert np.mean(free[50:], axis=0) == pytest.approx(
         EAST, abs=0.1
@@ -71,7 +71,7 @@ def test_bug_0_drives_ahead_until_contact_and_tries_once_a_second() -> None:
 
 
 def test_bug_2_goes_through_its_states() -> None:
-    brain = NeuralBug2(build(network_of("bug2", "improved"), IdealCurves(), 3))
+    brain = bug2_brain(build(network_of("bug2", "improved"), IdealCurves(), 3))
     order: list[str] = []
 
     def feel(ranges: np.ndarray, contact: float, north: np.ndarray, distance: float, steps: int) -> None:
