@@ -98,7 +98,7 @@ def bug2_brain(built: Built) -> NeuralBrain:
 
 
 def network_of(agent: str, design: str = "published", neurons: int | None = None) -> Network:
-    """Network of an agent; neurons: how many in all, about, those of the design unless given.
+    """Return the network of an agent; `neurons` is how many in all, about, the design's unless given.
 
     Raises `UnknownNameError` for a design, `ParameterError` for an agent without one, or too few neurons.
     """

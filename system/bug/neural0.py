@@ -32,7 +32,7 @@ _BEHAVIOURS = ("go", "follow")
 
 @dataclass(frozen=True, slots=True)
 class Bug0Size:
-    """How many neurons each part has; those of the paper together are 2,050."""
+    """How many neurons each part of the network has; those of the paper are 2,050 together."""
 
     ray: int = 50
     go: int = 100

@@ -55,7 +55,7 @@ MACHINE = StateSize(250, 150, 45, 50, 50)
 
 @dataclass(frozen=True, slots=True)
 class Bug2Size:
-    """How many neurons each part has, those of the published design together 4,010; and its constants.
+    """How many neurons each part of the network has, 4,010 in the published design; and its constants.
 
     layout: of the states' points, a circle as published, or a simplex, where all are equally far from each
     other; length: of a direction that is stored, which the circle sets; reach: largest difference of

@@ -40,7 +40,7 @@ def shortest_path(world: World, start: Point, goal: Point) -> F64 | None:
 
 
 def path_length(path: F64) -> float:
-    """Length of a path, float64[n, 2]."""
+    """Return the length of a path, float64[n, 2], in its unit."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 

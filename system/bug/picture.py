@@ -49,7 +49,7 @@ def draw_paths(paths: Mapping[str, F64], ax: Axes) -> None:
 
 
 def draw_run(world: World, path: F64, shortest: F64 | None, title: str, figure: Figure) -> None:
-    """Fill `figure` with one run."""
+    """Fill an empty figure with one run."""
     scale = _INCHES / max(world.map.width, world.map.height)
     figure.set_size_inches(scale * world.map.width + 1.0, scale * world.map.height + 1.3)
     ax = figure.subplots()

@@ -1,4 +1,4 @@
-"""The robot's three forests of pipes, Figure 15: a corridor, 21 pipes on 1.8 x 1.8 m, 21 on 1.4 x 1.8 m.
+"""The car's three forests of pipes, Figure 15: a corridor, and 21 pipes on 1.8 or 1.4 x 1.8 m.
 
 x is the way through, from 0; y is across, 0 in the middle. The pipes of the two forests are drawn, one after
 the other, no two nearer than `SPACING` between their middles (ours: Figure 15 shows one arrangement of each).

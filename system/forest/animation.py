@@ -1,4 +1,4 @@
-"""Animation of a flight through the forest: a frame a ping, with the field of view and the arc that is flown.
+"""Animation of a flight through the forest: a frame a ping, with the field of view and the chosen arc.
 
 A GIF by matplotlib's own writer. The picture follows the bat; obstacles beyond the borders are the torus's.
 """

@@ -39,18 +39,18 @@ GROUP = 10  # samples that share the pings that are left; ours
 
 
 def nominal_die(_: int) -> Die:
-    """The nominal die for every sample."""
+    """Return the nominal die for every sample."""
     return NOMINAL
 
 
 def own_mismatch(seed: int) -> Die:
-    """A die a sample, without what its devices share: as if every die's biases were trimmed."""
+    """Return a die a sample, without what its devices share: as if every die's biases were trimmed."""
     return Die(number=seed, process=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A configuration: a bat, the number of obstacles, senses, and silicon (degC) with a die a seed."""
+    """A configuration: a bat, the number of obstacles, senses, and silicon with a die a seed."""
 
     bat: Bat = field(default_factory=Bat)
     obstacles: int = OBSTACLES

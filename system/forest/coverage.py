@@ -1,4 +1,4 @@
-"""Coverage of a forest by a path: which of the ways between obstacles were taken.
+"""How much of a forest paths have covered: which of the ways between obstacles were taken.
 
 Neighbouring obstacles are those that an edge of the Delaunay triangulation joins (on the torus). A gap is
 such an edge longer than twice the radius of the zone of collision, so that a bat fits through; it is taken

@@ -32,7 +32,9 @@ SIGNS = np.array([1.0, -1.0])  # left, right
 
 
 class Echo(NamedTuple):
-    """level: spikes of the level units, s after the echo, float64[SIDES, LEVELS], inf for none.
+    """What both ears make of an echo.
+
+    level : spikes of the level units, s after the echo, float64[SIDES, LEVELS], inf for none.
 
     clipped: ears whose envelope was cut off at the rail.
     """

@@ -25,7 +25,10 @@ EVERY = 5e-3  # s; ours
 
 
 class Way(NamedTuple):
-    """A target's way: azimuth (rad, to the left) and distance (m) every `EVERY` s from 0 on."""
+    """The way of a target about the head.
+
+    azimuth : rad to the left, and distance : m, both every `EVERY` s from 0 on.
+    """
 
     azimuth: F64
     distance: F64

@@ -1,4 +1,4 @@
-"""Compiled loop of Curved Openspace: ping, evaluate, select, turn, fly on, event after event.
+"""The compiled loop of Curved Openspace: ping, evaluate, select, turn, and fly on, again and again.
 
 At each time step the bat pings in the head's direction, updates the memory by equation (4), selects the arc
 of the largest desirability by equation (6), directs the head, and, where the arc's direction was sensed of

@@ -60,7 +60,7 @@ class Cells(NamedTuple):
 
 
 def plant(obstacles: int, random: np.random.Generator, spacing: float = SPACING) -> Forest:
-    """Place obstacles at random, no two nearer than `spacing` (m).
+    """Place obstacles at random, no two nearer than `spacing` (m), and return their forest.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How the bat in the forest senses and selects: exactly, by sound, or through chips on a die.
+"""How the bat in the forest senses and selects: exactly, by sound, or by chips on a die.
 
 Ranges are `exact`, as in the paper; of a `sonar`, whose echoes overlap, come while the bat flies on, and by
 choice hide behind each other or bounce; or those of a ranging `chip`, one reading an echo. The chip gives no
@@ -121,7 +121,7 @@ IDEAL = Sensing()
 def senses_of(
     sensing: Sensing, bat: Bat, die: Die = NOMINAL, temperature_c: float = 27.0, seed: tuple[int, ...] = (0,)
 ) -> Senses:
-    """Arrays for the compiled loop; both chips are on one die at one temperature (degC).
+    """Return the arrays for the compiled loop; both chips are on one die at one temperature (degC).
 
     seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites.
 
@@ -188,5 +188,5 @@ EXACT = senses_of(IDEAL, Bat())
 
 
 def with_area(sensing: Sensing, area: float) -> Sensing:
-    """The same with both chips' devices `area` times as large."""
+    """Return the same senses with the devices of both chips `area` times as large."""
     return replace(sensing, ranging_area=area, selection_area=area)

@@ -1,4 +1,4 @@
-"""Compiled senses of the bat in the forest: from echoes to places, and from currents to a selection.
+"""The compiled senses of the bat in the forest: from echoes to places, from currents to a selection.
 
 A ping's obstacles become echoes, whose delays follow from the bat's own speed v at the ping,
 

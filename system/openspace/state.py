@@ -1,4 +1,4 @@
-"""State of a flight through a forest: what the compiled loop reads and overwrites."""
+"""The state of a flight through a forest, which the compiled loop reads and overwrites."""
 
 from __future__ import annotations
 

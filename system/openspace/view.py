@@ -1,4 +1,4 @@
-"""What of a scene a bat can see, and which arcs an obstacle blocks: the geometry of Curved Openspace.
+"""The geometry of Curved Openspace: what of a scene a bat can see, and which arcs an obstacle blocks.
 
 An obstacle blocks an arc where it comes nearer to it than R_C. In the bat's frame, x ahead and y to the left,
 the full circle of curvature k passes (x, y) at a distance below R_C where

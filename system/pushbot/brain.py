@@ -40,7 +40,10 @@ FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the fi
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """Plain or modified; whether the target field gets events; neurons of exc, 8 or 16 by the sources.
+    """Which network is on the chip.
+
+    `modified` tells the modified architecture from the plain one; `target` says whether the target field gets
+    events; `exc` is how many neurons are in exc, 8 or 16 by the sources.
 
     frame: whether the field drives through a second chip that keeps its orientation; raised: whether lateral
     weights are raised while the target is lost from view. Both are of the plain network only.

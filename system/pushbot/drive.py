@@ -38,7 +38,7 @@ from system.worlds.camera.sensor import Dvs, Eye, Sensor, advance_along, open_ey
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Part of a script: for `duration` s at `speed` m/s, turning by `turn` rad/s (counter-clockwise)."""
+    """A part of a script: for `duration` s at `speed` m/s, turning by `turn` rad/s."""
 
     duration: float
     speed: float
@@ -47,7 +47,10 @@ class Order:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """What the sensors read in a stretch of time: events, and a gyro, float64[samples, 2] of s and rad/s."""
+    """What the sensors read in a stretch of time.
+
+    events : of the camera; gyro : float64[samples, 2] of time (s) and turn rate (rad/s).
+    """
 
     events: Events
     gyro: F64

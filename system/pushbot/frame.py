@@ -45,7 +45,7 @@ def _ring_network() -> Network:
 
 
 def ring_chip(silicon: Silicon, kind: BiasKind, noise: SiliconNoise | None = None) -> RollsChip:
-    """The second chip."""
+    """Return the second chip, which has the ring field."""
     program = network_program(_ring_network(), pushbot_biases())
     return RollsChip(program, silicon, kind, step=STEP, noise=noise)
 

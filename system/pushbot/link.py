@@ -26,7 +26,7 @@ class Link:
 
 
 def open_link(seed: int) -> Link:
-    """A link with nothing on its way."""
+    """Return a link with nothing on its way."""
     return Link(np.random.default_rng((seed, 4)))
 
 

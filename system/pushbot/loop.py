@@ -1,4 +1,4 @@
-"""The Pushbot's closed loop: sensor -> chip -> commands -> robot -> sensor (Milde et al. 2017, section 2).
+"""The closed loop of the Pushbot: sensor, chip, commands, robot, sensor (Milde et al. 2017, section 2).
 
     loop = open_loop(brain, drive, readout)
     while loop.drive.touched is None and loop.drive.time < 8.0:
@@ -93,7 +93,7 @@ class Loop:
 
 
 def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperature = None) -> Loop:
-    """A robot at its start, exc running."""
+    """Return a loop with the robot at its start, and exc running."""
     groups = np.full(256, -1, dtype=np.int64)
     for k, name in enumerate(OUTPUTS):
         groups[list(brain.network[name].neurons)] = k
@@ -110,7 +110,7 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
 
 
 def step(loop: Loop) -> None:
-    """One look, or less where the robot touches something."""
+    """Go on by one look, or by less where the robot touches something."""
     before, look = loop.drive.time, loop.readout.look
     readings = go_on(loop.drive, look)
     inputs = _inputs(loop, readings, before)
@@ -176,14 +176,14 @@ def _keep(loop: Loop, readings: Readings, inputs: Inputs, spikes: Spikes) -> Non
 
 
 def all_spikes(record: Record) -> tuple[F64, I64]:
-    """Times (s) and neurons of all spikes."""
+    """Return times (s) and neurons of all spikes."""
     if not record.times:
         return np.empty(0), np.empty(0, dtype=np.int64)
     return np.concatenate(record.times), np.concatenate(record.neurons)
 
 
 def all_events(record: Record) -> Events:
-    """All events that reached the chip's side of the link."""
+    """Return all events that reached the chip's side of the link."""
     return joined(record.events)
 
 

@@ -1,4 +1,4 @@
-"""Commands from spikes: equations (1) and (2) of Milde et al. 2017 over a window, or none.
+"""Commands from spikes: equations (1) and (2) of Milde et al. 2017 over a window, or spikes themselves.
 
     fixed      counts of a window become a command at its end; the next window begins at 0
     sliding    at every look the counts of the last window
@@ -63,7 +63,7 @@ class Readout:
 
     @property
     def looks(self) -> int:
-        """Looks in a window."""
+        """Number of looks in a window."""
         return round(self.window / self.look)
 
 

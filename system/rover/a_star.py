@@ -32,7 +32,7 @@ Cell = tuple[int, int]
 
 
 def plan_paper(costs: I64, start: Cell, goal: Cell) -> I64 | None:
-    """Path of the paper's A*, int64[n, 2], start first; None where none leads."""
+    """Return the path of the paper's A*, int64[n, 2], start first; None where none leads."""
     parents: dict[Cell, Cell] = {start: start}
     waiting = [(0.0, 0, start)]
     while waiting:
@@ -49,7 +49,7 @@ def plan_paper(costs: I64, start: Cell, goal: Cell) -> I64 | None:
 
 
 def plan_admissible(costs: I64, start: Cell, goal: Cell) -> I64 | None:
-    """Path of lowest cost, int64[n, 2], start first; None where none leads."""
+    """Return the path of lowest cost, int64[n, 2], start first; None where none leads."""
     columns = costs.shape[1]
     edges = grid_edges(costs)
     graph = nx.from_scipy_sparse_array(edges, create_using=nx.DiGraph)

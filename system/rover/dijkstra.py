@@ -32,7 +32,7 @@ def distances(costs: I64, start: tuple[int, int]) -> F64:
 
 
 def plan(costs: I64, start: tuple[int, int], goal: tuple[int, int]) -> I64 | None:
-    """Cheapest path, int64[n, 2] of (row, column), start first; None where none leads."""
+    """Return the cheapest path, int64[n, 2] of (row, column), start first; None where none leads."""
     columns = costs.shape[1]
     first, last = start[0] * columns + start[1], goal[0] * columns + goal[1]
     _, before = dijkstra(grid_edges(costs), indices=first, return_predecessors=True)

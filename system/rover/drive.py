@@ -1,4 +1,4 @@
-"""A drive along waypoints by bearing minus heading, the next one within 10 m (Hwu et al. 2018, II.G).
+"""A drive along waypoints by bearing minus heading, each reached within 10 m (Hwu et al. 2018, II.G).
 
 The rover goes forward and turns the shorter way towards the current waypoint's bearing from its last fix.
 Waypoints are the centres of the path's cells. It stops at the last one. Where it runs into an obstacle that
@@ -43,7 +43,10 @@ Avoid = Callable[[Pose], float | None]
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A drive: once a second, time (s), true place and last fix (m east and north, float64[n, 2])."""
+    """What a drive leaves, once a second: time, true place, and last fix of the GPS.
+
+    time : s, float64[n]; place, fix : m east and north, float64[n, 2].
+    """
 
     time: F64
     place: F64
@@ -54,7 +57,7 @@ class Drive:
 
     @property
     def distance(self) -> float:
-        """Way driven, m."""
+        """Length of the way that was driven, m."""
         return float(np.hypot(*np.diff(self.place, axis=0).T).sum())
 
 

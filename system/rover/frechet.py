@@ -17,7 +17,7 @@ from circuits.errors import ParameterError
 
 
 def discrete_frechet(first: F64, second: F64) -> float:
-    """Distance of two polylines, float64[n, 2] and float64[m, 2] in m, n and m at least 1; in m.
+    """Return the discrete Frechet distance (m) of two polylines, float64[n, 2] and float64[m, 2] in m.
 
     Raises `ParameterError` unless both have a vertex and all are finite.
     """

@@ -19,7 +19,10 @@ from circuits.errors import ParameterError
 
 @dataclass(slots=True)
 class OnlineMap:
-    """Delays, float64[rows, columns], updates of each, int64[rows, columns], and the learning rate."""
+    """A map that is learnt: delays of the cells, how often each was updated, and the rate.
+
+    delays : float64[rows, columns], in units of cost; updates : int64[rows, columns]; rate : of equation (5).
+    """
 
     delays: F64
     rate: float

@@ -40,12 +40,12 @@ class Plan:
 
     @property
     def length(self) -> int:
-        """Number of cells."""
+        """Number of cells of the path."""
         return len(self.path)
 
     @property
     def regret(self) -> int:
-        """Cost above the lowest."""
+        """Cost of the path above the lowest that there is."""
         return self.cost - self.optimal_cost
 
 
@@ -86,5 +86,5 @@ def judge(costs: I64, path: I64 | None, optimal_cost: int) -> Plan:
 
 
 def path_cost(costs: I64, path: I64) -> int:
-    """Sum of the map over all cells of a path."""
+    """Return the sum of the map's costs over all cells of a path."""
     return int(costs[path[:, 0], path[:, 1]].sum())

@@ -65,7 +65,7 @@ def receiver(rover: Rover, pose: Pose, random: np.random.Generator) -> Gps:
 
 @dataclass(slots=True)
 class Compass:
-    """A phone's compass with its fixed error, rad."""
+    """A phone's compass with a fixed error, rad."""
 
     rover: Rover
     random: np.random.Generator
@@ -79,7 +79,7 @@ class Compass:
 
 
 def compass(rover: Rover, random: np.random.Generator) -> Compass:
-    """A compass whose fixed error is drawn."""
+    """Return a compass whose fixed error is drawn."""
     return Compass(rover, random, rover.compass_bias * float(random.standard_normal()))
 
 

@@ -1,4 +1,4 @@
-"""Whether the latency chip decides as the network does, on the same pings: open loop, and Cohen's kappa.
+"""Whether the latency chip decides as the network does on the same pings: in open loop, by Cohen's kappa.
 
 The network flies; every ping's inputs, the head's direction, and whether a reset followed are kept. The chip
 then gets the same inputs in the same order, resets where the network's motors asked for them, and its own
@@ -48,7 +48,7 @@ class Heard:
 
 @dataclass(slots=True)
 class Recorder:
-    """A brain that keeps what another one heard and answered."""
+    """A brain that keeps what another brain heard and answered."""
 
     brain: Brain
     rows: list[Heard] = field(default_factory=list)
@@ -59,7 +59,7 @@ class Recorder:
         return self.brain.period
 
     def ping(self, head: int, goal: int, seen: F64) -> Reply:
-        """Ask the other brain."""
+        """Ask the other brain and keep its answer."""
         reply = self.brain.ping(head, goal, seen)
         spoken = reply.turned is not None or reply.emergency is not None
         self.rows.append(Heard(head, goal, seen.copy(), group_of(reply), spoken))
@@ -67,14 +67,14 @@ class Recorder:
 
 
 def group_of(reply: Reply) -> int:
-    """Winner group of a reply."""
+    """Return the winner group of a reply."""
     if reply.emergency is not None:
         return EMERGENCY
     return NOBODY if reply.head is None else reply.head
 
 
 def replayed(brain: ChipBrain, rows: Sequence[Heard]) -> I64:
-    """The chip's winner groups on recorded pings, int64[pings]."""
+    """Return the chip's winner groups on recorded pings, int64[pings]."""
     found = []
     for row in rows:
         found.append(group_of(brain.answer(row.head, row.goal, row.seen)))
@@ -83,7 +83,7 @@ def replayed(brain: ChipBrain, rows: Sequence[Heard]) -> I64:
 
 
 def replayed_by(brain: NetworkBrain, rows: Sequence[Heard]) -> I64:
-    """Another network's winner groups on recorded pings, int64[pings]."""
+    """Return another network's winner groups on recorded pings, int64[pings]."""
     b = brain
     return np.array(
         [
@@ -95,21 +95,21 @@ def replayed_by(brain: NetworkBrain, rows: Sequence[Heard]) -> I64:
 
 
 def confusion(a: I64, b: I64) -> F64:
-    """How often each pair of groups occurred, float64[GROUPS, GROUPS]."""
+    """Return how often each pair of groups occurred, float64[GROUPS, GROUPS]."""
     table = np.zeros((GROUPS, GROUPS))
     np.add.at(table, (a, b), 1.0)
     return table
 
 
 def cohens_kappa(table: F64) -> float:
-    """Kappa of a table of counts; 1 where both always name one and the same group."""
+    """Return kappa of a table of counts; 1 where both always name one and the same group."""
     share = table / table.sum()
     chance = float(share.sum(axis=0) @ share.sum(axis=1))
     return 1.0 if chance == 1.0 else (float(np.trace(share)) - chance) / (1.0 - chance)
 
 
 def kappa_interval(a: I64, b: I64, seed: int = 0) -> tuple[float, float, float]:
-    """Kappa of two sequences of groups, and the lower and upper limit of its interval."""
+    """Return kappa of two sequences of groups, and both limits of its interval."""
     blocks = [confusion(a[k : k + BLOCK], b[k : k + BLOCK]) for k in range(0, a.size, BLOCK)]
     tables, whole = np.array(blocks), cohens_kappa(confusion(a, b))
     if len(blocks) < _LEAST:

@@ -34,7 +34,7 @@ _NONE = np.empty((0, 2), dtype=np.int64)
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the network did between a ping and the next. Times in s after the ping.
+    """What the network did between a ping and the next one; times are in s after the ping.
 
     head: direction of the next ping, None to stay; arcs: whose body motors spiked; turned: when the first of
     them did; emergency: when its neuron spiked, or None.

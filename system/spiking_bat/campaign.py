@@ -1,4 +1,4 @@
-"""Campaigns of flights by spikes: crossings of the forest before a collision, and what they say.
+"""Campaigns of flights by spikes: how often a forest was crossed before a collision, and what that says.
 
 A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border, at `PINGS` pings
 (600 s at ten a second), or after a minute in a loop (`system.spiking_bat.circling`), and counts as censored
@@ -57,7 +57,11 @@ _AT_ONCE = 10  # pings of the analog model between looks at the crossings; a cro
 
 @dataclass(frozen=True, slots=True)
 class Crossed:
-    """A flight: crossings before it ended, whether by a collision, and whether in a loop, which none ends."""
+    """What became of a flight through the forest of a seed.
+
+    laps : crossings before it ended; collided : whether it ended by a collision; caught : whether it was
+    stopped in a loop, which no collision ends.
+    """
 
     seed: int
     laps: int
@@ -67,13 +71,16 @@ class Crossed:
 
     @property
     def worth(self) -> tuple[int, int]:
-        """By which flights of a pair are compared: crossings, then pings, stopped flights being equal."""
+        """Numbers by which flights of a pair are compared: crossings, then pings.
+
+        All flights that were stopped are equal.
+        """
         return (self.laps, self.pings if self.collided else PINGS + 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """How a chip is made: kind of biases, parts that are calibrated at 27 degC, area, temperature, blocks.
+    """How a chip is made: kind of biases, calibrated parts, area, temperature and deviating blocks.
 
     own: a die a flight, of the forest's seed, else the nominal one; process: whether what a die shares
     varies; block: the only one whose deviations count, all unless given.
@@ -108,14 +115,14 @@ Maker = Callable[[int], Brain]
 
 
 def chip_maker(build: Build) -> Maker:
-    """Brains of chips of a build, by the seed of their forest."""
+    """Return what makes the brain of a build's chip, by the seed of the forest."""
     numbers, arcs = Numbers(), _arcs()
     design = design_of(arcs, numbers)
     return lambda seed: brain_with(build.chip(design, seed), arcs, numbers)
 
 
 def network_maker() -> Maker:
-    """Brains of the published network."""
+    """Return what makes the brain of the published network, whatever the seed."""
     return lambda _: network_brain(_arcs(), Numbers())
 
 
@@ -127,7 +134,7 @@ def crossed(make: Maker, seed: int) -> Crossed:
 
 
 def judged(seed: int, flown: Flown) -> Crossed:
-    """What a flight through the forest of a seed came to."""
+    """Return what a flight through the forest of a seed came to."""
     return Crossed(seed, flown.laps, bool(flown.collided), flown.pings, bool(flown.caught))
 
 
@@ -148,12 +155,12 @@ def crossed_by_analog(seed: int) -> Crossed:
 
 
 def flights_of(name: str, one: Callable[[Numbered], Crossed]) -> Campaign[Numbered, Crossed]:
-    """A campaign of flights, by their condition and the seed of their forest."""
+    """Return the campaign of flights by their condition and the seed of their forest."""
     return Campaign(name, one, Numbered, Crossed, decided_by())
 
 
 def decided_by() -> tuple[object, ...]:
-    """What a flight depends on besides its condition and seed: numbers, and the chip's record."""
+    """Return what a flight depends on besides condition and seed: numbers, and the chip's record."""
     arcs, numbers = _arcs(), Numbers()
     return (
         version("noctule"), numbers, design_of(arcs, numbers), PINGS, CROSSINGS, WINDOW,
@@ -162,7 +169,9 @@ def decided_by() -> tuple[object, ...]:
 
 
 def survival(flights: Sequence[Crossed]) -> tuple[F64, F64, F64, F64]:
-    """Product-limit estimate of crossing c times: c, the share, and its lower and upper limit, float64[k].
+    """Return the product-limit estimate of crossing c times.
+
+    They are c, the share of flights, and its lower and upper limit, float64[k] each.
 
     A flight that collided after c crossings did not cross c + 1 times. Without a collision, and where the
     estimate is 0, the interval is nan. Raises `ParameterError` without flights.

@@ -53,7 +53,7 @@ _LOOK = 100  # pings between looks for a loop
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """How a bat stands at a ping: place (m), heading (rad), its course (1/m, m/s), the head's direction."""
+    """How a bat stands at a ping: place (m), heading (rad), its course (1/m, m/s), direction of its head."""
 
     place: tuple[float, float]
     heading: float

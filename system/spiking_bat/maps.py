@@ -1,4 +1,4 @@
-"""Sensory maps of the spike-latency network: places, and the delays that make a spike's latency a risk.
+"""The sensory maps of the spike-latency network: places, and delays that make a spike's latency a risk.
 
 A map has a neuron for each of up to 25 ranges, 0.2 m apart, at 31 angles, 4 degrees apart, as far as the
 field of view reaches: ceil(25 e^(-theta^2 / 1800)) at theta degrees, 471 in all. The head map stands about
@@ -43,7 +43,10 @@ class Blocking(NamedTuple):
 
 
 def places() -> F64:
-    """Places of a map's neurons, float64[471, 2], m ahead along the ping and to its left, angle by angle."""
+    """Return the places of a map's neurons, float64[471, 2], m ahead along the ping and to its left.
+
+    They are ordered angle by angle.
+    """
     found = []
     for k in range(ANGLES):
         theta = ANGLE_STEP_DEG * (k - ANGLES // 2)
@@ -54,7 +57,7 @@ def places() -> F64:
 
 
 def echo_delay(distance: F64 | float) -> F64:
-    """Delay of an echo from a distance (m), s."""
+    """Return the delay (s) of an echo from a distance (m)."""
     return np.asarray(2.0 * np.asarray(distance) / SOUND)
 
 

@@ -33,7 +33,7 @@ def draw_figure_12(story: Story, race: Sequence[F64], obstacles: Places, bat: Ba
 
 
 def draw_scene(story: Story, k: int, obstacles: Places, bat: Bat, ax: Axes) -> None:
-    """Obstacles, arcs and field of view at ping k."""
+    """Draw obstacles, arcs and field of view as they are at ping k."""
     at = 25.0
     place = np.array([(at - ahead, at - left) for ahead, left in obstacles])
     draw_forest(place, bat.zone, ax)

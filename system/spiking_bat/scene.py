@@ -56,7 +56,7 @@ def tell(
     numbers: Numbers | None = None,
     build: Callable[[Arcs, Numbers], Network] = published,
 ) -> Story:
-    """Run the scene with the network that `build` makes."""
+    """Run the scene of Figure 12 with the network that `build` makes."""
     numbers = numbers or Numbers()
     arcs = arcs_of(Bat(ping_rate=PING_RATE))
     network = build(arcs, numbers)

@@ -52,7 +52,7 @@ MODIFIED_LEVELS = ModifiedLevels()
 
 
 def field_network(layout: PushbotLayout, levels: PushbotLevels) -> Network:
-    """The plain network with the target field on the slower leak."""
+    """Return the plain network with the target field on the slower leak."""
     network = pushbot_network(layout, levels)
     return replace(network, slow=(network["target"],))
 

@@ -1,4 +1,4 @@
-"""Power of a ROLLS chip under a network, from what its spikes and events charge: a lower bound.
+"""The power of a ROLLS chip under a network, from what its spikes and events charge: a lower bound.
 
     P = V_dd (E + N V_dd (C_mem + C_ref + C_hold)) / T
 

@@ -1,4 +1,4 @@
-"""Spiking network of Hodgkin-Huxley and integrate-and-fire neurons: populations, projections, a run's spikes.
+"""A spiking network: populations of neurons, projections between them, and the spikes of a run.
 
 Populations are named arrays of neurons, of inputs too; a projection joins neurons of two of them one by one.
 `wire` makes them the arrays of `system.spiking_bat.network.kernel`, whose docstring gives the equations and
@@ -39,7 +39,7 @@ _INTERVAL = 10e-3  # s, of room for a spike of every neuron; on average they spi
 
 @dataclass(frozen=True, slots=True)
 class Conductors:
-    """Hodgkin-Huxley neurons. shape: of their array; times in s, current in A/m^2."""
+    """A population of Hodgkin-Huxley neurons; times in s, current in A/m^2."""
 
     shape: tuple[int, ...]
     tau_exc: float = 1e-3
@@ -63,7 +63,7 @@ class Integrators:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """Sources of spikes that are given."""
+    """A population of sources whose spikes are given from outside."""
 
     shape: tuple[int, ...]
 
@@ -171,7 +171,7 @@ def wire(
 
 
 def new_state(network: Network) -> State:
-    """A network at rest."""
+    """Return the state of a network at rest."""
     w = network.wiring
     integrators, synapses, sources = w.decay.size, w.target.size, w.begin.size - 1
     room = _EVENTS * synapses + 1
@@ -200,7 +200,7 @@ def new_state(network: Network) -> State:
 def run(
     network: Network, state: State, duration: float, inputs: I64, probes: Sequence[int] = ()
 ) -> tuple[Spikes, F64]:
-    """Advance a state by `duration` (s).
+    """Advance the state of a network by `duration` (s), and return its spikes and probes.
 
     inputs: int64[n, 2], step and source; steps count from the beginning of the state. probes: neurons whose
     voltage is kept.

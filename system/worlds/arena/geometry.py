@@ -1,4 +1,4 @@
-"""Outlines of what stands in a scene, and whether a robot touches any of it, by shapely."""
+"""Outlines of what stands in a scene, by shapely, and whether a robot touches any of it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Obstacles:
 
 
 def obstacles_of(scene: Scene) -> Obstacles:
-    """Outlines of a scene's bodies, and of its floor."""
+    """Return the outlines of a scene's bodies, and of its floor."""
     outlines = tuple(_outline(b) for b in scene.bodies)
     radius = np.array([0.5 * (b.size[0] if b.is_round else math.hypot(*b.size)) for b in scene.bodies])
     solid = np.array([b.base < ROBOT_HEIGHT for b in scene.bodies], dtype=np.bool_)
@@ -124,7 +124,7 @@ def clearance(obstacles: Obstacles, pose: Pose, time: float, name: str = "") -> 
 
 
 def robot_outline(pose: Pose) -> Polygon:
-    """Chassis of a Pushbot at a pose: 10 x 10 cm."""
+    """Return the outline of a Pushbot's chassis at a pose: 10 x 10 cm."""
     half = 0.5 * ROBOT_SIZE[0], 0.5 * ROBOT_SIZE[1]
     return _moved(box(-half[0], -half[1], half[0], half[1]), np.array(pose))
 

@@ -1,4 +1,4 @@
-"""Where moving things are, compiled: bodies on their paths, and a robot on an arc."""
+"""Where moving things are at a time, compiled: bodies on their paths, and a robot on an arc."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _compiled = compiled()
 
 
 class Motions(NamedTuple):
-    """Paths of bodies, one after the other.
+    """The paths of all bodies of a scene, one after the other in shared arrays.
 
     rest: float64[bodies, 3], m, m, rad, of those without a path; begin: int64[bodies + 1] into the points;
     at: float64[points, 2], m; way: float64[points], m from the path's first point; speed (m/s), start (s),

@@ -1,4 +1,4 @@
-"""Events of a sensor, and the bus that reads them out."""
+"""Events of a dynamic vision sensor, and the bus that reads them out."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _deal(time: F64, code: I64, begin: I64, to_time: F64, to_code: I64) -> bool:
 
 
 class Bus(NamedTuple):
-    """A bus that carries an event in `gap` s, and holds `depth` that wait."""
+    """A bus that takes `gap` s for an event, and holds up to `depth` that wait."""
 
     gap: float
     depth: int

@@ -1,4 +1,4 @@
-"""What the pixels of a dynamic vision sensor are made of, what they remember, and the events they make."""
+"""The pixels of a dynamic vision sensor: their silicon, what they remember, and the events they make."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Camera(NamedTuple):
 
 
 class Sketch(NamedTuple):
-    """Room for one picture.
+    """Arrays in which one picture is made.
 
     pose: float64[solids, 3]; seen: float64[faces, 9], each face in the picture; span: float64[solids, 2],
     columns that each solid covers; edges: float64[columns, EDGES] with edge_count; hit: float64[solids, 2], m
@@ -68,7 +68,7 @@ class Sketch(NamedTuple):
 
 
 def sketch_of(stage: Stage, camera: Camera) -> Sketch:
-    """Room for pictures of a stage."""
+    """Return the arrays for pictures of a stage."""
     faces, solids = len(stage.side), len(stage.base)
     return Sketch(
         pose=np.zeros((solids, 3)),

@@ -107,7 +107,10 @@ class Sensor:
 
 @dataclass(slots=True, eq=False)
 class Eye:
-    """State: steps since `origin` (s), pose (m, m, rad), pixels, and the bus; overwritten in place."""
+    """State of a sensor on its way, overwritten in place: pose (m, m, rad), pixels, and the bus.
+
+    origin : time (s) at which it was opened, since which `steps` steps have passed.
+    """
 
     origin: float
     step: float
@@ -204,7 +207,7 @@ def picture(sensor: Sensor, eye: Eye) -> F64:
 
 
 def advance(sensor: Sensor, eye: Eye, segment: Segment) -> Events:
-    """Events on a stretch of way, in whole steps of `Dvs.step`; the eye is then at its end.
+    """Return the events on a stretch of way, in whole steps of `Dvs.step`; the eye is then at its end.
 
     Raises
     ------
@@ -239,7 +242,7 @@ def advance_along(sensor: Sensor, eye: Eye, ways: F64) -> Events:
 
 
 class World(NamedTuple):
-    """What one look needs, sensor and state."""
+    """What one look of the compiled loop needs: sensor and state."""
 
     stage: Stage
     camera: Camera

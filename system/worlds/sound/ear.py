@@ -48,7 +48,7 @@ class Ear:
     analog: tuple[str, ...] = ("microphone",)
 
     def begin(self, time: float = 0.0) -> EarState:
-        """Silence at `time` s."""
+        """Return the state of silence at `time` s."""
         return EarState(mic.MicrophoneState(time=time))
 
     def next_time(self, state: EarState) -> float:

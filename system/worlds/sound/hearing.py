@@ -52,7 +52,7 @@ class Hearing:
             )
 
     def begin(self, time: float = 0.0) -> HearingTime:
-        """Silence at `time` s."""
+        """Return the state of silence at `time` s."""
         return HearingTime(time, HearingState())
 
     def next_time(self, state: HearingTime) -> float:

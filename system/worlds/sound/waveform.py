@@ -28,7 +28,7 @@ _GRID_SLACK = 1e-6  # samples: a time this little past a grid point counts as on
 def waveform(
     parameters: Microphone, state: MicrophoneState, start_s: float, stop_s: float, sample_rate: float
 ) -> tuple[F64, F64]:
-    """Sample the amplifier's output.
+    """Return samples of the amplifier's output.
 
     Sample k lies at k / sample_rate; the segment has those with start_s <= k / sample_rate < stop_s, so
     that adjoining segments share none. A sample's value does not depend on the segment it is asked in.
