@@ -38,7 +38,6 @@ from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -256,14 +255,13 @@ def latencies(result: Result, port: str, ping: int) -> tuple[float, ...]:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`memory_s` of memory 0 at the first ping, `recall_s` at the second, `winner_s`, `supply_power_W`."""
+    """`memory_s` of memory 0 at the first ping, `recall_s` at the second, `winner_s`."""
     heard, recalled = (latencies(result, "memory_out", k)[0] for k in range(2))
     winner = min(latencies(result, "winner", 0))
     return {
         "memory_s": heard if math.isfinite(heard) else None,
         "recall_s": recalled if math.isfinite(recalled) else None,
         "winner_s": winner if math.isfinite(winner) else None,
-        "supply_power_W": supply_power(result),
     }
 
 

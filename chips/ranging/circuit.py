@@ -16,7 +16,6 @@ from circuits.blocks.bias import chain as bias_chain
 from circuits.blocks.block import Block, Values
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -112,9 +111,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`spiking_neurons` (number that fired) and `supply_power_W`."""
+    """`spiking_neurons` (number that fired)."""
     fired = sum(1 for times in result.spikes.values() if times.size)
-    return {"spiking_neurons": float(fired), "supply_power_W": supply_power(result)}
+    return {"spiking_neurons": float(fired)}
 
 
 def outcome(result: Result) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 from circuits.circuit import Circuit
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
+from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -74,3 +75,7 @@ class Block:
     equations: tuple[EquationText, ...] = ()
     bias_sets: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     process: Process = AMI_1500
+
+    def measured(self, result: Result) -> dict[str, float | None]:
+        """All numbers of a run by name: what the block measures, and the mean power of its sources, W."""
+        return {**self.measures(result), "supply_power_W": supply_power(result)}

@@ -88,7 +88,7 @@ def _waveforms(
         "stimuli": choice.stimuli,
         "testbench_outcome": choice.block.outcome(result),
         "spikes_s": {port: times.tolist() for port, times in result.spikes.items()},
-        "measures": plain(choice.block.measures(result)),
+        "measures": plain(choice.block.measured(result)),
         **told(result),
         "told": told_lines(result),
     }

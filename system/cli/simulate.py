@@ -136,7 +136,7 @@ def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
         "outcome": choice.block.outcome(result),
         "spikes_s": _spikes(choice, result),
         **told(result),
-        "measures": plain(choice.block.measures(result)),
+        "measures": plain(choice.block.measured(result)),
         "steps": result.steps.accepted,
         "rejected_steps": result.steps.rejected,
         "iterations": result.steps.iterations,

@@ -58,7 +58,7 @@ def tran_noise_command(*of_block: Any, csv: str | None, plot: str | None, as_jso
     shown = choice.block.plotted or machine.testbench.watch or machine.names[1:5]
 
     def keep(result: Result) -> Trial:
-        measures = choice.block.measures(result)
+        measures = choice.block.measured(result)
         waves = {n: (result.time, result[n].copy()) for n in shown} if plot is not None else {}
         return Trial(
             choice.block.outcome(result), dict(result.spikes), measures, result.steps.accepted, waves,

@@ -84,7 +84,7 @@ def runs_testbench(metric: Metric) -> bool:
 
 def _measured(choice: Choice) -> dict[str, Metric]:
     """What the testbench measures, as metrics; their names come from a run on the nominal die."""
-    measures, outcome = choice.block.measures, choice.block.outcome
+    measures, outcome = choice.block.measured, choice.block.outcome
 
     def prepare(circuit: Circuit, silicon: Silicon) -> Machine:
         return to_kernel(choice.testbench(), silicon)

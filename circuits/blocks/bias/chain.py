@@ -37,7 +37,6 @@ from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError
 from circuits.silicon.process import Polarity
 from circuits.solver.operating_point import OperatingPoint
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -185,14 +184,14 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """Currents of neurons 0 and 12 (`i_inh_tau_0_A` and the like), and `supply_power_W`."""
+    """Currents of neurons 0 and 12 (`i_inh_tau_0_A` and the like)."""
     found = currents(result.operating_point)
     ends = {
         f"i_{name}_{k}_A": float(values[k])
         for name, values in found._asdict().items()
         for k in (0, NEURONS - 1)
     }
-    return {**ends, "supply_power_W": supply_power(result)}
+    return {**ends}
 
 
 def outcome(result: Result) -> str:

@@ -40,7 +40,6 @@ from circuits.devices.transistor import drain_currents, transistor_work
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.process import AMI_1500, Polarity
 from circuits.solver.operating_point import OperatingPoint
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -211,12 +210,11 @@ def output_current(point: OperatingPoint) -> float:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`output_current_A`, `master_current_A` and `supply_power_W`, all at rest."""
+    """`output_current_A`, `master_current_A`, all at rest."""
     point = result.operating_point
     return {
         "output_current_A": output_current(point),
         "master_current_A": transistor_current(point, "m1"),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -31,7 +31,6 @@ from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -92,14 +91,13 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the spike after the first input, `window_s`, `supply_power_W`.
+    """`latency_s` of the spike after the first input, `window_s`.
 
     window: how long the first input's current is on; None where what is asked for is not in the run.
     """
     return {
         "latency_s": latency(result, START),
         "window_s": low_time(result, "input0.off"),
-        "supply_power_W": supply_power(result),
     }
 
 

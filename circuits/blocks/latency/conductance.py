@@ -32,7 +32,6 @@ from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -129,14 +128,13 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`spikes`, `latency_s` of the first after 5 ms, `rate_Hz` by the last two, `rest_V`, power."""
+    """`spikes`, `latency_s` of the first after 5 ms, `rate_Hz` by the last two, `rest_V`."""
     spikes = result.spikes["spike"]
     return {
         "spikes": float(spikes.size),
         "latency_s": latency(result, START),
         "rate_Hz": last_rate(spikes),
         "rest_V": float(result["v_mem"][0]),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -30,7 +30,6 @@ from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -118,7 +117,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the first spike, `stop_s` of the recurrent inhibition after it, `winners`, power."""
+    """`latency_s` of the first spike, `stop_s` of the recurrent inhibition after it, `winners`."""
     half = half_supply(result.machine)
     firsts = sorted(float(t[0]) for t in result.spikes.values() if t.size)
     after = result.time > PING
@@ -127,7 +126,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "latency_s": firsts[0] - PING if firsts else None,
         "stop_s": None if stops is None or not firsts else stops - firsts[0],
         "winners": float(len(firsts)),
-        "supply_power_W": supply_power(result),
     }
 
 

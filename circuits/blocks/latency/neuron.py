@@ -31,7 +31,6 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -87,14 +86,13 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the spike after the ping, `step_s` of the first synapse, `supply_power_W`.
+    """`latency_s` of the spike after the ping, `step_s` of the first synapse.
 
     step: from the first synapse's switch closing to its opening; None where either is not in the run.
     """
     return {
         "latency_s": latency(result, PING),
         "step_s": low_time(result, "synapse0.off"),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -35,7 +35,6 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor, Device
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -117,8 +116,8 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the spike after the ping, None without one; `supply_power_W`."""
-    return {"latency_s": latency(result, PING), "supply_power_W": supply_power(result)}
+    """`latency_s` of the spike after the ping, None without one."""
+    return {"latency_s": latency(result, PING)}
 
 
 def outcome(result: Result) -> str:

@@ -33,7 +33,6 @@ from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -109,13 +108,12 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`delay_s` of the first tap, `hop_s` from it to the second, `pulse_s` of the first, `supply_power_W`."""
+    """`delay_s` of the first tap, `hop_s` from it to the second, `pulse_s` of the first."""
     first, second = (next(map(float, result.spikes.get(f"out[{k}]", ())), None) for k in range(2))
     return {
         "delay_s": None if first is None else first - START,
         "hop_s": between(first, second),
         "pulse_s": high_time(result, "out[0]"),
-        "supply_power_W": supply_power(result),
     }
 
 

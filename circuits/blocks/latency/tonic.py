@@ -39,7 +39,6 @@ from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -135,7 +134,7 @@ def reset_wave(again: float | None, v_dd: float) -> PiecewiseLinear:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`period_s` of the last two spikes, `hold_s` of the synapse, `silence_s`, `supply_power_W`.
+    """`period_s` of the last two spikes, `hold_s` of the synapse, `silence_s`.
 
     silence: the longest time between two spikes; None where what is asked for is not in the run.
     """
@@ -145,7 +144,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "period_s": float(apart[-1]) if apart.size else None,
         "hold_s": high_time(result, "on"),
         "silence_s": float(apart.max()) if apart.size else None,
-        "supply_power_W": supply_power(result),
     }
 
 

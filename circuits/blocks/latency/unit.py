@@ -30,7 +30,6 @@ from circuits.devices.source import Pulse
 from circuits.errors import ParameterError
 from circuits.event import WIDTH, pulse
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -111,7 +110,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the first spike after the first tap's event, `recalls`, `supply_power_W`.
+    """`latency_s` of the first spike after the first tap's event, `recalls`.
 
     recalls: spikes within the window of a later tap's event.
     """
@@ -121,7 +120,6 @@ def measures(result: Result) -> dict[str, float | None]:
     return {
         "latency_s": latency(result, first),
         "recalls": float(len(near)),
-        "supply_power_W": supply_power(result),
     }
 
 

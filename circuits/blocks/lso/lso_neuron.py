@@ -34,7 +34,6 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -116,7 +115,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`spikes`, `latency_s` of the first after the reset, `step_s` of the first synapse, `supply_power_W`.
+    """`spikes`, `latency_s` of the first after the reset, `step_s` of the first synapse.
 
     step: from the first excitatory synapse's switch closing to its opening; None where it is not in the run.
     """
@@ -124,7 +123,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "spikes": float(result.spikes["spike"].size),
         "latency_s": latency(result, START),
         "step_s": low_time(result, "excite0.off"),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -29,7 +29,7 @@ from circuits.circuit import Bias, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from circuits.solver.power import drain_current, supply_power
+from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -109,13 +109,12 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`current_A` into the membrane at the end, `before_A` before the step, `supply_power_W`."""
+    """`current_A` into the membrane at the end, `before_A` before the step."""
     current = output_current(result)
     before = int((result.time < STEP_TIME).sum()) - 1
     return {
         "current_A": float(current[-1]),
         "before_A": float(current[before]),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -32,7 +32,6 @@ from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
 from circuits.silicon.process import ROLLS_180
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -108,14 +107,13 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s`, `rate_Hz`, `supply_power_W`.
+    """`latency_s`, `rate_Hz`.
 
     latency: from the step to the first spike; rate: of the last interval, None below two spikes.
     """
     return {
         "latency_s": latency(result, STEP_TIME),
         "rate_Hz": last_rate(result.spikes["spike"]),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -38,7 +38,7 @@ from circuits.devices import Capacitor, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
 from circuits.silicon.process import ROLLS_180
-from circuits.solver.power import drain_current, supply_power
+from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -155,7 +155,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`time_constant_s`, `middle_A`, `current_A`, `signal_A`, `supply_power_W`.
+    """`time_constant_s`, `middle_A`, `current_A`, `signal_A`.
 
     middle, current: of the filter's output, before the step and at the end; signal: what is left of it above
     the reference, or missing (negative). The time constant is when S, the current to the power of kappa_n /
@@ -175,7 +175,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "current_A": float(current[-1]),
         "signal_A": float(np.abs(drain_current(result, "line.mu1")[-1]))
         - float(np.abs(drain_current(result, "line.mu2")[-1])),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -37,7 +37,7 @@ from circuits.devices.device import Device
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
-from circuits.solver.power import drain_current, supply_power
+from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -159,7 +159,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`calcium_A` (peak), `decay_s`, `up_s` and `dn_s`: how long each line was active; `supply_power_W`.
+    """`calcium_A` (peak), `decay_s`, `up_s` and `dn_s`: how long each line was active.
 
     decay: time from half to a fifth of the last peak over ln 2.5.
     """
@@ -170,7 +170,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "decay_s": _decay(t, current),
         "up_s": _time_of(t, result["up_b"] < half),
         "dn_s": _time_of(t, result["dn"] > half),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -40,7 +40,7 @@ from circuits.devices import Capacitor
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180, thermal_voltage
-from circuits.solver.power import drain_current, supply_power
+from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -134,16 +134,15 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`step_V`, `depression_V`, `recovery_s`, `weight_A`, `paired_pulse`, `last_to_first`, `supply_power_W`.
+    """`step_V`, `depression_V`, `recovery_s`, `weight_A`, `paired_pulse`, `last_to_first`.
 
     step: of the constant weight's gate over the first pulse, None where the next comes before it has settled;
     depression: x after the last one; recovery: time constant of `1 - R` from there to the end of the run;
     weight: mean current of the first pulse; ratios of the second and the last pulse's charge to the first's.
     """
     pulses = _pulses(result)
-    power = {"supply_power_W": supply_power(result)}
     if not pulses:
-        return dict.fromkeys(MEASURED, None) | power
+        return dict.fromkeys(MEASURED, None)
     time, x = result.time, result["w_exc"] - float(np.interp(pulses[0][0], result.time, result["w_exc"]))
     first, last = (float(np.interp(pulses[k][1] + SETTLED, time, x)) for k in (0, -1))
     charges = [_charge(result, *p) for p in pulses]
@@ -156,7 +155,7 @@ def measures(result: Result) -> dict[str, float | None]:
         charges[1] / charges[0] if len(charges) > 1 else None,
         charges[-1] / charges[0] if len(charges) > 1 else None,
     )
-    return dict(zip(MEASURED, values, strict=True)) | power
+    return dict(zip(MEASURED, values, strict=True))
 
 
 MEASURED = ("step_V", "depression_V", "recovery_s", "weight_A", "paired_pulse", "last_to_first")

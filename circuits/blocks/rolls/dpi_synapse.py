@@ -41,7 +41,7 @@ from circuits.errors import ParameterError
 from circuits.event import falling_crossing, pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
-from circuits.solver.power import drain_current, supply_power
+from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -242,7 +242,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`pulse_width_s`, `peak_current_A`, `decay_s`, `charge_C`, `supply_power_W`.
+    """`pulse_width_s`, `peak_current_A`, `decay_s`, `charge_C`.
 
     Of the filter of the level's sign. peak: largest output current less that before the first event; decay:
     time in which it falls from half to a tenth of the peak, over ln 5: the time constant where it falls
@@ -257,7 +257,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "peak_current_A": float(current.max()),
         "decay_s": _decay(result.time, current),
         "charge_C": float(np.trapezoid(current, result.time)),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -40,7 +40,6 @@ from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.silicon.process import ROLLS_180
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -238,7 +237,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s`, `rate_Hz`, `adaptation`, `supply_power_W`.
+    """`latency_s`, `rate_Hz`, `adaptation`.
 
     latency: from the step to the first spike; rate: of the last interval, None below two spikes; adaptation:
     the first interval over the last, None below three spikes.
@@ -249,7 +248,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "latency_s": latency(result, STEP_TIME),
         "rate_Hz": last_rate(spikes),
         "adaptation": float(gaps[0] / gaps[-1]) if gaps.size > 1 else None,
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -45,7 +45,7 @@ from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import ROLLS_180
-from circuits.solver.power import drain_current, supply_power
+from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -165,7 +165,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`jump_V` of the first event, `drift_V_per_s` after the last, `weight_V` at the end, `charge_C`, power.
+    """`jump_V` of the first event, `drift_V_per_s` after the last, `weight_V` at the end, `charge_C`.
 
     drift: mean slope over the last 2 ms of the run; charge: drawn from the line in the whole run.
     """
@@ -178,7 +178,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "drift_V_per_s": float((w[late][-1] - w[late][0]) / (t[late][-1] - t[late][0])),
         "weight_V": float(w[-1]),
         "charge_C": float(np.trapezoid(current, t)),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -54,7 +54,6 @@ from circuits.devices import Capacitor, Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -248,7 +247,7 @@ def decision_time(result: Result, release: float = RELEASE) -> float | None:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`winner`, `decision_s`, `margin_V` and `supply_power_W`.
+    """`winner`, `decision_s`, `margin_V`.
 
     decision_s: from the release to the time since when the winner's line is high and no other; margin_V: its
     v_in above the next at the end. None without a winner.
@@ -261,7 +260,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "winner": float(winners[0]) if decided else None,
         "decision_s": decision_time(result),
         "margin_V": float(inputs[-1] - inputs[-2]) if decided else None,
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -28,7 +28,6 @@ from circuits.count import PULSES, whole_number
 from circuits.devices import Capacitor, Resistor
 from circuits.errors import ParameterError
 from circuits.event import pulse
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -155,12 +154,11 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`centroid_V` and `proximity_V` at the end, `proximity_peak_V`, `supply_power_W`."""
+    """`centroid_V` and `proximity_V` at the end, `proximity_peak_V`."""
     return {
         "centroid_V": float(result["common"][-1]),
         "proximity_V": float(result["proximity"][-1]),
         "proximity_peak_V": float(result["proximity"].max()),
-        "supply_power_W": supply_power(result),
     }
 
 

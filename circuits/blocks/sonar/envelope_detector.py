@@ -35,7 +35,6 @@ from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transist
 from circuits.devices.source import Sampled
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -140,7 +139,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`pedestal_V`, `envelope_peak_V`, `latency_s`, `fall_time_s`, `supply_power_W`.
+    """`pedestal_V`, `envelope_peak_V`, `latency_s`, `fall_time_s`.
 
     pedestal: the envelope at the start; envelope_peak: its largest rise above that; latency: from the first
     burst's start to the envelope's rise through half its peak; fall_time: from its last fall through half the
@@ -157,7 +156,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "envelope_peak_V": peak,
         "latency_s": between(SOUND_TIME, half),
         "fall_time_s": between(*falls),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -23,7 +23,6 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Capacitor, Resistor
 from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.supply import half_supply
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -82,7 +81,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`set_delay_s`, `reset_delay_s`, `v_ex_max_V` (at the end), `v_ex_max_peak_V`, `supply_power_W`.
+    """`set_delay_s`, `reset_delay_s`, `v_ex_max_V` (at the end), `v_ex_max_peak_V`.
 
     Delays are from the half-supply crossing of the first spike or call to the output's passage half-way
     between its two levels; None where either does not happen.
@@ -99,7 +98,6 @@ def measures(result: Result) -> dict[str, float | None]:
         ),
         "v_ex_max_V": float(out[-1]),
         "v_ex_max_peak_V": float(out.max()),
-        "supply_power_W": supply_power(result),
     }
 
 

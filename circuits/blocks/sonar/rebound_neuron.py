@@ -24,7 +24,6 @@ from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Device
 from circuits.errors import ParameterError
 from circuits.event import pulse
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -211,7 +210,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`t_inh_s`, `t_reb_s`, `v_mem_peak_V`, `supply_power_W`.
+    """`t_inh_s`, `t_reb_s`, `v_mem_peak_V`.
 
     t_inh: from the call's edge to the fall of the inhibition gate (node inhibition.b) through half the
     supply; t_reb: from there to the peak of v_mem, or to the spike that ends the rise; None without a call.
@@ -225,7 +224,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "t_inh_s": between(call, release),
         "t_reb_s": None if release is None or call is None else float(result.time[peak]) - release,
         "v_mem_peak_V": float(v_mem[peak]),
-        "supply_power_W": supply_power(result),
     }
 
 

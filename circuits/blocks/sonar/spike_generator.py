@@ -37,7 +37,6 @@ from circuits.circuit import Bias, Circuit, Instance
 from circuits.devices import Capacitor, Resistor
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -157,7 +156,7 @@ def envelope_testbench(title: str, circuit: Circuit, stimuli: Values, v_dd: floa
 
 
 def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, float | None]:
-    """`latency_s`, `interval_s`, `spike_width_s`, `margin_V`, `supply_power_W`.
+    """`latency_s`, `interval_s`, `spike_width_s`, `margin_V`.
 
     latency: from the first sound's start to the first spike; interval: from there to the second spike;
     spike_width: of the first spike at half the supply; None without such a spike. margin: the largest of
@@ -169,7 +168,6 @@ def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, flo
         "interval_s": float(spikes[1] - spikes[0]) if spikes.size > 1 else None,
         "spike_width_s": between(rise(result, "spike"), fall(result, "spike")),
         "margin_V": float((result[signal] - result[threshold]).max()),
-        "supply_power_W": supply_power(result),
     }
 
 

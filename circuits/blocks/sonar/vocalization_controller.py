@@ -28,7 +28,6 @@ from circuits.blocks.sonar.board import GAIN, LENGTH, amplifier, inverter, stray
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor, Device, OperationalAmplifier, Resistor
 from circuits.devices.source import PiecewiseLinear
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -170,7 +169,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`first_call_s`, `call_rate_Hz`, `amplitude_V` (at the end), `supply_power_W`.
+    """`first_call_s`, `call_rate_Hz`, `amplitude_V` (at the end).
 
     The first call counts from the enabling; the rate is that of the last interval, None without one.
     """
@@ -178,7 +177,6 @@ def measures(result: Result) -> dict[str, float | None]:
         "first_call_s": latency(result, rise(result, "enable") or 0.0, "call"),
         "call_rate_Hz": last_rate(result.spikes["call"]),
         "amplitude_V": float(result["amplitude"][-1]),
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -42,7 +42,6 @@ from circuits.devices import Capacitor, Device, Transistor
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -150,7 +149,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`delay_s`, `recovery_s` and `supply_power_W`.
+    """`delay_s`, `recovery_s`.
 
     delay: from half the supply at `fired` to half at `delayed`; recovery: likewise back, after the reset.
     None where there is no such edge in the run.
@@ -158,7 +157,6 @@ def measures(result: Result) -> dict[str, float | None]:
     return {
         "delay_s": between(rise(result, "fired"), rise(result, "delayed")),
         "recovery_s": between(fall(result, "fired"), fall(result, "delayed")),
-        "supply_power_W": supply_power(result),
     }
 
 

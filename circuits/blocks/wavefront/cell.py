@@ -37,7 +37,6 @@ from circuits.devices import Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
 from circuits.silicon.process import AMI_1500
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -173,13 +172,12 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`delay_s` from arrival to `fired`, `bits`, the first-arrival latch as a number, `supply_power_W`."""
+    """`delay_s` from arrival to `fired`, `bits`, the first-arrival latch as a number."""
     half = half_supply(result.machine)
     bits = sum(1 << k for k in range(INPUTS) if result[f"first[{k}]"][-1] > half)
     return {
         "delay_s": between(ARRIVAL, rise(result, "fired")),
         "bits": float(bits),
-        "supply_power_W": supply_power(result),
     }
 
 

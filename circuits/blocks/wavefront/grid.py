@@ -31,7 +31,6 @@ from circuits.devices import Resistor
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
-from circuits.solver.power import supply_power
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -145,13 +144,12 @@ def pointers(result: Result) -> I64:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`fired_cells`, `arrival_s` of the last one after the first, `supply_power_W`."""
+    """`fired_cells`, `arrival_s` of the last one after the first."""
     times = firing_times(result)
     fired = times[np.isfinite(times)]
     return {
         "fired_cells": float(fired.size),
         "arrival_s": float(fired.max() - fired.min()) if fired.size else None,
-        "supply_power_W": supply_power(result),
     }
 
 

@@ -89,7 +89,7 @@ def test_a_block_s_measures_work_on_the_result() -> None:
     ours = solve(testbench, SILICON)
     assert result.nodes == ours.nodes
     assert block.outcome(result) == block.outcome(ours) == "none"
-    measured, expected = block.measures(result), block.measures(ours)
+    measured, expected = block.measured(result), block.measured(ours)
     assert measured["t_inh_s"] is None
     # a loose run of 0.2 s of CPU: the energy of two edges and of the rest to a percent
     assert measured["supply_power_W"] == pytest.approx(expected["supply_power_W"], rel=1e-2)

@@ -48,7 +48,7 @@ def test_the_circuit_is_sound_and_so_is_the_whole_selection() -> None:
 def test_the_greatest_excitation_wins_at_the_edges_too(winner: int) -> None:
     result = run(winner=winner, rival=3, obstacle=None)
     assert BLOCK.outcome(result) == str(winner)
-    found = BLOCK.measures(result)
+    found = BLOCK.measured(result)
     assert found["winner"] == winner
     # 50 nA and 0.7 pF: some microseconds; the whole run has 30 of them
     assert 1e-6 < number(found["decision_s"]) < 30e-6

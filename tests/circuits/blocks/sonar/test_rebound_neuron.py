@@ -84,7 +84,7 @@ def run(
 
 
 def measured(result: Result, name: str) -> float:
-    value = block.measures(result)[name]
+    value = block.BLOCK.measured(result)[name]
     assert value is not None
     return value
 
