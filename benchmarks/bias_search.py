@@ -123,7 +123,7 @@ def nominal(biases: Biases) -> Tuning:
 
 def spikes(biases: Biases, delay: float) -> int:
     """Spikes of the nominal neuron after a call and an echo `delay` s later."""
-    stimuli = {s.name: s.default for s in BLOCK.stimuli} | {"delay": delay}
+    stimuli = BLOCK.defaults | {"delay": delay}
     silicon = Silicon()
     bench = BLOCK.testbench(_circuit(biases), stimuli, silicon.process.v_dd)
     result = simulate(bench, silicon, rtol=TUNING_RTOL, record=())

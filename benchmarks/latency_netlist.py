@@ -87,7 +87,7 @@ def parts_of(chip: LatencyChip) -> Iterator[Part]:
 
 def exported(silicon: Silicon) -> list[str]:
     """Cards of the chip's netlist, lines that go on joined."""
-    stimuli = {s.name: s.default for s in CHIP.stimuli}
+    stimuli = CHIP.defaults
     bench = CHIP.testbench(build(PARAMS), stimuli, silicon.process.v_dd)
     return cards(format_testbench(bench, silicon))
 

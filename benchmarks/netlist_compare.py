@@ -28,14 +28,14 @@ LIMITS = {"13 neurons": 5.0, "array": 30.0}  # s
 def chip() -> Testbench:
     """The ranging chip with its testbench."""
     block = load_chip("ranging-chip")
-    return block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+    return block.bench()
 
 
 def array(count: int) -> Testbench:
     """Rebound neurons that share their inputs; what each puts out is a node of its own."""
     block = load_block("rebound-neuron")
     neuron = block.build(block.params())
-    bench = block.testbench(neuron, {s.name: s.default for s in block.stimuli}, 5.0)
+    bench = block.testbench(neuron, block.defaults, 5.0)
     ports = {p.name: p.name for p in neuron.ports}
     circuit = Circuit(
         "array",

@@ -141,7 +141,7 @@ def measure(settings: tuple[Setting, ...], repetitions: int) -> Iterator[Row]:
 def neuron() -> Testbench:
     """The block's own testbench with its default stimuli."""
     block = rebound_neuron.BLOCK
-    return block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, V_DD)
+    return block.bench()
 
 
 def ours(testbench: Testbench, rtol: float) -> Events:

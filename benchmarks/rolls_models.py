@@ -57,7 +57,7 @@ class Errors:
 
 def run(block: Block, circuit: Circuit, silicon: Silicon, rtol: float, **stimuli: float | None) -> Result:
     """Transistor level of a block under its testbench."""
-    values = {s.name: s.default for s in block.stimuli} | stimuli
+    values = block.defaults | stimuli
     return simulate(block.testbench(circuit, values, ROLLS_180.v_dd), silicon, rtol=rtol)
 
 

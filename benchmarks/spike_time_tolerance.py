@@ -66,7 +66,7 @@ def measure(dies: range, rtols: tuple[float, ...]) -> dict[float, Found]:
     """Spike times of every die at each tolerance beside the reference."""
     block = rebound_neuron.BLOCK
     circuit = block.build(block.params())
-    bench = block.testbench(circuit, {s.name: s.default for s in block.stimuli}, Silicon().process.v_dd)
+    bench = block.testbench(circuit, block.defaults, Silicon().process.v_dd)
     nominal = to_kernel(bench, Silicon())
     found = {rtol: Found() for rtol in rtols}
     for number in dies:

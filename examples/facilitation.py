@@ -11,7 +11,7 @@ from circuits.solver.transient import simulate
 def main() -> None:
     """Print one line a delay, then the interval."""
     circuit = rebound_neuron.build()
-    stimuli = {s.name: s.default for s in rebound_neuron.BLOCK.stimuli}
+    stimuli = rebound_neuron.BLOCK.defaults
     fired = []
     for delay in np.arange(4e-3, 9.01e-3, 0.5e-3):
         result = simulate(rebound_neuron.testbench(circuit, {**stimuli, "delay": float(delay)}, 5.0))

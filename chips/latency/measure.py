@@ -104,7 +104,7 @@ def measured(
     block: Block, circuit: Circuit, silicon: Silicon, **stimuli: float | None
 ) -> Mapping[str, float]:
     """What a block measures on the silicon; raises `SolverError` for a quantity that is not in the run."""
-    values = {s.name: s.default for s in block.stimuli} | stimuli
+    values = block.defaults | stimuli
     result = simulate(block.testbench(circuit, values, silicon.process.v_dd), silicon, rtol=RTOL)
     return Found({name: value for name, value in block.measures(result).items() if value is not None})
 
@@ -120,7 +120,7 @@ def _gradient(silicon: Silicon) -> F64:
     """Slopes d ln Q / dx of a timer by each parameter of its comparator, float64[PARAMETERS]."""
     block = latency_coincidence.BLOCK
     circuit = rebias(latency_coincidence.build(), {}, "generator")
-    values = {s.name: s.default for s in block.stimuli} | {"second": None}
+    values = block.defaults | {"second": None}
     machine = to_kernel(block.testbench(circuit, values, silicon.process.v_dd), silicon)
 
     def window(parameter: str, move: float) -> float:

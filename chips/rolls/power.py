@@ -163,7 +163,7 @@ def _extender_event(part: _Part, silicon: Silicon) -> float:
 
 
 def _neuron_run(circuit: Circuit, silicon: Silicon, current: float, duration: float) -> Result:
-    stimuli = {s.name: s.default for s in rolls_neuron.BLOCK.stimuli}
+    stimuli = rolls_neuron.BLOCK.defaults
     values = stimuli | {"current": current, "duration": duration}
     return simulate(rolls_neuron.testbench(circuit, values, silicon.process.v_dd), silicon, rtol=RTOL)
 

@@ -186,7 +186,7 @@ def _cell_at(silicon: Silicon) -> Quantities:
 
 
 def _cell_machine(silicon: Silicon, **stimuli: float | None) -> Machine:
-    values = {s.name: s.default for s in wavefront_cell.BLOCK.stimuli}
+    values = wavefront_cell.BLOCK.defaults
     values |= {"first": 0.0, "second": None} | stimuli
     bench = wavefront_cell.testbench(wavefront_cell.build(), values, silicon.process.v_dd)
     return to_kernel(replace(bench, stop=wavefront_cell.ARRIVAL + 1e-6), silicon)

@@ -76,6 +76,19 @@ class Block:
     bias_sets: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     process: Process = AMI_1500
 
+    @property
+    def defaults(self) -> dict[str, float | None]:
+        """Value of each of the testbench's knobs unless another is given, SI; None is off."""
+        return {stimulus.name: stimulus.default for stimulus in self.stimuli}
+
+    def bench(self, circuit: Circuit | None = None, **stimuli: float | None) -> Testbench:
+        """The testbench of `circuit`, the block with its default parameters unless given, on its process.
+
+        stimuli: knobs that are not at their default, SI; None is off.
+        """
+        built = self.build(self.params()) if circuit is None else circuit
+        return self.testbench(built, self.defaults | stimuli, self.process.v_dd)
+
     def measured(self, result: Result) -> dict[str, float | None]:
         """All numbers of a run by name: what the block measures, and the mean power of its sources, W."""
         return {**self.measures(result), "supply_power_W": supply_power(result)}

@@ -170,7 +170,7 @@ def scaled_testbench(block: Block, silicon: Silicon) -> Testbench:
     """
     circuit = block.build(block.params())
     v_dd = silicon.process.v_dd
-    stimuli: dict[str, float | None] = {s.name: s.default for s in block.stimuli}
+    stimuli = block.defaults
     nominal = block.testbench(circuit, stimuli, v_dd)
     ratio = delay_ratio(block, silicon)
     if ratio == 1.0:
@@ -200,7 +200,7 @@ def delay_ratio(block: Block, silicon: Silicon) -> float:
 
 def _delay(block: Block, silicon: Silicon) -> float | None:
     """The block's delay, s, from the first of ever longer runs that has it; None without one."""
-    stimuli: dict[str, float | None] = {s.name: s.default for s in block.stimuli}
+    stimuli = block.defaults
     if "duration" not in stimuli:
         return None
     circuit, v_dd = block.build(block.params()), silicon.process.v_dd

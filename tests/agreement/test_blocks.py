@@ -97,7 +97,7 @@ def test_every_block_agrees(name: str) -> None:
 
 def small(block: Block, silicon: Silicon) -> Testbench:
     circuit = block.build(block.params(**SMALL[block.name]))
-    stimuli = {s.name: s.default for s in block.stimuli} | STIMULI[block.name]
+    stimuli = block.defaults | STIMULI[block.name]
     return block.testbench(circuit, stimuli, silicon.process.v_dd)
 
 

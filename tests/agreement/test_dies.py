@@ -25,7 +25,7 @@ def test_a_neuron_at_its_place_agrees() -> None:
     neuron, place = circuit_at(CHIP, (("neuron", (5,)),))
     silicon = Silicon(die=DIE, place=place)
     block = load_block("rebound-neuron")
-    stimuli = {s.name: s.default for s in block.stimuli} | {"delay": 0.3e-3, "duration": 1.7e-3}
+    stimuli = block.defaults | {"delay": 0.3e-3, "duration": 1.7e-3}
     testbench = block.testbench(neuron, stimuli, silicon.process.v_dd)
     found = compare(testbench, silicon)
     assert found.agrees, found

@@ -30,7 +30,7 @@ def _spike(cell: Cell) -> tuple[CellState, float, tuple[tuple[str, float], ...]]
 
 
 def test_a_cell_fires_when_its_circuit_does(neuron: Cell) -> None:
-    stimuli = {s.name: s.default for s in rebound_neuron.BLOCK.stimuli}
+    stimuli = rebound_neuron.BLOCK.defaults
     bench = rebound_neuron.testbench(rebound_neuron.build(), stimuli, 5.0)
     _, reached, events = _spike(neuron)
     assert [port for port, _ in events] == ["spike"]

@@ -32,9 +32,7 @@ LONGEST = 1024  # characters in a line of HSPICE
 
 def block_testbench(name: str) -> Testbench:
     block = load_block(name)
-    return block.testbench(
-        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
-    )
+    return block.bench()
 
 
 def bank(count: int = 3) -> Testbench:

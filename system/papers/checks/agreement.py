@@ -157,7 +157,7 @@ def chip_testbench(silicon: Silicon) -> Testbench:
     """Give the chip a call and an echo, with delay and length in the ratio of a neuron's delays."""
     chip = block_named(CHIP)
     circuit, v_dd = chip.build(chip.params()), silicon.process.v_dd
-    stimuli: dict[str, float | None] = {s.name: s.default for s in chip.stimuli}
+    stimuli = chip.defaults
     ratio = delay_ratio(load_block("rebound-neuron"), silicon)
     usual = chip.testbench(circuit, stimuli, v_dd).stop
     stimuli |= {"delay": ratio * (stimuli["delay"] or 0.0), "duration": ratio * usual}

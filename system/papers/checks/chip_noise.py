@@ -132,7 +132,7 @@ def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None
     """Measure the intervals of a neuron with I_dc of a code, and of the model where it has the same rate."""
     current = default_biases().with_code("IF_DC_P", COARSE, fine).current("IF_DC_P")
     circuit = rebias(rolls_neuron.build(), {"i_dc": current})
-    given = {s.name: s.default for s in rolls_neuron.BLOCK.stimuli} | {"current": 0.0, "duration": stop}
+    given = rolls_neuron.BLOCK.defaults | {"current": 0.0, "duration": stop}
     machine = to_kernel(rolls_neuron.testbench(circuit, given, ROLLS_180.v_dd), Silicon(ROLLS_180))
     gaps = np.diff(simulate_noisy(machine, NoiseRun(SEED, grid, flicker), record=("v_mem",)).spikes["spike"])[
         1:

@@ -98,7 +98,7 @@ def _isolation() -> OperatingPoint:
     """At rest, the array open, with the latch's nodes watched."""
     circuit = first_target_isolation.build()
     ports = (*circuit.ports, *(Port(name, "event", "out") for name in EDGES))
-    given = {s.name: s.default for s in first_target_isolation.BLOCK.stimuli}
+    given = first_target_isolation.BLOCK.defaults
     bench = first_target_isolation.testbench(replace(circuit, ports=ports), given, AMI_1500.v_dd)
     machine = to_kernel(replace(bench, watch=EDGES), SILICON)
     return operating_point(machine, start=first_target_isolation.rest(AMI_1500.v_dd))

@@ -144,7 +144,7 @@ def measure_beside(
     """Set a block's transfer and white noise beside ngspice's, over six decades."""
     block = load_block(name)
     silicon = Silicon(block.process, temperature_c, Die(number=die))
-    stimuli = {s.name: s.default for s in block.stimuli}
+    stimuli = block.defaults
     bench = block.testbench(block.build(block.params()), stimuli, silicon.process.v_dd)
     point = operating_point(bench, silicon)
     return Beside(name, temperature_c, die, *_differences(point, source, node, low))

@@ -66,7 +66,7 @@ class Quantity:
 
 
 def _run(block: Block, circuit: Circuit, silicon: Silicon, **stimuli: float) -> Result:
-    values = {s.name: s.default for s in block.stimuli} | stimuli
+    values = block.defaults | stimuli
     return simulate(block.testbench(circuit, values, ROLLS_180.v_dd), silicon, rtol=RTOL)
 
 

@@ -117,7 +117,7 @@ def _synapses(progress: Progress) -> tuple[F64, dict[str, F64], float]:
 
 
 def _train(level: int, rate: float, events: int) -> Result:
-    values = {s.name: s.default for s in dpi_synapse.BLOCK.stimuli} | {
+    values = dpi_synapse.BLOCK.defaults | {
         "level": float(level), "events": float(events), "rate": rate,
         "duration": dpi_synapse.FIRST_EVENT + events / rate,
     }  # fmt: skip
@@ -148,7 +148,7 @@ def _neurons(progress: Progress) -> tuple[F64, dict[str, F64], float]:
 
 
 def _neuron(current: float, drawn: float) -> Result:
-    values = {s.name: s.default for s in rolls_neuron.BLOCK.stimuli} | {
+    values = rolls_neuron.BLOCK.defaults | {
         "current": current,
         "duration": LENGTH,
     }

@@ -28,7 +28,7 @@ def test_the_nominal_die_has_no_deviation() -> None:
 
 def test_the_deviations_are_those_of_the_lowered_circuit() -> None:
     circuit = onset_neuron.build()
-    stimuli = {s.name: s.default for s in onset_neuron.BLOCK.stimuli}
+    stimuli = onset_neuron.BLOCK.defaults
     bench = onset_neuron.BLOCK.testbench(circuit, stimuli, 5.0)
     ours, nominal = (to_kernel(bench, s).kernel.transistors for s in (ONE_DIE, Silicon()))
     found = dict(zip(PARAMETERS, deviations(ONE_DIE), strict=True))

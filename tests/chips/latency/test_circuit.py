@@ -21,7 +21,7 @@ EVENT, CHARGE = 1e-3, 5e-3  # s after the ping: of memory 0, whose tap comes at 
 
 
 def bench(circuit: Circuit, **changes: float | None) -> Testbench:
-    values: Values = {s.name: s.default for s in CHIP.stimuli} | changes
+    values: Values = CHIP.defaults | changes
     return CHIP.testbench(circuit, values, 5.0)
 
 

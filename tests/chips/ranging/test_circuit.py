@@ -13,7 +13,7 @@ from circuits.solver.transient import simulate
 
 @pytest.fixture(scope="module")
 def stimuli() -> dict[str, float | None]:
-    return {s.name: s.default for s in ranging_chip.CHIP.stimuli}
+    return ranging_chip.CHIP.defaults
 
 
 def test_the_chip_is_one_array_of_neurons() -> None:

@@ -37,9 +37,7 @@ def _silicon(die: int, temperature: float = 27.0) -> Silicon:
 
 def test_the_devices_are_those_of_the_circuit(chip: ReboundModel) -> None:
     silicon = Silicon(die=Die(number=1003))
-    machine = ranging_chip.testbench(
-        chip.circuit, {s.name: s.default for s in ranging_chip.CHIP.stimuli}, 5.0
-    )
+    machine = ranging_chip.testbench(chip.circuit, ranging_chip.CHIP.defaults, 5.0)
     table = to_kernel(machine, silicon).kernel.transistors
     d = devices_on(chip, silicon, gates_on(chip, silicon))
     fets = d.on_die.fet.values()

@@ -27,7 +27,7 @@ def test_a_transistor_s_equation_has_its_numbers() -> None:
 
 def test_node_capacitances_are_the_diagonal_of_the_solver_s_matrix() -> None:
     circuit = rebound_neuron.build()
-    stimuli = {s.name: s.default for s in rebound_neuron.BLOCK.stimuli}
+    stimuli = rebound_neuron.BLOCK.defaults
     machine = to_kernel(rebound_neuron.testbench(circuit, stimuli, 5.0))
     found = node_capacitances(circuit, Silicon())
     charge = machine.kernel.charge

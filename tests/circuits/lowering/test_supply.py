@@ -89,9 +89,7 @@ def test_without_a_supply_that_is_driven_the_process_has_the_say() -> None:
 def test_blocks_on_the_process_s_supply_have_half_of_it_to_the_bit(name: str) -> None:
     block = load_block(name)
     silicon = Silicon(block.process)
-    stimuli = {s.name: s.default for s in block.stimuli}
-    made = block.testbench(block.build(block.params()), stimuli, silicon.process.v_dd)
-    machine = to_kernel(made, silicon)
+    machine = to_kernel(block.bench(), silicon)
     levels, half = spike_levels(machine), 0.5 * silicon.process.v_dd
     assert half_supply(machine) == half
     assert set(levels[0]) <= {half}

@@ -106,10 +106,7 @@ def test_a_metastable_latch_is_left_and_kept_at_rest() -> None:
 @pytest.mark.parametrize("name", block_names())
 def test_a_block_rests_where_it_is_stable_and_begins_there_to_the_bit(name: str) -> None:
     block = load_block(name)
-    silicon = Silicon(block.process)
-    stimuli = {s.name: s.default for s in block.stimuli}
-    bench = block.testbench(block.build(block.params()), stimuli, silicon.process.v_dd)
-    begun = beginning(to_kernel(bench, silicon))
+    begun = beginning(to_kernel(block.bench(), Silicon(block.process)))
     assert begun.disturbance is None
     np.testing.assert_array_equal(begun.voltage, begun.point.voltage)
 

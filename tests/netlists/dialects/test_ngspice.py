@@ -57,9 +57,7 @@ def deck(circuit: Circuit, *sources: Source, stop: float = 1e-3, **options: obje
 
 def block_testbench(name: str) -> Testbench:
     block = load_block(name)
-    return block.testbench(
-        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
-    )
+    return block.bench()
 
 
 @pytest.mark.parametrize("kind", DEVICE_TYPES)

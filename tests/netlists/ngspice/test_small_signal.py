@@ -24,7 +24,7 @@ LEAST = 1e-9
 
 
 def point_of(block: Block, silicon: Silicon) -> OperatingPoint:
-    stimuli = {s.name: s.default for s in block.stimuli}
+    stimuli = block.defaults
     bench = block.testbench(block.build(block.params()), stimuli, silicon.process.v_dd)
     return operating_point(bench, silicon)
 

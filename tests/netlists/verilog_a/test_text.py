@@ -21,9 +21,7 @@ from netlists.write.bsim3 import total_deviation
 
 def block_testbench(name: str) -> Testbench:
     block = load_block(name)
-    return block.testbench(
-        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
-    )
+    return block.bench()
 
 
 def bank() -> Testbench:

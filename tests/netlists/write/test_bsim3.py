@@ -168,12 +168,12 @@ def test_a_deviating_device_has_parameters_or_a_card_of_its_own(name: str) -> No
 
 def test_only_cards_that_are_used_are_written() -> None:
     block = load_block("rebound-neuron")
-    bench = block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+    bench = block.bench()
     text = load_dialect("ngspice").write(bench, Silicon(), Settings("bsim3"))
     assert text.count("\n.model bsim3_") == 2
     assert "\nb" not in text
     board = load_block("centroid-board")
-    bench = board.testbench(board.build(board.params()), {s.name: s.default for s in board.stimuli}, 5.0)
+    bench = board.bench()
     assert (
         load_dialect("ngspice").write(bench, Silicon(), Settings("bsim3")).count("\nb") > 0
     )  # its amplifier
@@ -183,7 +183,7 @@ def test_only_cards_that_are_used_are_written() -> None:
 def test_the_rebound_neuron_runs_on_bsim3(die: Die) -> None:
     """One spike after the rebound, within 10 % of our law's: moderate inversion moves it by some 5 %."""
     block = load_block("rebound-neuron")
-    bench = block.testbench(block.build(block.params()), {s.name: s.default for s in block.stimuli}, 5.0)
+    bench = block.bench()
     silicon = Silicon(die=die)
     text = load_dialect("ngspice").write(bench, silicon, Settings("bsim3", reltol=1e-4, tmax=10e-6))
     waveforms = ngspice.run(text)

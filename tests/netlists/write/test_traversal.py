@@ -97,7 +97,7 @@ def nested() -> Circuit:
 def test_blocks_expand_to_their_flat_devices(name: str, die: Die) -> None:
     block = load_block(name)
     circuit = block.build(block.params())
-    bench = block.testbench(circuit, {s.name: s.default for s in block.stimuli}, block.process.v_dd)
+    bench = block.testbench(circuit, block.defaults, block.process.v_dd)
     silicon = Silicon(die=die)
     assert expand(to_design(bench, silicon)) == flat_devices(circuit, silicon)
 

@@ -105,7 +105,7 @@ def test_intervals_vary_as_the_closed_form():
 
 def test_jitter_is_the_transistors(white):
     circuit = rebias(rolls_neuron.build(), {"i_dc": DRIVE})
-    given = {s.name: s.default for s in rolls_neuron.BLOCK.stimuli} | {"current": 0.0, "duration": 0.8}
+    given = rolls_neuron.BLOCK.defaults | {"current": 0.0, "duration": 0.8}
     machine = to_kernel(rolls_neuron.testbench(circuit, given, ROLLS_180.v_dd), Silicon(ROLLS_180))
     result = simulate_noisy(machine, NoiseRun(1, 40e-6, WHITE_ONLY), record=("v_mem",))
     theirs = np.diff(result.spikes["spike"])[1:]

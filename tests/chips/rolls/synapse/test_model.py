@@ -20,7 +20,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import simulate
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 @pytest.mark.parametrize("kind", ["gate", "generator"])

@@ -35,7 +35,7 @@ from circuits.solver.transient import simulate
 
 FACTS = 1e-12 * np.array([955.3, 330.7, 199.9, 143.2, 111.6, 91.4, 77.4, 67.1, 59.2, 52.9, 47.9, 43.7, 40.1])
 EX_TAU = 1e-12 * np.array([68.9, 64.8, 60.7, 56.6, 52.5, 48.4, 44.3, 40.2, 36.1, 32.0, 27.9, 23.8, 19.7])
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 NOMINAL = Silicon()
 CHAINS = {"inhibition": "inh_tau", "excitation": "ex_tau"}
 

@@ -33,7 +33,7 @@ from circuits.solver.operating_point import OperatingPoint, operating_point, sol
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 DIES = range(1000, 1020)
 NOMINAL = Silicon()
 

@@ -3,9 +3,8 @@
 import pytest
 
 from circuits.bias import rebias
-from circuits.blocks.latency.conductance import BIASES, BLOCK, REST, Params, build
+from circuits.blocks.latency.conductance import BLOCK, REST, Params, build
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -19,11 +18,6 @@ def run(biases: dict[str, float] | None = None, celsius: float = 27.0, **stimuli
 
 def spikes(result: Result) -> int:
     return int(result.spikes["spike"].size)
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 def test_it_rests_at_the_leaks_reversal() -> None:

@@ -3,32 +3,22 @@
 import pytest
 
 from circuits.bias import rebias
-from circuits.blocks.latency.neuron import BIASES, BLOCK, Params, build
+from circuits.blocks.latency.neuron import BLOCK, Params, build
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
+from tests.circuits.blocks.values import number
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 E_0, CHARGE = 2.5e-9, 10e-12 * 2.0  # A; C_mem V_ref, C
 SILICON = Silicon()
 
 
 def measured(circuit: Circuit, silicon: Silicon, **stimuli: float | None) -> dict[str, float | None]:
     return BLOCK.measures(simulate(BLOCK.testbench(circuit, DEFAULTS | stimuli, 5.0), silicon))
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,14 @@
 import pytest
 
 from circuits.bias import rebias
-from circuits.blocks.latency.tonic import BIASES, BLOCK, START, Params, build
+from circuits.blocks.latency.tonic import BLOCK, START, Params, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 PERIOD, HOLD = 5e-12 * 2.0 / 1e-9, 5e-12 * 2.0 / 57e-12  # s
 NOMINAL = Silicon()
 
@@ -19,11 +18,6 @@ NOMINAL = Silicon()
 def run(silicon: Silicon = NOMINAL, kind: BiasKind = "gate", **stimuli: float | None) -> Result:
     bench = BLOCK.testbench(rebias(build(), {}, kind), DEFAULTS | stimuli, 5.0)
     return simulate(bench, silicon)
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 def test_it_spikes_at_its_period_until_it_is_inhibited() -> None:

@@ -4,32 +4,22 @@ import numpy as np
 import pytest
 
 from circuits.bias import rebias
-from circuits.blocks.nef.neuron import BIASES, BLOCK, LEAK, Params, build
+from circuits.blocks.nef.neuron import BLOCK, LEAK, Params, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
+from tests.circuits.blocks.values import number
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 def rate(current: float, duration: float, silicon: Silicon, kind: BiasKind = "gate") -> float | None:
     circuit = rebias(build(), {}, kind)
     bench = BLOCK.testbench(circuit, {"current": current, "duration": duration}, ROLLS_180.v_dd)
     return BLOCK.measures(simulate(bench, silicon))["rate_Hz"]
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 def test_periods_are_a_refractory_period_and_a_charge_over_what_the_leak_leaves() -> None:

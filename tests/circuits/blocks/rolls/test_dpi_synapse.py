@@ -22,7 +22,7 @@ from circuits.solver.transient import Result, simulate
 
 V_DD = ROLLS_180.v_dd
 USUAL = Params()
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 # A line without load: what the filter's equation describes
 LONE = Params(line_capacitance=1e-15)
 

@@ -18,7 +18,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
 V_DD = ROLLS_180.v_dd
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 def run(

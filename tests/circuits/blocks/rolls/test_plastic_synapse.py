@@ -11,7 +11,6 @@ from circuits.circuit import BiasKind
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
-from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -31,11 +30,6 @@ def run(
     circuit = rebias(build(), biases or {}, kind)
     on = Silicon(ROLLS_180) if silicon is None else silicon
     return simulate(BLOCK.testbench(circuit, values, 1.8), on)
-
-
-def test_the_circuit_is_sound() -> None:
-    check_circuit(build())
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 def test_jumps_go_with_the_current_and_either_way() -> None:

@@ -21,19 +21,15 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
+from tests.circuits.blocks.values import number
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 CIRCUIT = build()
 PAIR: dict[str, float | None] = {"winner": 3, "rival": 5, "obstacle": None}  # both see as many neighbours
 
 
 def run(silicon: Silicon | None = None, **stimuli: float | None) -> Result:
     return simulate(BLOCK.testbench(CIRCUIT, DEFAULTS | stimuli, 5.0), silicon)
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 def test_the_circuit_is_sound_and_so_is_the_whole_selection() -> None:

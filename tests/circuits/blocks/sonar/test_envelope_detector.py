@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from circuits.blocks.sonar.envelope_detector import (
-    BIASES,
     BLOCK,
     CARRIER,
     SAMPLE_RATE,
@@ -20,23 +19,15 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+from tests.circuits.blocks.values import number
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 PEDESTAL = 0.15  # V
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 def run(temperature: float = 27.0, **stimuli: float | None) -> Result:
     return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500, temperature))
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
-
-
-def test_every_bias_has_a_kind_and_a_port() -> None:
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 @pytest.mark.parametrize("temperature", TEMPERATURES)

@@ -4,26 +4,22 @@ import numpy as np
 import pytest
 
 from circuits.blocks.drive import powered, step
-from circuits.blocks.sonar.onset_neuron import BIASES, BLOCK, build
+from circuits.blocks.sonar.onset_neuron import BLOCK, build
 from circuits.devices.source import PiecewiseLinear
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+from tests.circuits.blocks.values import number
 
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 CALL = 2.36  # V, the envelope detector's answer to 2.4 V at the microphone
 WEAKEST = 0.0118  # V, its answer to 50 mV, at 85 degC where it is smallest
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 def run(temperature: float = 27.0, **stimuli: float | None) -> Result:
     return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500, temperature))
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 def ramp(slope: float, height: float, temperature: float) -> Result:
@@ -31,10 +27,6 @@ def ramp(slope: float, height: float, temperature: float) -> Result:
     sources = powered(5.0, {"envelope": step(1e-3, 1e-3 + rise, 0.15, 0.15 + height)})
     bench = Testbench("ramp", build(), sources, 2e-3 + rise, watch=("spike",))
     return simulate(bench, Silicon(AMI_1500, temperature))
-
-
-def test_every_bias_has_a_kind_and_a_port() -> None:
-    assert {b.port for b in BIASES} == {p.name for p in build().ports if p.kind == "bias"}
 
 
 @pytest.mark.parametrize("temperature", TEMPERATURES)

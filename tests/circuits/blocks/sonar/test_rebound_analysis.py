@@ -25,7 +25,7 @@ def test_parameters_are_the_circuit_s() -> None:
 
 
 def test_corrected_forms_are_nearer_to_the_simulation_than_printed_ones() -> None:
-    stimuli = {s.name: s.default for s in rebound_neuron.BLOCK.stimuli} | {"echo": None, "duration": 45e-3}
+    stimuli = rebound_neuron.BLOCK.defaults | {"echo": None, "duration": 45e-3}
     measured = rebound_neuron.measures(simulate(rebound_neuron.testbench(CIRCUIT, stimuli, 5.0)))
     for form in closed_forms(CIRCUIT, Silicon()):
         value = measured.get(form.name)

@@ -78,7 +78,7 @@ def run(
     rtol: float = 1e-5,
     **stimuli: float | None,
 ) -> Result:
-    values: dict[str, float | None] = {s.name: s.default for s in block.BLOCK.stimuli}
+    values = block.BLOCK.defaults
     bench = block.testbench(circuit or block.build(), {**values, **stimuli}, V_DD)
     return simulate(bench, Silicon(process), rtol=rtol)
 
@@ -252,6 +252,6 @@ def test_crossings() -> None:
 
 
 def test_an_echo_before_the_call_is_refused() -> None:
-    stimuli = {s.name: s.default for s in block.BLOCK.stimuli} | {"delay": -2e-3}
+    stimuli = block.BLOCK.defaults | {"delay": -2e-3}
     with pytest.raises(ParameterError, match=r"delay: -0\.002 s, must be >= 0"):
         block.testbench(block.build(), stimuli, V_DD)

@@ -25,7 +25,7 @@ def machine(biases: Mapping[str, float], number: int | None = None) -> Machine:
 
 def spikes(biases: Mapping[str, float], **stimuli: float | None) -> int:
     """Spikes in the block's own testbench on the nominal die."""
-    values = {s.name: s.default for s in rebound_neuron.BLOCK.stimuli} | {"duration": 60e-3} | stimuli
+    values = rebound_neuron.BLOCK.defaults | {"duration": 60e-3} | stimuli
     circuit, silicon = rebias(rebound_neuron.build(), biases), Silicon()
     bench = rebound_neuron.testbench(circuit, values, silicon.process.v_dd)
     return int(simulate(bench, silicon, rtol=1e-5, record=()).spikes["spike"].size)

@@ -18,18 +18,14 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
+from tests.circuits.blocks.values import number
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 def run(temperature: float = 27.0, kind: BiasKind | None = None, **stimuli: float | None) -> Result:
     circuit = rebias(build(), kind=kind)
     return simulate(BLOCK.testbench(circuit, DEFAULTS | stimuli, 5.0), Silicon(temperature_c=temperature))
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 def test_every_bias_but_the_code_has_a_value() -> None:

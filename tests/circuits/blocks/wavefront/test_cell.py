@@ -11,17 +11,13 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+from tests.circuits.blocks.values import number
 
-DEFAULTS = {s.name: s.default for s in BLOCK.stimuli}
+DEFAULTS = BLOCK.defaults
 
 
 def run(silicon: Silicon | None = None, **stimuli: float | None) -> Result:
     return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), silicon)
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 @pytest.mark.parametrize("k", range(INPUTS))

@@ -18,7 +18,7 @@ from circuits.solver.transient import Result, simulate
 from tests.circuits.soundness import fault
 
 UNIT = 100e-6
-DEFAULTS = {s.name: s.default for s in CHIP.stimuli}
+DEFAULTS = CHIP.defaults
 
 
 def plan(codes: list[list[int]], start: tuple[int, int], stop: float) -> Result:

@@ -35,9 +35,7 @@ WRITTEN = [(name, models) for name in DIALECTS for models in load_dialect(name).
 @functools.cache
 def bench_of(name: str) -> Testbench:
     block = WHOLE_CHIPS.get(name) or load_block(name)
-    return block.testbench(
-        block.build(block.params()), {s.name: s.default for s in block.stimuli}, block.process.v_dd
-    )
+    return block.bench()
 
 
 def write(
