@@ -38,6 +38,7 @@ from system.car import world as robot_forest
 from system.cli import montecarlo
 from system.cli.command_line import BAD_INPUT, main
 from system.cli.rolls_program_file import read_program
+from system.cli.study_verbs import Montecarlo
 from system.openspace import map as forest_map
 from system.options.temperature import read_course
 from system.registry import SYSTEMS, load_system
@@ -47,7 +48,7 @@ from system.study.campaign_file import CutLine
 from system.study.manifest import read_study
 from system.study.replay import die_of, study_table
 from system.study.specification import parse_spec
-from system.study.target import open_target
+from system.study.target import Subject, open_target
 from system.worlds.arena.file import load_scene
 from system.worlds.camera.file import read_events, write_events
 from system.worlds.camera.sensor import Events
@@ -136,8 +137,8 @@ def _without_work() -> Iterator[None]:
         yield
 
 
-def _prepare(request: montecarlo.Request, **_: object) -> int:
-    montecarlo.prepare(request)
+def _prepare(asked: Montecarlo, subject: Subject) -> int:
+    montecarlo.prepare(asked, subject)
     return 0
 
 

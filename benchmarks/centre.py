@@ -14,10 +14,10 @@ import time
 from collections.abc import Iterator
 
 from _report import Row, parser_of, report
-from system.cli.centre import Request, Result, run
-from system.options.silicon import SiliconChoice
+from system.cli.centre import Result, run
+from system.cli.option_names import words_of
+from system.cli.study_verbs import Centre
 from system.study.search.knob import options_of
-from system.study.target import Subject
 
 WORKS = "class is works"
 GROUPS = {"class is works": (WORKS,), "and best delay 4.5 to 9 ms": (WORKS, "best_delay in 4.5ms:9ms")}
@@ -25,26 +25,16 @@ GROUPS = {"class is works": (WORKS,), "and best delay 4.5 to 9 ms": (WORKS, "bes
 
 def centred(specs: tuple[str, ...], *, quick: bool) -> tuple[Result, float, float]:
     """Result, seconds of the wall clock and of the processor."""
-    subject = Subject("rebound-neuron", ("best_delay",), silicon=SiliconChoice())
-    request = Request(
-        subject,
-        specs,
-        moves=(),
-        move_params=(),
-        reach=3.0,
-        span=0.1,
+    asked = Centre(
+        block="rebound-neuron",
+        spec=specs,
         tuning_dies=20 if quick else 200,
         fresh_dies=30 if quick else 1000,
-        first_fresh_die=1000,
-        seed=0,
         level="behavioural",
         generations=1 if quick else 10,
-        threads=None,
-        output=None,
-        plot=None,
     )
     wall, processor = time.perf_counter(), time.process_time()
-    result = run(request)
+    result = run(asked)
     return result, time.perf_counter() - wall, time.process_time() - processor
 
 
@@ -60,7 +50,7 @@ def rows(*, quick: bool) -> Iterator[Row]:
                 f" mean best delay {1e3 * each.means['best_delay'][0]:.2f} to"
                 f" {1e3 * each.means['best_delay'][1]:.2f} ms; {wall:.0f} s, {processor:.0f} s of processor"
                 f" for search ({result.found.measurements} dies) and report;"
-                f" {' '.join(options_of(result.subject))}"
+                f" {' '.join(words_of(options_of(result.subject)))}"
             )
             yield Row(
                 f"{name}, {after.samples} fresh dies, {each.varied}",

@@ -36,6 +36,7 @@ class Option:
     ----------
     help : what it is, as `--help` has it; the default is added.
     name : as users say it, where the field's own name is not it; with underscores.
+    short : a letter that stands for it where it is given.
     unit : of its number, as texts must have it; "" for a plain number, None for what is no number.
     to_field : makes the field's value, which is in SI units, of a number in `unit`.
     choices : the words that are taken; those of a field's `Literal` are known without.
@@ -53,6 +54,7 @@ class Option:
 
     help: str = ""
     name: str = ""
+    short: str = ""
     unit: str | None = None
     to_field: Callable[[float], float] | None = None
     choices: tuple[str, ...] = ()

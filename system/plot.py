@@ -53,8 +53,8 @@ _STYLE: Any = {
 _UNDATED: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
-def check_picture(path: str) -> None:
-    """Raise before anything is computed if a picture cannot be written to `path`.
+def check_picture(path: str | None) -> None:
+    """Raise before anything is computed if a picture cannot be written to `path`, None where none is wanted.
 
     Raises
     ------
@@ -63,14 +63,21 @@ def check_picture(path: str) -> None:
     DataError
         There is no such folder.
     """
+    if path is None:
+        return
     if Path(path).suffix.removeprefix(".").lower() not in SUFFIXES:
         raise ParameterError(f"plot: {path}, must end with .{', .'.join(SUFFIXES)}; choose one of them")
     check_folder(path)
 
 
-def save_picture(path: str, draw: Callable[[Figure], None]) -> None:
-    """Make a figure, let `draw` fill it, and write it whole in the format of the suffix of `path`."""
+def save_picture(path: str | None, draw: Callable[[Figure], None]) -> None:
+    """Make a figure, let `draw` fill it, and write it whole in the format of the suffix of `path`.
+
+    Nothing is drawn where `path` is None.
+    """
     check_picture(path)
+    if path is None:
+        return
     suffix = Path(path).suffix.removeprefix(".").lower()
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(7.0, 4.5), layout="constrained")

@@ -112,7 +112,6 @@ class System(Generic[S, T]):
     Attributes
     ----------
     name, summary : on the command line, and a line of what it is.
-    about : what it does, the first line of its `--help`.
     success : a sentence, when a run of it has succeeded.
     kind : dataclass of its scenarios, whose fields carry their options (`system.option`); it has `seed`, and
         `die` and `temperature_c` (degC) where it runs on silicon.
@@ -144,7 +143,6 @@ class System(Generic[S, T]):
     metrics: tuple[str, ...]
     yes_no: tuple[str, ...] = (SUCCEEDED,)
     study_metrics: tuple[str, ...] = ()
-    about: str = ""
     study: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
     check_study: Callable[[S], None] = _unchecked
     check_run: Callable[[S], None] = _unchecked

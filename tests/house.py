@@ -13,7 +13,7 @@ PACKAGES = ("circuits", "chips", "netlists", "system")
 NAMING = {
     "import_module": "",
     "loaded": "",
-    "call": "system.cli.",
+    "verb": "system.cli.",
 }  # functions, and what stands before a name
 ASSERTING = ("np.testing.assert_", "pytest.raises", "pytest.warns", "pytest.fail")  # beside `assert`
 

@@ -24,7 +24,7 @@ import typer
 from typer.testing import CliRunner
 
 from netlists.ngspice.library import find_library
-from system.cli import command_options, silicon_options
+from system.cli import run_command_line, shared_options, verb
 from system.cli.command_line import INTERRUPTED, app, main
 from tests.documents import (
     COMMAND,
@@ -108,8 +108,9 @@ def test_the_command_is_parsed_as_it_stands(command: Command, monkeypatch: pytes
 
         return function
 
-    monkeypatch.setattr(command_options, "loaded", noted)
-    monkeypatch.setattr(silicon_options, "loaded", lambda _: lambda *_: None)  # a die of a study
+    for module in (verb, run_command_line):
+        monkeypatch.setattr(module, "loaded", noted)
+    monkeypatch.setattr(shared_options, "loaded", lambda _: lambda *_: None)  # a die of a study
     assert main(command.words[1:]) == 0
     assert len(called) == 1
     said = help_of(command.verb)

@@ -182,7 +182,6 @@ def circuits() -> tuple[Circuit, ...]:
 SYSTEM = System(
     name="approach",
     summary="bat-like sonar that closes in on a moving target, at transistor or behavioural level",
-    about="A bat's sonar closes in on targets (Cheely & Horiuchi 2003).",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -237,7 +237,6 @@ def draw(trace: Trace, figure: Figure) -> None:
 SYSTEM = System(
     name="bug",
     summary="robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons",
-    about="A robot with a compass and contact follows walls to its goal (Stöckel 2017).",
     kind=Scenario,
     success="it reaches the goal, or says that none can be reached where no way leads there",
     run=run,

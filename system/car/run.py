@@ -190,7 +190,6 @@ def draw(trace: Trace, figure: Figure) -> None:
 SYSTEM = System(
     name="car",
     summary="car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs",
-    about="A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022).",
     kind=Scenario,
     success="it comes out at the far end of the forest without having touched a pipe",
     run=run,

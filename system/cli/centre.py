@@ -11,12 +11,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import words_of
 from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
+from system.cli.study_verbs import Centre
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.block import Value, read_die
@@ -42,27 +42,6 @@ BEHAVIOURAL, TRANSISTOR = "behavioural", "transistor"
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
-    """What the options ask for. reach: factor each way of currents and sizes; span: of voltages, V."""
-
-    subject: Subject
-    specs: tuple[str, ...]
-    moves: tuple[str, ...]
-    move_params: tuple[str, ...]
-    reach: float
-    span: float
-    tuning_dies: int
-    fresh_dies: int
-    first_fresh_die: int
-    seed: int
-    level: str
-    generations: int
-    threads: int | None
-    output: str | None
-    plot: str | None
-
-
-@dataclass(frozen=True, slots=True)
 class Report:
     """Fresh dies before and after, where `varied` varies; mean values where defined."""
 
@@ -77,7 +56,8 @@ class Report:
 class Result:
     """A finished search with what fresh dies say."""
 
-    request: Request
+    asked: Centre
+    start: Subject
     specifications: tuple[Specification, ...]
     units: Mapping[str, str]
     knobs: tuple[Knob, ...]
@@ -89,42 +69,16 @@ class Result:
     @property
     def subject(self) -> Subject:
         """What the search came to."""
-        return moved_subject(self.request.subject, self.knobs, self.values)
+        return moved_subject(self.start, self.knobs, self.values)
 
 
-def centre_command(
-    *,
-    block: str,
-    metrics: Sequence[str],
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    stimuli: Sequence[str],
-    silicon: SiliconChoice,
-    specs: Sequence[str],
-    moves: Sequence[str],
-    move_params: Sequence[str],
-    reach: float,
-    span: str,
-    as_json: bool,
-    **options: Any,
-) -> int:
+def centre_command(asked: Centre) -> int:
     """Search, report, and leave files as asked; returns `NO` where no fresh die passes."""
-    if block in system_names():
-        raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
-    named = with_named(metrics, limited_metrics(specs)) or _default(block)
-    subject = Subject(
-        block, named, tuple(params), tuple(biases), bias_set, bias_kind, tuple(stimuli), silicon
-    )
-    volts = parse_quantity(span, "V", "--span")
-    request = Request(subject, tuple(specs), tuple(moves), tuple(move_params), reach, volts, **options)
-    result = run(request)
-    if request.plot is not None:
-        save_picture(request.plot, partial(draw, result))
-    if request.output is not None:
-        write_text_atomic(request.output, json_text(document(result)))
-    if as_json:
+    result = run(asked)
+    save_picture(asked.plot, partial(draw, result))
+    if asked.output is not None:
+        write_text_atomic(asked.output, json_text(document(result)))
+    if asked.as_json:
         print_json(document(result))
     else:
         _print(result)
@@ -134,22 +88,34 @@ def centre_command(
     return NO if none else DONE
 
 
-def run(request: Request) -> Result:
+def subject_of(asked: Centre) -> Subject:
+    """The block as the search begins with it, and what is measured of it."""
+    block, values = asked.block, asked.values
+    if block in system_names():
+        raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
+    named = with_named(asked.metric, limited_metrics(asked.spec)) or _default(block)
+    return Subject(
+        block, named, values.param, values.bias, values.bias_set, values.bias_kind, asked.stimulus,
+        asked.silicon,
+    )  # fmt: skip
+
+
+def run(asked: Centre) -> Result:
     """Find out before the work what would fail after it; search on the tuning dies, report on fresh ones."""
-    _check(request)
-    subject = request.subject
+    subject, span = subject_of(asked), parse_quantity(asked.span, "V", "--span")
+    _check(asked, span)
     target = BlockTarget(subject)
     if subject.stimuli and not target.runs_testbench:
         raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
     units = {q.name: q.unit for q in target.quantities}
-    specifications = tuple(parse_spec(text, units) for text in request.specs)
-    knobs = knobs_of(target.choice, request.moves, request.move_params)
+    specifications = tuple(parse_spec(text, units) for text in asked.spec)
+    knobs = knobs_of(target.choice, asked.move, asked.move_param)
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
-    level = _level(request, target)
+    level = _level(asked, target)
 
     def values_at(coordinates: F64) -> tuple[Value, ...]:
         pairs = zip(knobs, coordinates.tolist(), strict=True)
-        return tuple(knob.at(u, request.reach, request.span) for knob, u in pairs)
+        return tuple(knob.at(u, asked.range, span) for knob, u in pairs)
 
     def open_at(coordinates: F64) -> Target:
         made = BlockTarget(moved_subject(subject, knobs, values_at(coordinates)))
@@ -159,46 +125,47 @@ def run(request: Request) -> Result:
         return made
 
     problem = Problem(open_at, len(knobs), specifications, read_die(subject.silicon), condition)
-    budget = Budget(tuning=request.tuning_dies, generations=request.generations)
+    budget = Budget(tuning=asked.tuning_dies, generations=asked.generations)
     with progress_bar(f"{subject.target}, search") as progress:
-        found = centre(problem, budget=budget, seed=request.seed, workers=request.threads, progress=progress)
+        found = centre(problem, budget=budget, seed=asked.seed, workers=asked.threads, progress=progress)
     values = values_at(found.coordinates)
     designs = subject, moved_subject(subject, knobs, values)
-    reports = tuple(_report(request, designs, s, specifications, condition) for s in _silicons(request))
-    return Result(request, specifications, units, knobs, values, level, found, reports)
+    reports = tuple(_report(asked, designs, s, specifications, condition) for s in _silicons(asked.silicon))
+    return Result(asked, subject, specifications, units, knobs, values, level, found, reports)
 
 
-def _level(request: Request, target: BlockTarget) -> str:
+def _level(asked: Centre, target: BlockTarget) -> str:
     """Level of the search; `auto` is behavioural where there is a model and sizes stay as they are."""
-    if request.level == "auto":
-        return BEHAVIOURAL if has_model(target) and not request.move_params else TRANSISTOR
-    return request.level
+    if asked.level == "auto":
+        return BEHAVIOURAL if has_model(target) and not asked.move_param else TRANSISTOR
+    return asked.level
 
 
-def _check(r: Request) -> None:
-    if not r.specs:
+def _check(asked: Centre, span: float) -> None:
+    if not asked.spec:
         raise ParameterError('--spec: what should pass, must be given; write --spec "class is works"')
-    if not 1 <= r.tuning_dies <= FIRST_FRESH:
+    if not 1 <= asked.tuning_dies <= FIRST_FRESH:
         raise ParameterError(
-            f"--tuning-dies: {r.tuning_dies}, must be 1 to {FIRST_FRESH}; later dies are for the report"
+            f"--tuning-dies: {asked.tuning_dies}, must be 1 to {FIRST_FRESH}; later dies are for the report"
         )
-    if r.first_fresh_die < FIRST_FRESH or r.fresh_dies < 1:
+    if asked.first_fresh_die < FIRST_FRESH or asked.fresh_dies < 1:
         raise ParameterError(
-            f"--fresh-dies: {r.fresh_dies} from die {r.first_fresh_die}, must be at least one from"
+            f"--fresh-dies: {asked.fresh_dies} from die {asked.first_fresh_die}, must be at least one from"
             f" {FIRST_FRESH} on; earlier dies are for the search"
         )
-    if r.generations < 0 or not 0 <= r.seed < 2**64:
-        raise ParameterError(f"--generations, --seed: {r.generations}, {r.seed}, must be at least 0")
-    if not 1.0 < r.reach <= 1e3:
-        raise ParameterError(f"--range: {r.reach:g}, must be above 1 and at most 1000; 3 is a third to three")
-    if not 0.0 < r.span <= 5.0:
-        raise ParameterError(f"--span: {r.span:g} V, must be above 0 and at most 5 V; give 0.1V")
-    if not (r.subject.silicon.mismatch or r.subject.silicon.process):
+    if asked.generations < 0 or not 0 <= asked.seed < 2**64:
+        raise ParameterError(f"--generations, --seed: {asked.generations}, {asked.seed}, must be at least 0")
+    if not 1.0 < asked.range <= 1e3:
+        raise ParameterError(
+            f"--range: {asked.range:g}, must be above 1 and at most 1000; 3 is a third to three"
+        )
+    if not 0.0 < span <= 5.0:
+        raise ParameterError(f"--span: {span:g} V, must be above 0 and at most 5 V; give 0.1V")
+    if not (asked.silicon.mismatch or asked.silicon.process):
         raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
-    if r.plot is not None:
-        check_picture(r.plot)
-    if r.output is not None:
-        check_folder(r.output)
+    check_picture(asked.plot)
+    if asked.output is not None:
+        check_folder(asked.output)
 
 
 def _default(block: str) -> tuple[str, ...]:
@@ -210,27 +177,26 @@ def _default(block: str) -> tuple[str, ...]:
     )
 
 
-def _silicons(request: Request) -> list[SiliconChoice]:
+def _silicons(silicon: SiliconChoice) -> list[SiliconChoice]:
     """Mismatch alone first, where both vary."""
-    silicon = request.subject.silicon
     both = silicon.mismatch and silicon.process
     return [replace(silicon, process=False), silicon] if both else [silicon]
 
 
 def _report(
-    request: Request,
+    asked: Centre,
     designs: tuple[Subject, Subject],
     silicon: SiliconChoice,
     specifications: Sequence[Specification],
     condition: Condition,
 ) -> Report:
-    plan = Plan("random", 0, request.first_fresh_die, request.fresh_dies)
+    plan = Plan("random", 0, asked.first_fresh_die, asked.fresh_dies)
     tables = []
     for label, subject in zip(("before", "after"), designs, strict=True):
         study = Study(replace(subject, silicon=silicon), plan, (condition,), CHUNK)
         with (
             progress_bar(f"fresh dies, {_varied(silicon)}, {label}") as progress,
-            on_threads(request.threads) as workers,
+            on_threads(asked.threads) as workers,
         ):
             tables.append(run_study(study, workers=workers, progress=progress).table)
     first, second = tables
@@ -257,19 +223,19 @@ def _varied(silicon: SiliconChoice) -> str:
 
 def document(result: Result) -> dict[str, Any]:
     """The result as JSON has it."""
-    r, found = result.request, result.found
+    asked, found = result.asked, result.found
     search = {k: v for k, v in asdict(found).items() if k != "coordinates"}
     return {
-        "block": r.subject.target,
+        "block": asked.block,
         "specifications": [str(s) for s in result.specifications],
-        "temperature_C": parse_quantity(r.subject.silicon.temperature, "degC", "--temperature"),
-        "lot": r.subject.silicon.lot,
-        "at": r.subject.silicon.at,
-        "seed": r.seed,
+        "temperature_C": parse_quantity(asked.silicon.temperature, "degC", "--temperature"),
+        "lot": asked.silicon.lot,
+        "at": asked.silicon.at,
+        "seed": asked.seed,
         "search_level": result.level,
         "level": TRANSISTOR,
-        "tuning_dies": [0, r.tuning_dies - 1],
-        "fresh_dies": [r.first_fresh_die, r.first_fresh_die + r.fresh_dies - 1],
+        "tuning_dies": [0, asked.tuning_dies - 1],
+        "fresh_dies": [asked.first_fresh_die, asked.first_fresh_die + asked.fresh_dies - 1],
         "moved": [
             {"name": k.name, "unit": k.unit, "before": k.value, "after": v, "change": k.change(v)}
             for k, v in zip(result.knobs, result.values, strict=True)
@@ -301,10 +267,10 @@ def _yield_document(found: Yield) -> dict[str, Any]:
 
 
 def _print(result: Result) -> None:
-    r, found = result.request, result.found
+    asked, found = result.asked, result.found
     print_line(
-        f"{r.subject.target}, {' and '.join(map(str, result.specifications))}; tuned on dies"
-        f" {r.subject.silicon.lot}/0 to {r.tuning_dies - 1} at {result.level} level\n"
+        f"{asked.block}, {' and '.join(map(str, result.specifications))}; tuned on dies"
+        f" {asked.silicon.lot}/0 to {asked.tuning_dies - 1} at {result.level} level\n"
     )
     rows = [
         (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
@@ -326,15 +292,17 @@ def _print(result: Result) -> None:
 
 
 def _print_report(result: Result, report: Report) -> None:
-    r, d = result.request, report.difference
-    last = r.first_fresh_die + r.fresh_dies - 1
+    asked, d = result.asked, report.difference
+    last = asked.first_fresh_die + asked.fresh_dies - 1
     print_line("")
     rows = [
         (name, f"{y.passed} of {y.samples}", _percent(y.estimate.value), _between(y), _causes(y))
         for name, y in (("before", report.before), ("after", report.after))
     ]
     heads = ("", "pass:", "yield:", "95 % interval (Clopper-Pearson)", "does not pass because of")
-    print_table(f"fresh dies {r.first_fresh_die} to {last}, {report.varied}, transistor level", heads, rows)
+    print_table(
+        f"fresh dies {asked.first_fresh_die} to {last}, {report.varied}, transistor level", heads, rows
+    )
     print_line(
         f"{d.only_second_passes} dies gained, {d.only_first_passes} lost; McNemar's test of equal yields:"
         f" p = {d.p_value:.2g}"

@@ -14,22 +14,21 @@ from chips.record_file import cached_file, shipped_file
 from circuits.errors import DataError, ParameterError
 from circuits.registry import block_names, load_block
 from system.cli.output import print_json, print_line, print_table, progress_bar
+from system.cli.verbs import Characterise
 from system.files.writing import write_bytes_atomic
 from system.options.block import read_bias_set
 
 
-def characterise_command(
-    block: str, *, output: str | None, bias_set: str | None, update_package: bool, as_json: bool
-) -> None:
-    """Characterise `block`, write its record and print its errors.
+def characterise_command(asked: Characterise) -> None:
+    """Characterise a block, write its record and print its errors.
 
-    output: where to, the cache folder unless given, whose records are read before the package's;
-    update_package: the package's own record, in a checkout; bias_set: the set of biases at which the errors
-    on other dies are measured, the block's own unless given.
+    The record goes to the cache folder, whose records are read before the package's, unless another file or
+    the package's own is asked for. A set of biases is that at which the errors on other dies are measured.
     """
+    block = asked.block
     model = load_model(block)
-    biases = _biases(block, bias_set, output)
-    path = _path(block, output, update_package=update_package)
+    biases = _biases(block, asked.bias_set, asked.output)
+    path = _path(block, asked.output, update_package=asked.update_package)
     start = time.perf_counter()
     with TemporaryDirectory() as folder, progress_bar(f"characterise {block}") as progress:
         record = characterise(model, progress, biases)
@@ -38,7 +37,7 @@ def characterise_command(
         write_bytes_atomic(path, made.read_bytes())
     seconds = time.perf_counter() - start
     figures = model.figures(record)
-    if as_json:
+    if asked.as_json:
         document = {"block": block, "file": str(path), "key": record.key, **figures}
         print_json({**document, "errors": dict(record.errors), "seconds": seconds})
         return

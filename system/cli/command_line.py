@@ -18,34 +18,25 @@ from typing import Annotated, Any
 import typer
 
 from circuits.errors import CircuitError
-from system.cli import run_command_line, simulate_command_line, study_command_line
-from system.cli.command_options import (
-    AllowImplausible,
-    Biases,
-    BiasFile,
-    BiasSet,
-    BlockName,
-    Held,
-    Json,
-    Kind,
-    Level,
-    Models,
-    NetlistDialect,
-    NetlistDrop,
-    NetlistRoot,
-    Params,
-    Plot,
-    Stimuli,
-    Uic,
-    call,
-    kind_name,
-)
+from system.cli import run_command_line
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
-from system.cli.silicon_options import with_silicon
+from system.cli.run_command_line import names_in_study
+from system.cli.simulate_verb import Simulate
+from system.cli.study_verbs import Centre, Montecarlo, Replay
+from system.cli.verb import verb
+from system.cli.verbs import (
+    Characterise,
+    Compare,
+    Doctor,
+    Export,
+    Import,
+    List,
+    Op,
+    Reproduce,
+    Show,
+)
 from system.notice import say, warnings_in_a_line
-from system.options.begin import begin_choice
-from system.options.silicon import SiliconChoice
 
 # What typer raises for a wrong option: click's ClickException, which some releases of typer carry inside.
 _UsageError: Any = typer.BadParameter.__mro__[1]
@@ -62,6 +53,7 @@ app = App(
 @app.callback(invoke_without_command=True)
 def noctule(
     context: typer.Context,
+    *,
     show_version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots."""
@@ -71,237 +63,25 @@ def noctule(
         typer.echo(context.get_help())
 
 
-@app.command("list")
-def list_(as_json: Json = False) -> None:
-    """List blocks, chips, systems, experiments, metrics and dialects."""
-    call("listing:list_command", as_json=as_json)
-
-
-@app.command()
-@with_silicon()
-def show(
-    block: BlockName,
-    *,
-    param: Params = [],  # noqa: B006 - typer reads the default and never changes it
-    bias: Biases = [],  # noqa: B006
-    bias_set: BiasSet = None,
-    bias_file: BiasFile = None,
-    bias_kind: Kind = None,
-    silicon: SiliconChoice,
-    plot: Plot = None,
-    as_json: Json = False,
-) -> None:
-    """Show ports, devices, biases and stimuli, or draw the graph; of rolls, what a die is like."""
-    call(
-        "show:show_command",
-        block,
-        params=param,
-        biases=bias,
-        bias_set=bias_set,
-        bias_file=bias_file,
-        bias_kind=kind_name(bias_kind),
-        silicon=silicon,
-        plot=plot,
-        as_json=as_json,
-    )
-
-
-@app.command()
-@with_silicon()
-def op(
-    block: BlockName,
-    *,
-    param: Params = [],  # noqa: B006
-    bias: Biases = [],  # noqa: B006
-    bias_set: BiasSet = None,
-    bias_kind: Kind = None,
-    silicon: SiliconChoice,
-    stimulus: Stimuli = [],  # noqa: B006
-    start: Annotated[
-        list[str], typer.Option("--start", metavar="NODE=V", help="Voltage to start from, repeatable.")
-    ] = [],  # noqa: B006
-    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write a row a device.")] = None,
-    as_json: Json = False,
-) -> None:
-    """Solve for the operating point: voltages, and currents, inversion and headroom by device."""
-    call(
-        "op:op_command",
-        block,
-        params=param,
-        biases=bias,
-        bias_set=bias_set,
-        bias_kind=kind_name(bias_kind),
-        silicon=silicon,
-        stimuli=stimulus,
-        start=start,
-        csv=csv,
-        as_json=as_json,
-    )
-
-
-app.command()(simulate_command_line.simulate)
-
-
-@app.command()
-@with_silicon()
-def export(
-    block: BlockName,
-    *,
-    output: Annotated[str, typer.Option("--output", "-o", metavar="FILE", help="File, or - for stdout.")],
-    stimulus: Stimuli = [],  # noqa: B006
-    param: Params = [],  # noqa: B006
-    bias: Biases = [],  # noqa: B006
-    bias_set: BiasSet = None,
-    bias_file: BiasFile = None,
-    bias_kind: Kind = None,
-    silicon: SiliconChoice,
-    program: Annotated[
-        str | None,
-        typer.Option("--program", metavar="FILE", help="Of rolls: a CSV of post,pre,level, or pushbot."),
-    ] = None,
-    dialect: Annotated[
-        str, typer.Option("--dialect", metavar="NAME", help="What to write, as spectre; see noctule list.")
-    ] = "ngspice",
-    models: Annotated[Models, typer.Option("--models", help="What transistors are.")] = Models.ekv,
-    ic: Held = [],  # noqa: B006
-    uic: Uic = False,
-    parasitics: Annotated[
-        str | None,
-        typer.Option("--parasitics", metavar="FILE", help="CSV of node and capacitance, merged in."),
-    ] = None,
-    mapping: Annotated[
-        str | None,
-        typer.Option("--mapping", metavar="NAME", help="A foundry's process, as gf180mcu, or a TOML file."),
-    ] = None,
-    level: Annotated[
-        Level, typer.Option("--level", help="Devices, or a chip's neurons by their reduced equations.")
-    ] = Level.transistor,
-    as_json: Json = False,
-) -> None:
-    """Write a block, a chip or a row of rolls with its testbench as a netlist."""
-    call(
-        "export:export_command",
-        block,
-        params=param,
-        biases=bias,
-        bias_set=bias_set,
-        bias_file=bias_file,
-        program=program,
-        bias_kind=kind_name(bias_kind),
-        silicon=silicon,
-        stimuli=stimulus,
-        mapping=mapping,
-        level=level.value,
-        dialect=dialect,
-        models=models.value,
-        parasitics=parasitics,
-        begin=begin_choice(ic, uic=uic),
-        output=output,
-        as_json=as_json,
-    )
-
-
-@app.command("import")
-def import_netlist(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A netlist.")],
-    *,
-    root: NetlistRoot = None,
-    dialect: NetlistDialect = None,
-    drop: NetlistDrop = [],  # noqa: B006
-    allow_implausible: AllowImplausible = False,
-    as_json: Json = False,
-) -> None:
-    """Read a netlist: its circuit, sources and analyses, and what was not taken over."""
-    call(
-        "import_netlist:import_command",
-        file,
-        root=root,
-        dialect=dialect,
-        drop=drop,
-        allow_implausible=allow_implausible,
-        as_json=as_json,
-    )
-
-
-@app.command()
-def compare(
-    first: Annotated[str, typer.Argument(metavar="A", help="A netlist.")],
-    second: Annotated[str, typer.Argument(metavar="B", help="Another netlist.")],
-    *,
-    root: NetlistRoot = None,
-    dialect: NetlistDialect = None,
-    drop: NetlistDrop = [],  # noqa: B006
-    as_json: Json = False,
-) -> None:
-    """Compare the circuits of two netlists; status 1 if they differ."""
-    call("compare:compare_command", first, second, root=root, dialect=dialect, drop=drop, as_json=as_json)
-
-
-study_command_line.add_to(app)
+_VERBS = {
+    "list": verb("listing:list_command", List),
+    "show": verb("show:show_command", Show),
+    "op": verb("op:op_command", Op),
+    "simulate": verb("simulate:simulate_command", Simulate),
+    "export": verb("export:export_command", Export),
+    "import": verb("import_netlist:import_command", Import),
+    "compare": verb("compare:compare_command", Compare),
+    "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
+    "replay": verb("replay:replay_command", Replay),
+    "centre": verb("centre:centre_command", Centre),
+    "characterise": verb("characterise:characterise_command", Characterise),
+    "reproduce": verb("reproduce:reproduce_command", Reproduce),
+    "doctor": verb("doctor:doctor_command", Doctor),
+}
+_VERBS["montecarlo"].said = names_in_study  # type: ignore[attr-defined]
+for _name, _verb in _VERBS.items():
+    app.command(_name)(_verb)
 run_command_line.add_to(app)
-
-
-@app.command()
-def characterise(
-    block: BlockName,
-    *,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Record to write; in the caches unless given."),
-    ] = None,
-    bias_set: BiasSet = None,
-    update_package: Annotated[
-        bool, typer.Option("--update-package", help="Write the package's own record, in a checkout.")
-    ] = False,
-    as_json: Json = False,
-) -> None:
-    """Measure a block's behavioural model from its circuit; takes minutes."""
-    call(
-        "characterise:characterise_command",
-        block,
-        output=output,
-        bias_set=bias_set,
-        update_package=update_package,
-        as_json=as_json,
-    )
-
-
-@app.command()
-def reproduce(
-    experiment: Annotated[str, typer.Argument(metavar="EXPERIMENT", help="An experiment: see noctule list.")],
-    *,
-    param: Annotated[
-        list[str], typer.Option("--param", metavar="NAME=COUNT", help="Of a campaign, as forests=20.")
-    ] = [],  # noqa: B006
-    output: Annotated[
-        str | None, typer.Option("--output", "-o", metavar="FILE", help="Keeps a campaign's runs as it goes.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in --output.")] = False,
-    workers: Annotated[int | None, typer.Option(help="Processes of a campaign.")] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Dask cluster of a campaign.")
-    ] = None,
-    plot: Plot = None,
-    as_json: Json = False,
-) -> None:
-    """Make a paper's figure again; status 1 if a row disagrees."""
-    call(
-        "reproduce:reproduce_command",
-        experiment,
-        params=param,
-        output=output,
-        resume=resume,
-        workers=workers,
-        scheduler=scheduler,
-        plot=plot,
-        as_json=as_json,
-    )
-
-
-@app.command()
-def doctor(as_json: Json = False) -> None:
-    """Show versions, ngspice, and what is missing."""
-    call("doctor:doctor_command", as_json=as_json)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

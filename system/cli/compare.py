@@ -4,33 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 from circuits.checks import implausible_allowed
 from netlists.compare.circuits import TOLERANCE, Comparison, compare
-from netlists.read import Note, read_netlist
+from netlists.read import Note
 from system.cli.exit_status import DONE, NO
+from system.cli.import_netlist import read_file
 from system.cli.output import print_json, print_line
+from system.cli.verbs import Compare
 from system.notice import say
 
 
-def compare_command(
-    first: str,
-    second: str,
-    *,
-    root: str | None,
-    dialect: str | None,
-    drop: Sequence[str] = (),
-    as_json: bool,
-) -> int:
+def compare_command(asked: Compare) -> int:
     """Print whether the circuits of two netlist files are equal; returns 0 if they are, else 1."""
-    folder = None if root is None else Path(root)
     with implausible_allowed():  # what is odd about both is no difference
-        a, b = (read_netlist(Path(f), root=folder, dialect=dialect, drop=drop) for f in (first, second))
+        a, b = (read_file(path, asked.reading) for path in (asked.first, asked.second))
     found = compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations))
     dropped = (*a.dropped, *b.dropped)
-    if as_json:
-        print_json(_document(first, second, found, dropped))
+    if asked.as_json:
+        print_json(_document(asked.first, asked.second, found, dropped))
     else:
         _print(found)
         for note in dropped:

@@ -6,8 +6,6 @@ from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from netlists.ngspice.deadline import DEADLINE
 
-HELP = f"Wall-clock time for a run in ngspice, as 90s; {DEADLINE:g}s unless given."
-
 
 def deadline_of(text: str | None, engine: str) -> float:
     """Seconds that a text says, `DEADLINE` unless given.

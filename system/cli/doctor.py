@@ -16,6 +16,7 @@ from netlists.ngspice import library as ngspice_library
 from netlists.ngspice.library import find_library
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table
+from system.cli.verbs import Doctor
 from system.notice import say
 
 _NGSPICE = "no --engine ngspice, no export --mapping, no agreement tests"
@@ -54,7 +55,7 @@ class Finding:
     cost: str
 
 
-def doctor_command(*, as_json: bool) -> int:
+def doctor_command(asked: Doctor) -> int:
     """Print what was found; returns `NO` where a required piece is missing."""
     required = [Finding(name, _version(name), cost) for name, cost in REQUIRED.items()]
     optional = [Finding(name, _version(name), cost) for name, cost in OPTIONAL.items()]
@@ -73,7 +74,7 @@ def doctor_command(*, as_json: bool) -> int:
     for part in (engine, cache):
         if part["cost"] is not None:
             document["missing"].append(part["cost"])
-    if as_json:
+    if asked.as_json:
         print_json(document)
     else:
         _print(document)

@@ -2,104 +2,61 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
-
 from chips.model import Cells, load_model, model_names
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.foundry.deck import format_foundry, map_circuit
 from netlists.foundry.process import read_mapping
-from netlists.parasitics import read_parasitics
 from netlists.registry import Dialect, Settings, load_dialect
 from netlists.verilog_a.cell import CellArray, format_cells
+from system.cli.block_choice import choose_block
 from system.cli.export_rolls import export_rolls
-from system.cli.output import print_json, print_line
-from system.files.writing import write_text_atomic
-from system.options.begin import FREE, BeginChoice, refuse_beginning
+from system.cli.netlist_output import STDOUT, leave_netlist, settings_of
+from system.cli.output import print_line
+from system.cli.verbs import Export
+from system.options.begin import refuse_beginning
 from system.options.begun import begun
-from system.options.block import Choice, choose, describe_silicon
-from system.options.silicon import SiliconChoice
+from system.options.block import Choice, describe_silicon
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
 
 
-def export_command(
-    block: str,
-    *,
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
-    stimuli: Sequence[str],
-    mapping: str | None,
-    level: str,
-    dialect: str,
-    models: str,
-    parasitics: str | None,
-    output: str,
-    as_json: bool,
-    bias_file: str | None = None,
-    program: str | None = None,
-    begin: BeginChoice = FREE,
-) -> None:
+def export_command(asked: Export) -> None:
     """Write the netlist to the file `output`, `-` being stdout (with `--json` inside the document)."""
+    block, mapping = asked.block, asked.mapping
     if block == ROLLS:
-        refuse_beginning(begin, block)
-        export_rolls(
-            bias_file=bias_file, program=program, params=params, biases=biases, bias_set=bias_set,
-            bias_kind=bias_kind, silicon=silicon, stimuli=stimuli, mapping=mapping, level=level,
-            dialect=dialect, models=models, parasitics=parasitics, output=output, as_json=as_json,
-        )  # fmt: skip
+        refuse_beginning(asked.begin, block)
+        export_rolls(asked)
         return
-    refuse_bias_file(block, bias_file)
-    if program is not None:
-        raise ParameterError(f"--program: {program}, of rolls only; leave it out for {block}")
-    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set, begin=begin)
+    refuse_bias_file(block, asked.values.bias_file)
+    if asked.program is not None:
+        raise ParameterError(f"--program: {asked.program}, of rolls only; leave it out for {block}")
+    choice = choose_block(block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     bench = choice.testbench()
-    loads = {} if parasitics is None else read_parasitics(parasitics, choice.circuit)
-    settings = Settings(models, parasitics=loads)
-    if level == "behavioural":
-        refuse_beginning(begin, "the behavioural level")
-        _refuse_with_behavioural(dialect, mapping, settings)
+    settings = settings_of(asked, choice.circuit)
+    if asked.level == "behavioural":
+        refuse_beginning(asked.begin, "the behavioural level")
+        _refuse_with_behavioural(asked.dialect, mapping, settings)
         text = _as_cells(choice)
     elif mapping is not None:
-        _refuse_with_mapping(dialect, settings)
+        _refuse_with_mapping(asked.dialect, settings)
         text = _on_foundry(choice, mapping)
     else:
-        chosen = load_dialect(dialect)
+        chosen = load_dialect(asked.dialect)
         _refuse_with_drawing(chosen, choice.silicon)
         text = chosen.write(bench, choice.silicon, settings)
     sizes = None if mapping is None else str(read_mapping(mapping).sizes)
-    to_stdout = output == "-"
-    if not to_stdout:
-        write_text_atomic(output, text)
-    if as_json:
-        print_json(
-            {
-                "block": choice.block.name,
-                "dialect": dialect,
-                "level": level,
-                "models": models,
-                "parasitics": len(loads),
-                **(_contents(bench, text) if level == "transistor" else {"cells": text.count("  x")}),
-                "mapping": mapping,
-                "mapped_sizes": sizes,
-                **describe_silicon(choice.silicon),
-                "stimuli": choice.stimuli,
-                "file": None if to_stdout else output,
-                "lines": text.count("\n"),
-                **({"netlist": text} if to_stdout else {}),
-            }
-        )
-    elif to_stdout:
-        sys.stdout.write(text)
-    elif sizes is not None:
-        print_line(f"{output}: on {mapping} sizes of transistors are not those of {block}: {sizes}")
+    contents = _contents(bench, text) if asked.level == "transistor" else {"cells": text.count("  x")}
+    document = {
+        "block": choice.block.name, "dialect": asked.dialect, "level": asked.level, "models": asked.models,
+        "parasitics": len(settings.parasitics), **contents, "mapping": mapping, "mapped_sizes": sizes,
+        **describe_silicon(choice.silicon), "stimuli": choice.stimuli,
+    }  # fmt: skip
+    leave_netlist(asked, text, document)
+    if sizes is not None and not asked.as_json and asked.output != STDOUT:
+        print_line(f"{asked.output}: on {mapping} sizes of transistors are not those of {block}: {sizes}")
 
 
 def _contents(bench: Testbench, text: str) -> dict[str, int]:

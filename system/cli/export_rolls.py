@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from chips.rolls.cut import Cut, cut_row, silicon_of
 from chips.rolls.cut import testbench as bench_of
 from circuits.blocks.block import Stimulus
 from circuits.blocks.rest import started_at_rest
-from circuits.circuit import BiasKind, split_reference
+from circuits.circuit import split_reference
 from circuits.count import pulse_count
 from circuits.devices.source import Waveform
 from circuits.errors import ParameterError, SolverError, TopologyError
@@ -18,13 +17,11 @@ from circuits.event import pulse
 from circuits.lowering.flatten import flatten
 from circuits.silicon.process import ROLLS_180
 from circuits.testbench import Testbench
-from netlists.parasitics import read_parasitics
-from netlists.registry import Settings, load_dialect
-from system.cli.output import print_json
+from netlists.registry import load_dialect
+from system.cli.netlist_output import leave_netlist, settings_of
 from system.cli.rolls_program_file import read_program
-from system.files.writing import write_text_atomic
+from system.cli.verbs import Export
 from system.options.block import describe_silicon, read_stimuli
-from system.options.silicon import SiliconChoice
 from system.rolls.options import NAME, bias_table, refuse_block_options
 from system.rolls.options import silicon_of as silicon_of_chip
 
@@ -37,32 +34,16 @@ STIMULI = (
 AFTER = 10e-3  # s, of the run behind the last event; ours
 
 
-def export_rolls(
-    *,
-    bias_file: str | None,
-    program: str | None,
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
-    stimuli: Sequence[str],
-    mapping: str | None,
-    level: str,
-    dialect: str,
-    models: str,
-    parasitics: str | None,
-    output: str,
-    as_json: bool,
-) -> None:
-    """Write the netlist of a row with its testbench to the file `output`, `-` being stdout."""
-    refuse_block_options(params, biases, bias_set)
-    if mapping is not None or level != "transistor":
-        option = "--mapping" if mapping is not None else "--level"
+def export_rolls(asked: Export) -> None:
+    """Write the netlist of a row with its testbench."""
+    values, silicon, dialect = asked.values, asked.silicon, asked.dialect
+    refuse_block_options(values.param, values.bias, values.bias_set)
+    if asked.mapping is not None or asked.level != "transistor":
+        option = "--mapping" if asked.mapping is not None else "--level"
         raise ParameterError(
             f"{option}: a row of rolls comes as transistors of its own process; leave it out"
         )
-    if program is None:
+    if asked.program is None:
         raise ParameterError(
             "--program: which synapses are latched, must be a CSV of post,pre,level or pushbot"
         )
@@ -72,29 +53,23 @@ def export_rolls(
         raise ParameterError(
             f"--die: {silicon.die}, {dialect} is the drawing, which no die changes; leave it out"
         )
-    cut = cut_row(read_program(program, bias_table(bias_file)), neuron, bias_kind or "gate")
+    program = read_program(asked.program, bias_table(values.bias_file))
+    cut = cut_row(program, neuron, values.bias_kind or "gate")
     on_chip = silicon_of_chip(replace(silicon, at=None))
-    bench, rests = row_testbench(cut, read_stimuli(STIMULI, stimuli))
-    loads = {} if parasitics is None else read_parasitics(parasitics, cut.circuit)
-    text = written.write(bench, silicon_of(cut, on_chip), Settings(models, parasitics=loads))
-    if output != "-":
-        write_text_atomic(output, text)
-    if as_json:
-        print_json({
-            "block": NAME, "at": f"row[{neuron}]", "dialect": dialect, "models": models,
-            **{k: v for k, v in describe_silicon(on_chip).items() if k != "at"},
-            "synapses": [
-                {"element": j, "column": c, "level": x}
-                for j, (c, x) in enumerate(zip(cut.columns, cut.levels, strict=True))
-            ],
-            "virtual_excitatory": cut.virtual.excitatory, "virtual_inhibitory": cut.virtual.inhibitory,
-            "slow_leak": cut.slow, "starts_at_rest": rests,
-            "devices": sum(group.nodes.shape[1] for group in flatten(cut.circuit).groups),
-            "file": None if output == "-" else output, "lines": text.count("\n"),
-            **({"netlist": text} if output == "-" else {}),
-        })  # fmt: skip
-    elif output == "-":
-        sys.stdout.write(text)
+    bench, rests = row_testbench(cut, read_stimuli(STIMULI, asked.stimulus))
+    text = written.write(bench, silicon_of(cut, on_chip), settings_of(asked, cut.circuit))
+    document = {
+        "block": NAME, "at": f"row[{neuron}]", "dialect": dialect, "models": asked.models,
+        **{k: v for k, v in describe_silicon(on_chip).items() if k != "at"},
+        "synapses": [
+            {"element": j, "column": c, "level": x}
+            for j, (c, x) in enumerate(zip(cut.columns, cut.levels, strict=True))
+        ],
+        "virtual_excitatory": cut.virtual.excitatory, "virtual_inhibitory": cut.virtual.inhibitory,
+        "slow_leak": cut.slow, "starts_at_rest": rests,
+        "devices": sum(group.nodes.shape[1] for group in flatten(cut.circuit).groups),
+    }  # fmt: skip
+    leave_netlist(asked, text, document)
 
 
 def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbench, bool]:

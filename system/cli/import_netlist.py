@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,26 +14,24 @@ from circuits.devices import Source
 from netlists.read import Imported, read_netlist
 from netlists.read.summary import summarise
 from system.cli.output import print_json, print_line, print_table, quantity_cell
+from system.cli.verbs import Import, NetlistReading
 
 
-def import_command(
-    file: str,
-    *,
-    root: str | None,
-    dialect: str | None,
-    drop: Sequence[str],
-    allow_implausible: bool,
-    as_json: bool,
-) -> None:
-    """Print what the netlist `file` says; files that it includes must lie in the folder `root`."""
-    folder = None if root is None else Path(root)
-    with implausible_allowed(allow_implausible):
-        imported = read_netlist(Path(file), root=folder, dialect=dialect, drop=drop)
-    document = _describe(file, imported)
-    if as_json:
+def import_command(asked: Import) -> None:
+    """Print what a netlist says; files that it includes must lie in the folder `root`."""
+    with implausible_allowed(asked.allow_implausible):
+        imported = read_file(asked.file, asked.reading)
+    document = _describe(asked.file, imported)
+    if asked.as_json:
         print_json(document)
     else:
         _print(document)
+
+
+def read_file(path: str, reading: NetlistReading) -> Imported:
+    """The netlist of a file."""
+    root = None if reading.root is None else Path(reading.root)
+    return read_netlist(Path(path), root=root, dialect=reading.dialect, drop=reading.drop)
 
 
 def _describe(file: str, imported: Imported) -> dict[str, Any]:

@@ -11,13 +11,14 @@ from circuits.registry import block_names, load_block, load_metric, metric_names
 from netlists.registry import dialect_names, load_dialect
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_table
+from system.cli.verbs import List
 from system.notice import say
 from system.registry import experiment_names, load_experiment, load_system, system_names
 
 _BROKEN = "cannot be loaded: "
 
 
-def list_command(*, as_json: bool) -> int:
+def list_command(asked: List) -> int:
     """Print all that has a name, by its kind; returns `NO` where one of them cannot be loaded."""
     groups = {
         "blocks": _summaries(block_names(), load_block),
@@ -27,7 +28,7 @@ def list_command(*, as_json: bool) -> int:
         "metrics": _summaries(metric_names(), load_metric),
         "dialects": _summaries(dialect_names(), load_dialect),
     }
-    if as_json:
+    if asked.as_json:
         print_json(groups)
     else:
         for title, entries in groups.items():

@@ -13,11 +13,12 @@ from circuits.errors import ParameterError
 from circuits.solver.noise.analysis import Noise, noise
 from circuits.solver.operating_point import OperatingPoint
 from system.cli.output import print_json, print_table
+from system.cli.simulate_verb import Simulate
 from system.cli.small_signal_picture import draw_noise
 from system.cli.small_signal_runs import (
-    Request,
     Run,
     dataset_of,
+    frequencies_of,
     head_of,
     label_of,
     place_of,
@@ -30,33 +31,29 @@ from system.options.block import Choice
 from system.plot import check_picture, save_picture
 
 
-def noise_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool) -> None:
+def noise_command(asked: Simulate) -> None:
     """Noise at `--node`, by device, referred to `--source` where one is named."""
-    request = Request(*of_block)
-    a, frequency = request.analysis, request.frequencies()
-    if len(a.nodes) != 1:
-        raise ParameterError(f"--node: {len(a.nodes)} given, --analysis noise needs one output; as v_mem")
-    if plot is not None:
-        check_picture(plot)
+    frequency, white = frequencies_of(asked), asked.flicker is False
+    if len(asked.node) != 1:
+        raise ParameterError(f"--node: {len(asked.node)} given, --analysis noise needs one output; as v_mem")
+    check_picture(asked.plot)
 
     def solve(point: OperatingPoint, choice: Choice) -> Noise:
-        white = a.flicker is False
         model = WHITE_ONLY if white else noise_model(choice.silicon.process)
-        return noise(point, a.nodes[0], frequency, a.source, model)
+        return noise(point, asked.node[0], frequency, asked.source, model)
 
-    runs = runs_of(request, solve)
+    runs = runs_of(asked, solve)
     found = [(run, run.answer) for run in runs if run.answer is not None]
-    if csv is not None:
-        write_text_atomic(csv, _noise_csv(found))
-    if a.netcdf is not None:
-        write_netcdf_atomic(a.netcdf, _noise_dataset(runs))
-    if plot is not None:
-        save_picture(plot, lambda figure: draw_noise([(label_of(r), n) for r, n in found], figure))
-    if as_json:
+    if asked.csv is not None:
+        write_text_atomic(asked.csv, _noise_csv(found))
+    if asked.netcdf is not None:
+        write_netcdf_atomic(asked.netcdf, _noise_dataset(runs))
+    save_picture(asked.plot, lambda figure: draw_noise([(label_of(r), n) for r, n in found], figure))
+    if asked.as_json:
         document = {
-            **head_of(request, runs), "node": a.nodes[0], "source": a.source,
-            "referred_unit": found[0][1].unit if a.source else None,
-            "flicker": a.flicker is not False, "frequency_Hz": frequency,
+            **head_of(asked, runs), "node": asked.node[0], "source": asked.source,
+            "referred_unit": found[0][1].unit if asked.source else None,
+            "flicker": not white, "frequency_Hz": frequency,
             "runs": [_noise_run(run) for run in runs],
         }  # fmt: skip
         print_json(document)

@@ -8,18 +8,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from circuits.circuit import GROUND, BiasKind
+from circuits.circuit import GROUND
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import to_kernel
 from circuits.solver.beginning import disturbance
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from system.cli.beginning_output import disturbance_document
+from system.cli.block_choice import choose_block
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
 from system.options.begun import read_voltages
-from system.options.block import choose, describe_silicon
-from system.options.silicon import SiliconChoice
+from system.options.block import describe_silicon
 
 HIGHEST_START = 100.0  # V; from farther away Newton's iteration only wanders
 LEAST_SUFFIX = 1e-15  # a smaller value is printed with its exponent
@@ -45,33 +46,21 @@ _COLUMNS = {
 Row = Mapping[str, object]
 
 
-def op_command(
-    block: str,
-    *,
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
-    stimuli: Sequence[str],
-    start: Sequence[str],
-    csv: str | None,
-    as_json: bool,
-) -> None:
-    """Print the operating point of `block` with its stimuli at 0 s, by node and by device.
+def op_command(asked: Op) -> None:
+    """Print the operating point of a block with its stimuli at 0 s, by node and by device.
 
-    csv: file for the table by device. Current: into a transistor's drain, negative for a conducting pFET, or
-    from a resistor's first node to its second. The other columns are those of `circuits.solver.device_table`.
+    Current: into a transistor's drain, negative for a conducting pFET, or from a resistor's first node to its
+    second. The other columns are those of `circuits.solver.device_table`.
     """
-    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set)
-    given = read_voltages(start, "--start")
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus)
+    given = read_voltages(asked.start, "--start")
     with working("solving (the first run compiles its kernels)"):
         machine = to_kernel(choice.testbench(), choice.silicon)
         _check_start(given, machine.names[1:])
         point = operating_point(machine, start=given or None)
-    if csv is not None:
-        write_text_atomic(csv, device_csv(point))
-    if as_json:
+    if asked.csv is not None:
+        write_text_atomic(asked.csv, device_csv(point))
+    if asked.as_json:
         print_json(
             {
                 "block": choice.block.name,

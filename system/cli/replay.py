@@ -8,52 +8,38 @@ from pathlib import Path
 from typing import Any
 
 from circuits.units import parse_quantity
-from netlists.ngspice.raw import write_raw
 from system.cli.beginning_output import told, told_lines
 from system.cli.deadline import deadline_of
 from system.cli.exit_status import DONE, NO
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
-from system.cli.simulate import engine_named, plotted, print_stimuli, waveform_table
-from system.files.writing import replace_atomic, write_text_atomic
+from system.cli.simulate import engine_named, print_stimuli, write_run
+from system.cli.study_verbs import Replay
 from system.notice import say
 from system.options.block import Choice, describe_die
-from system.plot import check_picture, draw_waveforms, save_picture
-from system.study.replay import Replay, replay
+from system.plot import check_picture, save_picture
+from system.study.replay import Replay as Sample
+from system.study.replay import replay
 from system.study.target import Measurement, SystemTarget
 
 
-def replay_command(
-    folder: str,
-    *,
-    die: int,
-    corner: str | None,
-    temperature: str | None,
-    trial: int | None,
-    metrics: Sequence[str],
-    engine: str,
-    plot: str | None,
-    csv: str | None,
-    raw: str | None,
-    as_json: bool,
-    deadline: str | None = None,
-) -> int:
+def replay_command(asked: Replay) -> int:
     """Measure the sample again, say whether it is the one that was kept, and write what is asked for.
 
     Returns `NO` if it is another one, or could not be measured.
     """
-    if plot is not None:
-        check_picture(plot)
-    celsius = None if temperature is None else parse_quantity(temperature, "degC", "--temperature")
-    deadline_s = deadline_of(deadline, engine)
+    check_picture(asked.plot)
+    folder, die, given = asked.study, asked.die, asked.temperature
+    celsius = None if given is None else parse_quantity(given, "degC", "--temperature")
+    deadline_s = deadline_of(asked.deadline, asked.engine)
     with working(f"measuring die {die} again"):
-        found = replay(Path(folder), die, corner, celsius, trial, metrics)
+        found = replay(Path(folder), die, asked.corner, celsius, asked.trial, asked.metric)
         if isinstance(found.target, SystemTarget):
-            _draw_run(found, found.target, plot)
+            _draw_run(found, found.target, asked.plot)
             choice, extra = None, {}
         else:
             choice = found.choice()
-            extra = _waveforms(choice, engine, deadline_s, plot, csv, raw)
-    if as_json:
+            extra = _waveforms(asked, choice, deadline_s)
+    if asked.as_json:
         print_json(_document(found) | extra)
     else:
         _print(found, choice, extra)
@@ -66,25 +52,17 @@ def replay_command(
     return NO
 
 
-def _draw_run(found: Replay, system: SystemTarget, plot: str | None) -> None:
+def _draw_run(found: Sample, system: SystemTarget, plot: str | None) -> None:
     if plot is not None:
         trace = system.run(found.die, found.condition)
         save_picture(plot, lambda figure: system.draw(trace, figure))
 
 
-def _waveforms(
-    choice: Choice, engine: str, deadline_s: float, plot: str | None, csv: str | None, raw: str | None
-) -> dict[str, Any]:
-    result = engine_named(engine, None, deadline_s)(choice.testbench(), choice.silicon)
-    if csv is not None:
-        write_text_atomic(csv, waveform_table(result))
-    if raw is not None:
-        with replace_atomic(raw) as temporary:
-            write_raw(result, temporary)
-    if plot is not None:
-        save_picture(plot, lambda figure: draw_waveforms(result, plotted(choice, result), figure))
+def _waveforms(asked: Replay, choice: Choice, deadline_s: float) -> dict[str, Any]:
+    result = engine_named(asked.engine, None, deadline_s)(choice.testbench(), choice.silicon)
+    write_run(asked, choice, result)
     return {
-        "engine": engine,
+        "engine": asked.engine,
         "stimuli": choice.stimuli,
         "testbench_outcome": choice.block.outcome(result),
         "spikes_s": {port: times.tolist() for port, times in result.spikes.items()},
@@ -94,7 +72,7 @@ def _waveforms(
     }
 
 
-def _document(found: Replay) -> dict[str, Any]:
+def _document(found: Sample) -> dict[str, Any]:
     return {
         "target": found.study.subject.target,
         **describe_die(found.die),
@@ -108,12 +86,12 @@ def _document(found: Replay) -> dict[str, Any]:
     }
 
 
-def _measured(found: Replay, one: Measurement) -> dict[str, Any]:
+def _measured(found: Sample, one: Measurement) -> dict[str, Any]:
     names = [q.name for q in found.target.quantities]
     return {"class": one.outcome, **dict(zip(names, one.values, strict=True)), "reason": one.reason}
 
 
-def _print(found: Replay, choice: Choice | None, extra: dict[str, Any]) -> None:
+def _print(found: Sample, choice: Choice | None, extra: dict[str, Any]) -> None:
     kept_class = "-" if found.kept is None else found.kept.outcome
     rows: list[Sequence[object]] = [("class", kept_class, found.again.outcome)]
     for k, quantity in enumerate(found.target.quantities):

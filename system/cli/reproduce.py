@@ -9,6 +9,7 @@ from pathlib import Path
 from circuits.errors import ParameterError
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table, progress_bar
+from system.cli.verbs import Reproduce
 from system.cli.workers import on_processes
 from system.experiment import Report
 from system.notice import say
@@ -23,43 +24,22 @@ SHOWN = 20  # characters of a count that is refused; ours
 VERDICTS = {True: "yes", False: "NO", None: ""}
 
 
-def reproduce_command(
-    experiment: str,
-    *,
-    params: Sequence[str] = (),
-    output: str | None = None,
-    resume: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    plot: str | None,
-    as_json: bool,
-) -> int:
-    """Run `experiment`, print its rows, draw it into `plot`; returns `NO` if a row disagrees.
-
-    `params`, `output`, `resume`, `workers` and `scheduler` are of campaigns alone.
-    """
-    if plot is not None:
-        check_picture(plot)
-    chosen = load_experiment(experiment)
+def reproduce_command(asked: Reproduce) -> int:
+    """Run an experiment, print its rows, draw it; returns `NO` if a row disagrees."""
+    check_picture(asked.plot)
+    chosen = load_experiment(asked.experiment)
     run = chosen.run
     if chosen.counts is not None:
-        execution = _execution(output, workers, scheduler, resume=resume)
-        run = partial(run, execution=execution, **_counts(chosen.name, chosen.counts, params))
+        counts = _counts(chosen.name, chosen.counts, asked.param)
+        run = partial(run, execution=_execution(asked), **counts)
     else:
-        for option, given in (
-            ("param", params),
-            ("output", output),
-            ("resume", resume),
-            ("workers", workers),
-            ("scheduler", scheduler),
-        ):
-            if given:
+        for option in ("param", "output", "resume", "workers", "scheduler"):
+            if getattr(asked, option):
                 raise ParameterError(f"--{option}: {chosen.name} is no campaign, it has none; leave it out")
     with progress_bar(chosen.name) as progress:
         report = run(progress)
-    if plot is not None:
-        save_picture(plot, report.draw)
-    if as_json:
+    save_picture(asked.plot, report.draw)
+    if asked.as_json:
         rows = [row.row() for row in report.rows]
         print_json({"experiment": chosen.name, "rows": rows, "notes": report.notes})
     else:
@@ -71,12 +51,12 @@ def reproduce_command(
     return NO
 
 
-def _execution(output: str | None, workers: int | None, scheduler: str | None, *, resume: bool) -> Execution:
-    if resume and output is None:
+def _execution(asked: Reproduce) -> Execution:
+    if asked.resume and asked.output is None:
         raise ParameterError("--resume: needs the file of --output; add it")
-    many = workers is not None or scheduler is not None
-    made_by = partial(on_processes, scheduler, workers) if many else here
-    return Execution(None if output is None else Path(output), resume, made_by)
+    many = asked.workers is not None or asked.scheduler is not None
+    made_by = partial(on_processes, asked.scheduler, asked.workers) if many else here
+    return Execution(None if asked.output is None else Path(asked.output), asked.resume, made_by)
 
 
 def _counts(experiment: str, usual: Mapping[str, int], params: Sequence[str]) -> dict[str, int]:

@@ -11,6 +11,7 @@ from circuits.units import parse_quantity
 from system.cli.option_names import as_options
 from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_run
+from system.cli.verbs import Run
 from system.options.block import describe_die, read_die
 from system.options.silicon import SiliconChoice
 from system.options.temperature import read_course
@@ -22,36 +23,22 @@ from system.system import System
 COURSE = "course"  # field of scenarios whose temperature may change
 
 
-def run_system(
-    name: str,
-    silicon: SiliconChoice,
-    seed: int,
-    plot: str | None,
-    *,
-    as_json: bool,
-    options: Mapping[str, Any],
-    said: Mapping[str, str],
-) -> None:
-    """Run the system of this name.
-
-    plot: file for its picture; options: texts of its options and outputs; said: their names here.
-    """
+def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[str, str]) -> None:
+    """Run the system of this name; options: texts of its options and outputs; said: their names here."""
     system = load_system(name)
     files = {key: value for key, value in options.items() if key in system.outputs}
     texts = {key: value for key, value in options.items() if key not in files}
-    if plot is not None:
-        check_picture(plot)
+    check_picture(asked.plot)
     for key, path in files.items():
         system.outputs[key].check(path)
-    scenario = scenario_of(system, silicon, seed, texts)
+    scenario = scenario_of(system, asked.silicon, asked.seed, texts)
     with progress_bar(f"{name} (the first run compiles its kernels)") as progress:
         trace = system.run(scenario, progress)
     summary = system.summarise(trace)
-    if plot is not None:
-        save_picture(plot, lambda figure: system.draw(trace, figure))
+    save_picture(asked.plot, lambda figure: system.draw(trace, figure))
     for key, path in files.items():
         system.outputs[key].write(path, trace)
-    if as_json:
+    if asked.as_json:
         entries = {**described(system, scenario), **system.document(trace)}
         print_json({"system": name, **entries, "summary": summary})
         return

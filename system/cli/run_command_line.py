@@ -7,17 +7,20 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import Annotated, Any, final
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
-from system.cli.command_options import Json, Plot, Seed, call
+from circuits.catalogue import loaded
+from circuits.errors import CircuitError
 from system.cli.given_once import App
 from system.cli.option_names import PARAM, option_of
-from system.cli.silicon_options import with_silicon
-from system.options.silicon import SiliconChoice
-from system.registry import load_system, system_names
+from system.cli.verb import flags_of, keyword, made_of, parameters_of, with_parameters
+from system.cli.verbs import Run
+from system.registry import load_system, system_line, system_names
+from system.system import System
 
 
 @final
@@ -31,6 +34,19 @@ class Systems(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command of a system."""
         return command_of(load_system(cmd_name))
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of systems with a line each, which needs none of them but the users' own."""
+        lines: Any = {name: TyperCommand(name, help=_line(name)) for name in system_names()}
+        TyperGroup(commands=lines).format_commands(ctx, formatter)
+
+
+def _line(name: str) -> str:
+    """What a system does, or why it cannot be loaded, which must not hide the others."""
+    try:
+        return system_line(name)
+    except CircuitError as error:
+        return f"Cannot be loaded: {error}"
 
 
 app = App(cls=Systems, help="Run a system in its world.", rich_markup_mode=None)
@@ -48,35 +64,23 @@ def run(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-def command_of(system: Any) -> Any:
+def command_of(system: System[Any, Any]) -> Any:
     """The command that runs a system, with its options."""
-    said = names_of(system)
+    said, own = names_of(system), list(_options(system))
 
-    def command(*, silicon: SiliconChoice, seed: int, plot: str | None, as_json: bool, **given: Any) -> None:
-        options = {key: value for key, value in given.items() if value not in (None, [])}
-        call(
-            "run:run_system", system.name, silicon, seed, plot,
-            as_json=as_json, options=options, said=said,
-        )  # fmt: skip
+    def command(**given: Any) -> None:
+        options = {p.name: given[p.name] for p in own if given[p.name] not in (None, [])}
+        run_system = loaded("system.cli.run:run_system")  # which numerical libraries come with
+        run_system(system.name, made_of(Run, given), options, said)
 
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    shared = (("silicon", SiliconChoice, inspect.Parameter.empty), ("seed", Seed, 0), ("plot", Plot, None))
-    rest = (*shared, ("as_json", Json, False))
-    parameters = [
-        *_options(system, said),
-        *(inspect.Parameter(name, keyword, annotation=kind, default=usual) for name, kind, usual in rest),
-    ]
-    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    command.__annotations__ = {p.name: p.annotation for p in parameters}
-    command.__doc__ = system.about or system.summary
-    spoken = with_silicon("at", "allow_implausible")(command)
-    spoken.said = lambda _: said  # type: ignore[attr-defined]
+    with_parameters(command, chain(own, parameters_of(Run)), system_line(system.name))
+    command.said = lambda _: said  # type: ignore[attr-defined]
     alone = App(rich_markup_mode=None, add_completion=False)
-    alone.command(system.name)(spoken)
+    alone.command(system.name)(command)
     return typer.main.get_command(alone)
 
 
-def names_of(system: Any) -> dict[str, str]:
+def names_of(system: System[Any, Any]) -> dict[str, str]:
     """Names of a system's fields, options and outputs, and the options that stand for them here."""
     found = {name: option_of(name) for name in (*system.settings, *system.outputs)}
     fields = {one.field: found[name] for name, one in system.settings.items()}
@@ -91,24 +95,16 @@ def names_in_study(given: Mapping[str, Any]) -> dict[str, str]:
     return {name: f"{PARAM}{option.removeprefix('--')}" for name, option in found.items()}
 
 
-def _options(system: Any, said: dict[str, str]) -> Iterator[inspect.Parameter]:
-    keyword = inspect.Parameter.KEYWORD_ONLY
+def _options(system: System[Any, Any]) -> Iterator[inspect.Parameter]:
+    """Parameters for the options of a system's scenarios, and for the files that its runs leave."""
     for name, one in system.settings.items():
         if not one.option.run:
             continue
-        kind: Any = bool | None if one.kind is bool else str | None
-        usual: Any = None
-        if one.option.collect is not None:
-            kind, usual = list[str], []
-        declared = typer.Option(_flags(said[name], one), metavar=one.metavar or None, help=one.help)
-        yield inspect.Parameter(name, keyword, annotation=Annotated[kind, declared], default=usual)
+        several, paired = one.option.collect is not None, one.kind is bool
+        kind: Any = list[str] if several else bool | None if paired else str | None
+        flags = flags_of(name, one.option, paired=paired)
+        declared = typer.Option(*flags, metavar=one.metavar or None, help=one.help)
+        yield keyword(name, Annotated[kind, declared], [] if several else None)
     for name, output in system.outputs.items():
-        declared = typer.Option(said[name], metavar=output.metavar, help=output.help)
-        yield inspect.Parameter(name, keyword, annotation=Annotated[str | None, declared], default=None)
-
-
-def _flags(option: str, one: Any) -> str:
-    """`--posts/--no-posts` of what is yes or no."""
-    if one.kind is not bool:
-        return option
-    return f"{option}/--{one.option.opposite or 'no-' + option.removeprefix('--')}"
+        declared = typer.Option(option_of(name), metavar=output.metavar, help=output.help)
+        yield keyword(name, Annotated[str | None, declared], None)

@@ -26,7 +26,7 @@ def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.6g}"
 
 
-def _said(name: str, value: str | float | bool | None) -> str:
+def _said(name: str, value: object) -> str:
     """As `bias kind gate`, `corner random`, `mismatch yes`."""
     shown = name.replace("_", " ")
     if name == "die" and value is None:

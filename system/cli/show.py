@@ -8,13 +8,15 @@ from typing import Any
 
 from chips.registry import Chip
 from circuits.bias import bias_voltages
-from circuits.circuit import Bias, BiasKind, Port
+from circuits.circuit import Bias, Port
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
+from system.cli.block_choice import choose_block
 from system.cli.output import print_json, print_line, print_table, quantity_cell
 from system.cli.show_chip import show_chip
 from system.cli.show_rolls import show_rolls
-from system.options.block import Choice, bias_unit, choose, describe_silicon, parameters
+from system.cli.verbs import Show
+from system.options.block import Choice, bias_unit, describe_silicon, parameters
 from system.options.silicon import SiliconChoice
 from system.plot import check_picture, draw_circuit, save_picture
 from system.registry import load_block_or_chip
@@ -32,41 +34,27 @@ _SIZE_UNITS = {
 }
 
 
-def show_command(
-    block: str,
-    *,
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
-    plot: str | None,
-    as_json: bool,
-    bias_file: str | None = None,
-) -> None:
-    """Print what `block` is made of, and draw its graph into the file `plot`."""
-    if block == ROLLS:
-        show_rolls(
-            bias_file=bias_file, params=params, biases=biases, bias_set=bias_set, bias_kind=bias_kind,
-            silicon=silicon, plot=plot, as_json=as_json,
-        )  # fmt: skip
+def show_command(asked: Show) -> None:
+    """Print what a block is made of, and draw its graph."""
+    if asked.block == ROLLS:
+        show_rolls(asked)
         return
-    refuse_bias_file(block, bias_file)
-    if plot is not None:
-        check_picture(plot)
-    found = load_block_or_chip(block)
+    values, silicon = asked.values, asked.silicon
+    refuse_bias_file(asked.block, values.bias_file)
+    check_picture(asked.plot)
+    found = load_block_or_chip(asked.block)
     if isinstance(found, Chip):
         given = {
-            "--param": params, "--bias": biases, "--bias-set": bias_set, "--bias-kind": bias_kind,
-            "--plot": plot, "--die and --temperature": silicon != SiliconChoice(),
+            "--param": values.param, "--bias": values.bias, "--bias-set": values.bias_set,
+            "--bias-kind": values.bias_kind, "--plot": asked.plot,
+            "--die and --temperature": silicon != SiliconChoice(),
         }  # fmt: skip
-        show_chip(found, [option for option, value in given.items() if value], as_json=as_json)
+        show_chip(found, [option for option, value in given.items() if value], as_json=asked.as_json)
         return
-    choice = choose(block, params, biases, bias_kind, silicon, bias_set=bias_set)
+    choice = choose_block(asked.block, values, silicon)
     document = _describe(choice)
-    if plot is not None:
-        save_picture(plot, lambda figure: draw_circuit(choice.circuit, figure))
-    if as_json:
+    save_picture(asked.plot, lambda figure: draw_circuit(choice.circuit, figure))
+    if asked.as_json:
         print_json(document)
     else:
         _print(choice, document)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from chips.rolls.power import TYPICAL, Energies, energies
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from circuits.arrays import F64
-from circuits.circuit import BiasKind
 from system.cli.output import print_json, print_line, print_table, quantity_cell, working
 from system.cli.show_rolls_power import (
     RATES,
@@ -26,8 +24,8 @@ from system.cli.show_rolls_power import (
     print_plastic,
     watts_cell,
 )
+from system.cli.verbs import Show
 from system.options.block import describe_silicon
-from system.options.silicon import SiliconChoice
 from system.plot import check_picture, save_picture
 from system.rolls.options import NAME, bias_table, refuse_block_options, silicon_of
 from system.rolls.picture import draw_portrait
@@ -35,22 +33,12 @@ from system.rolls.picture import draw_portrait
 ALL_TO_ALL = 1  # level of the other case; ours
 
 
-def show_rolls(
-    *,
-    bias_file: str | None,
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
-    plot: str | None,
-    as_json: bool,
-) -> None:
-    """Measure a die, print what it is like, and draw it into the file `plot`."""
-    if plot is not None:
-        check_picture(plot)
-    refuse_block_options(params, biases, bias_set)
-    table, on, kind = bias_table(bias_file), silicon_of(silicon), bias_kind or "gate"
+def show_rolls(asked: Show) -> None:
+    """Measure a die, print what it is like, and draw it."""
+    values = asked.values
+    check_picture(asked.plot)
+    refuse_block_options(values.param, values.bias, values.bias_set)
+    table, on, kind = bias_table(values.bias_file), silicon_of(asked.silicon), values.bias_kind or "gate"
     with working("measuring the die"):
         found = portrait(table, on, kind)
         power = energies(table, on, float(found.currents[0] / MULTIPLES[0]), kind)
@@ -58,11 +46,10 @@ def show_rolls(
         cells = ShortTermDepression()
         has_cells = STEP_BIAS in table.names
         depression = depression_energies(cells, table, on, kind) if has_cells else None
-    if plot is not None:
-        save_picture(plot, lambda figure: draw_portrait(found, figure))
-    document = _document(found, power, plastic, bias_file)
+    save_picture(asked.plot, lambda figure: draw_portrait(found, figure))
+    document = _document(found, power, plastic, values.bias_file)
     document["depression_power"] = depression_document(depression, table)
-    if as_json:
+    if asked.as_json:
         print_json(document)
     else:
         _print(found, power, table, document)

@@ -3,89 +3,55 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from circuits.catalogue import loaded
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
 from netlists.ngspice.raw import write_raw
-from system.cli.analysis_options import AnalysisChoice, check_options
 from system.cli.beginning_output import told, told_lines
-from system.cli.command_options import call
+from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
+from system.cli.simulate_verb import Simulate, check_options
+from system.cli.study_verbs import Replay
 from system.files.writing import replace_atomic, write_text_atomic
-from system.options.begin import FREE, BeginChoice
-from system.options.block import Choice, choose, describe_silicon
-from system.options.silicon import SiliconChoice
+from system.options.block import Choice, describe_silicon
 from system.plot import check_picture, draw_waveforms, save_picture
 
-TRANSIENT = AnalysisChoice()
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
 _COMMANDS = {
-    "ac": "small_signal:ac_command",
-    "noise": "noise:noise_command",
-    "tran-noise": "tran_noise:tran_noise_command",
+    "ac": "system.cli.small_signal:ac_command",
+    "noise": "system.cli.noise:noise_command",
+    "tran-noise": "system.cli.tran_noise:tran_noise_command",
 }
 
 
-def simulate_command(
-    block: str,
-    *,
-    params: Sequence[str],
-    biases: Sequence[str],
-    bias_set: str | None,
-    bias_kind: BiasKind | None,
-    silicon: SiliconChoice,
-    stimuli: Sequence[str],
-    rtol: float | None,
-    engine: str,
-    plot: str | None,
-    csv: str | None,
-    raw: str | None,
-    as_json: bool,
-    analysis: AnalysisChoice = TRANSIENT,
-    begin: BeginChoice = FREE,
-    deadline: str | None = None,
-) -> None:
-    """Simulate `block`, print its outcome, and write waveforms (`csv`, `raw`) and a picture (`plot`)."""
-    deadline_s = deadline_of(deadline, engine)
-    if analysis.analysis != "tran":
-        others: dict[str, object] = {"rtol": rtol, "raw": raw, **_beginnings(begin, analysis.analysis)}
-        if analysis.analysis != "ac":
-            others["engine"] = None if engine == "native" else engine
-        check_options(analysis, others)
-        of_block = (block, params, biases, bias_set, bias_kind, silicon, stimuli)
-        command = _COMMANDS[analysis.analysis]
-        call(command, *of_block, analysis, engine, begin, deadline_s, csv=csv, plot=plot, as_json=as_json)
+def simulate_command(asked: Simulate) -> None:
+    """Simulate a block, print its outcome, and write waveforms and a picture."""
+    deadline_s = deadline_of(asked.deadline, asked.engine)
+    check_options(asked)
+    if asked.analysis != "tran":
+        loaded(_COMMANDS[asked.analysis])(asked)
         return
-    check_options(analysis, {})
-    if plot is not None:
-        check_picture(plot)
-    if begin.begin == "at_rest" and engine != "native":
+    check_picture(asked.plot)
+    if asked.begin.begin == "at_rest" and asked.engine != "native":
         raise ParameterError(
-            f"--at-rest: {engine} leaves such a state by its rounding; only native stays there"
+            f"--at-rest: {asked.engine} leaves such a state by its rounding; only native stays there"
         )
-    choice = choose(block, params, biases, bias_kind, silicon, stimuli, bias_set=bias_set, begin=begin)
-    run = engine_named(engine, rtol, deadline_s)
-    with working(f"simulating {block} (the first run compiles its kernels)"):
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    run = engine_named(asked.engine, asked.rtol, deadline_s)
+    with working(f"simulating {asked.block} (the first run compiles its kernels)"):
         result = run(choice.testbench(), choice.silicon)
-        document = _describe(choice, result, engine)
-    if csv is not None:
-        write_text_atomic(csv, waveform_table(result))
-    if raw is not None:
-        with replace_atomic(raw) as temporary:
-            write_raw(result, temporary)
-    if plot is not None:
-        save_picture(plot, lambda figure: draw_waveforms(result, plotted(choice, result), figure))
-    if as_json:
+        document = _describe(choice, result, asked.engine)
+    write_run(asked, choice, result)
+    if asked.as_json:
         print_json(document)
     else:
         _print(choice, document)
@@ -93,12 +59,15 @@ def simulate_command(
             print_line(line)
 
 
-def _beginnings(begin: BeginChoice, analysis: str) -> dict[str, object]:
-    """Options about where a run begins that an analysis does not take, None where not given."""
-    found: dict[str, object] = {"at-rest": True if begin.begin == "at_rest" else None}
-    if analysis != "tran-noise":
-        found |= {"ic": begin.held or None, "uic": True if begin.begin == "uic" else None}
-    return found
+def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
+    """Write the waveforms and the picture that are asked for."""
+    if asked.csv is not None:
+        write_text_atomic(asked.csv, waveform_table(result))
+    if asked.raw is not None:
+        with replace_atomic(asked.raw) as temporary:
+            write_raw(result, temporary)
+    shown = choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
+    save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure))
 
 
 def waveform_table(result: Result) -> str:
@@ -120,11 +89,6 @@ def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[
     # PySpice is slow to import, and the native engine must not wait for it
     run: Callable[..., Result] = loaded("netlists.ngspice.engine:simulate")
     return partial(run, deadline_s=deadline_s)
-
-
-def plotted(choice: Choice, result: Result) -> tuple[str, ...]:
-    """Nodes that a picture shows."""
-    return choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
 
 
 def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:

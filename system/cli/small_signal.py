@@ -13,13 +13,16 @@ from circuits.errors import ParameterError
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac, source_column
 from netlists.ngspice import small_signal as ngspice
+from system.cli.deadline import deadline_of
 from system.cli.output import plain, print_json, print_table
+from system.cli.simulate_verb import Simulate
 from system.cli.small_signal_picture import draw_bode
 from system.cli.small_signal_runs import (
-    Request,
     Run,
     cell_of,
     dataset_of,
+    frequencies_of,
+    grid_of,
     head_of,
     label_of,
     place_of,
@@ -31,48 +34,46 @@ from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.plot import check_picture, save_picture
 
 
-def ac_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool) -> None:
+def ac_command(asked: Simulate) -> None:
     """Transfer from `--source` to all nodes, or to those of `--node`."""
-    request = Request(*of_block)
-    source = request.analysis.source
+    source = asked.source
     if source is None:
         raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
-    if plot is not None:
-        check_picture(plot)
-    nodes, frequency = request.analysis.nodes or None, request.frequencies()
-    if request.engine == "native":
-        runs = runs_of(request, lambda point, _: ac(point, source, frequency, nodes))
+    check_picture(asked.plot)
+    nodes, frequency = asked.node or None, frequencies_of(asked)
+    if asked.engine == "native":
+        runs = runs_of(asked, lambda point, _: ac(point, source, frequency, nodes))
     else:
-        runs = runs_of(request, lambda point, _: by_ngspice(point, source, request, nodes))
+        runs = runs_of(asked, lambda point, _: by_ngspice(point, source, asked, nodes))
     found = [(run, run.answer) for run in runs if run.answer is not None]
-    if csv is not None:
-        write_text_atomic(csv, _ac_csv(found))
-    if request.analysis.netcdf is not None:
-        write_netcdf_atomic(request.analysis.netcdf, _ac_dataset(runs))
-    if plot is not None:
-        shown = nodes or found[0][0].choice.block.plotted
-        save_picture(plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
+    if asked.csv is not None:
+        write_text_atomic(asked.csv, _ac_csv(found))
+    if asked.netcdf is not None:
+        write_netcdf_atomic(asked.netcdf, _ac_dataset(runs))
+    shown = nodes or found[0][0].choice.block.plotted
+    save_picture(asked.plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
     document = {
-        **head_of(request, runs), "engine": request.engine, "source": source,
+        **head_of(asked, runs), "engine": asked.engine, "source": source,
         "unit": found[0][1].unit, "frequency_Hz": found[0][1].frequency,
         "runs": [_ac_run(run) for run in runs],
     }  # fmt: skip
-    if as_json:
+    if asked.as_json:
         print_json(document)
     else:
-        _print_ac(found, nodes or found[0][0].choice.block.plotted)
+        _print_ac(found, shown)
         print_failures(runs)
 
 
-def by_ngspice(point: OperatingPoint, source: str, request: Request, nodes: Sequence[str] | None) -> Response:
+def by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:
     """The same by ngspice, on its grid: whole decades have both ends."""
     column = source_column(point, source) - point.machine.kernel.unknowns
     unit = "V/V" if point.machine.source_quantities[column] == "voltage" else "V/A"
     names = tuple(point.machine.names[1:] if nodes is None else nodes)
     for name in names:
         point.machine.column_of(name)  # refuses what is no node by name
-    grid = ngspice.Decades(*request.grid())
-    frequency, transfer = ngspice.ac(point, source, grid, names, request.deadline_s)
+    grid = ngspice.Decades(*grid_of(asked))
+    deadline_s = deadline_of(asked.deadline, asked.engine)
+    frequency, transfer = ngspice.ac(point, source, grid, names, deadline_s)
     return Response(source, unit, names, frequency, transfer)
 
 

@@ -11,17 +11,15 @@ import numpy as np
 import xarray as xr
 
 from circuits.arrays import F64
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, SolverError
 from circuits.solver.noise.analysis import Noise
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.small_signal import Response, frequency_grid
 from circuits.units import parse_quantity
-from netlists.ngspice.deadline import DEADLINE
-from system.cli.analysis_options import AnalysisChoice
+from system.cli.block_choice import choose_block
 from system.cli.output import print_line, working
-from system.options.begin import FREE, BeginChoice
-from system.options.block import Choice, choose, describe_silicon
+from system.cli.simulate_verb import Simulate
+from system.options.block import Choice, describe_silicon
 from system.options.silicon import SiliconChoice
 
 Answer = TypeVar("Answer", Response, Noise)
@@ -45,52 +43,30 @@ class Run(Generic[Answer]):
         return NOMINAL_DIE if number is None else number
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
-    """A block with its options, as texts, and what is asked of it."""
+def grid_of(asked: Simulate) -> tuple[float, float, int]:
+    """Lowest and highest frequency (Hz), and how many a decade."""
+    low = parse_quantity(asked.low or "1Hz", "Hz", "--from")
+    high = parse_quantity(asked.high or "1MHz", "Hz", "--to")
+    return low, high, 20 if asked.points is None else asked.points
 
-    block: str
-    params: Sequence[str]
-    biases: Sequence[str]
-    bias_set: str | None
-    bias_kind: BiasKind | None
-    silicon: SiliconChoice
-    stimuli: Sequence[str]
-    analysis: AnalysisChoice
-    engine: str = "native"
-    begin: BeginChoice = FREE
-    deadline_s: float = DEADLINE
 
-    def frequencies(self) -> F64:
-        """Grid of the analysis, Hz."""
-        return frequency_grid(*self.grid())
+def frequencies_of(asked: Simulate) -> F64:
+    """Grid of the analysis, Hz."""
+    return frequency_grid(*grid_of(asked))
 
-    def grid(self) -> tuple[float, float, int]:
-        """Lowest and highest frequency (Hz), and how many a decade."""
-        a = self.analysis
-        low = parse_quantity(a.low or "1Hz", "Hz", "--from")
-        high = parse_quantity(a.high or "1MHz", "Hz", "--to")
-        return low, high, 20 if a.points is None else a.points
 
-    def silicons(self) -> list[SiliconChoice]:
-        """Every temperature with every die."""
-        a, one = self.analysis, self.silicon
-        if a.dies is not None and one.die is not None:
-            raise ParameterError(f"--die: {one.die} beside --dies {a.dies}, must be one of the two")
-        if a.temperatures is not None and one.temperature != "27":
-            text = f"--temperature: {one.temperature} beside --temperatures {a.temperatures}"
-            raise ParameterError(f"{text}, must be one of the two")
-        temperatures = [one.temperature] if a.temperatures is None else a.temperatures.split(",")
-        dies = [one.die] if a.dies is None else read_dies(a.dies)
-        pairs = itertools.product(temperatures, dies)
-        return [replace(one, temperature=t.strip(), die=d) for t, d in pairs]
-
-    def chosen(self, silicon: SiliconChoice) -> Choice:
-        """The block on one of them."""
-        return choose(
-            self.block, self.params, self.biases, self.bias_kind, silicon, self.stimuli, self.bias_set,
-            self.begin,
-        )  # fmt: skip
+def silicons_of(asked: Simulate) -> list[SiliconChoice]:
+    """Every temperature with every die."""
+    one = asked.silicon
+    if asked.dies is not None and one.die is not None:
+        raise ParameterError(f"--die: {one.die} beside --dies {asked.dies}, must be one of the two")
+    if asked.temperatures is not None and one.temperature != "27":
+        text = f"--temperature: {one.temperature} beside --temperatures {asked.temperatures}"
+        raise ParameterError(f"{text}, must be one of the two")
+    temperatures = [one.temperature] if asked.temperatures is None else asked.temperatures.split(",")
+    dies = [one.die] if asked.dies is None else read_dies(asked.dies)
+    pairs = itertools.product(temperatures, dies)
+    return [replace(one, temperature=t.strip(), die=d) for t, d in pairs]
 
 
 def read_dies(text: str) -> list[int]:
@@ -101,13 +77,13 @@ def read_dies(text: str) -> list[int]:
     return list(range(int(first), int(last) + 1))
 
 
-def runs_of(request: Request, solve: Callable[[OperatingPoint, Choice], Answer]) -> list[Run[Answer]]:
+def runs_of(asked: Simulate, solve: Callable[[OperatingPoint, Choice], Answer]) -> list[Run[Answer]]:
     """Solve on all silicon; raises the first reason where none has an answer."""
     runs: list[Run[Answer]] = []
     errors: list[SolverError] = []
-    with working(f"analysing {request.block} (the first run compiles its kernels)"):
-        for silicon in request.silicons():
-            choice = request.chosen(silicon)
+    with working(f"analysing {asked.block} (the first run compiles its kernels)"):
+        for silicon in silicons_of(asked):
+            choice = choose_block(asked.block, asked.values, silicon, asked.stimulus, asked.begin)
             try:
                 point = operating_point(choice.testbench(), choice.silicon)
                 runs.append(Run(choice, point.stable, solve(point, choice)))
@@ -119,11 +95,11 @@ def runs_of(request: Request, solve: Callable[[OperatingPoint, Choice], Answer])
     return runs
 
 
-def head_of(request: Request, runs: Sequence[Run[Any]]) -> dict[str, Any]:
+def head_of(asked: Simulate, runs: Sequence[Run[Any]]) -> dict[str, Any]:
     """Return what all runs share, by the names that JSON has."""
     return {
         "block": runs[0].choice.block.name,
-        "analysis": request.analysis.analysis,
+        "analysis": asked.analysis,
         "stimuli": runs[0].choice.stimuli,
         "failed": sum(run.answer is None for run in runs),
     }

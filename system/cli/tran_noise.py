@@ -17,10 +17,10 @@ from circuits.lowering.kernel import to_kernel
 from circuits.solver.noise.transient import NoiseRun, grid_step, map_trials
 from circuits.solver.transient import Result
 from circuits.units import parse_quantity
-from system.cli.analysis_options import AnalysisChoice
 from system.cli.beginning_output import told, told_lines
+from system.cli.block_choice import choose_block
 from system.cli.output import plain, print_json, print_line, print_table, working
-from system.cli.small_signal_runs import Request
+from system.cli.simulate_verb import Simulate
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon
 from system.plot import COLOURS, check_picture, save_picture
@@ -45,50 +45,47 @@ class Trial:
     lines: list[str]
 
 
-def tran_noise_command(*of_block: Any, csv: str | None, plot: str | None, as_json: bool) -> None:
+def tran_noise_command(asked: Simulate) -> None:
     """Run `--trials` transients with noise and print what varies from one to the next."""
-    request = Request(*of_block)
-    a, choice = request.analysis, request.chosen(request.silicon)
-    count = 1 if a.trials is None else a.trials
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    count = 1 if asked.trials is None else asked.trials
     if not 1 <= count <= MOST_TRIALS:
         raise ParameterError(f"--trials: {count}, must be 1 to {MOST_TRIALS}; 200 know a jitter to 5 %")
-    if plot is not None:
-        check_picture(plot)
-    machine, run = to_kernel(choice.testbench(), choice.silicon), read_run(a)
+    check_picture(asked.plot)
+    machine, run = to_kernel(choice.testbench(), choice.silicon), read_run(asked)
     shown = choice.block.plotted or machine.testbench.watch or machine.names[1:5]
 
     def keep(result: Result) -> Trial:
         measures = choice.block.measured(result)
-        waves = {n: (result.time, result[n].copy()) for n in shown} if plot is not None else {}
+        waves = {n: (result.time, result[n].copy()) for n in shown} if asked.plot is not None else {}
         return Trial(
             choice.block.outcome(result), dict(result.spikes), measures, result.steps.accepted, waves,
             told(result), told_lines(result),
         )  # fmt: skip
 
-    with working(f"{count} trials of {request.block} (the first run compiles its kernels)"):
-        trials = map_trials(keep, machine, run, range(count), a.workers)
+    with working(f"{count} trials of {asked.block} (the first run compiles its kernels)"):
+        trials = map_trials(keep, machine, run, range(count), asked.workers)
     table = summary(trials)
-    if csv is not None:
-        write_text_atomic(csv, trial_csv(trials))
-    if a.netcdf is not None:
+    if asked.csv is not None:
+        write_text_atomic(asked.csv, trial_csv(trials))
+    if asked.netcdf is not None:
         write_netcdf_atomic(
-            a.netcdf, trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
+            asked.netcdf, trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
         )
-    if plot is not None:
-        save_picture(plot, lambda figure: draw_trials(trials, shown, figure))
+    save_picture(asked.plot, lambda figure: draw_trials(trials, shown, figure))
     grid = grid_step(machine, run)
-    if as_json:
+    if asked.as_json:
         print_json(_document(choice, trials, table, run, grid))
     else:
         _print(choice, trials, table, run, grid)
 
 
-def read_run(a: AnalysisChoice) -> NoiseRun:
+def read_run(asked: Simulate) -> NoiseRun:
     """Seed, grid step and flicker that the options ask for."""
     return NoiseRun(
-        0 if a.seed is None else a.seed,
-        None if a.step is None else parse_quantity(a.step, "s", "--step"),
-        WHITE_ONLY if a.flicker is False else None,
+        0 if asked.seed is None else asked.seed,
+        None if asked.step is None else parse_quantity(asked.step, "s", "--step"),
+        WHITE_ONLY if asked.flicker is False else None,
     )
 
 

@@ -202,7 +202,6 @@ def animate(path: str, trace: Trace) -> None:
 SYSTEM = System(
     name="forest",
     summary="bat that flies through a dense forest by pings in five directions and a choice of arcs",
-    about="A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022).",
     kind=Scenario,
     success=SUCCESS,
     run=run,

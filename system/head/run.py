@@ -124,7 +124,6 @@ def draw(trace: Trace, figure: Figure) -> None:
 SYSTEM = System(
     name="head",
     summary="sonar head that turns to a moving target by the level difference of its ears",
-    about="A sonar head turns to a moving target by its two ears (Cheely & Horiuchi 2003).",
     kind=Scenario,
     success=(
         f"in the second half it points at the target within {SETTLED:g} degrees rms, and"

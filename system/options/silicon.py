@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
+
+from system.option import option
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,12 +17,16 @@ class SiliconChoice:
     silicon has.
     """
 
-    temperature: str = "27"
-    lot: str = "A"
-    die: int | None = None
-    corner: Any = "random"  # one of circuits.silicon.die.CORNERS, which checks it
-    mismatch: bool = True
-    process: bool = True
-    at: str | None = None
-    study: Any = None  # a circuits.silicon.die.Die, which is slow to import
-    allow_implausible: bool = False
+    temperature: str = option("27", "Degrees Celsius, -40 to 125", metavar="DEGC")
+    lot: str = option("A", "Lot of dies")
+    die: int | None = option(None, "Die of the lot; the nominal die unless given")
+    study: Any = option(None, "Take `die` from the plan of a study", metavar="FOLDER")
+    corner: Literal["random", "typical", "ss", "ff", "sf", "fs"] = option(
+        "random", "Process corner; n first, then p"
+    )
+    mismatch: bool = option(default=True, about="Deviations of each device on the die")
+    process: bool = option(default=True, about="Deviations that a die's devices share")
+    at: str | None = option(None, "Place on a chip, as ranging-chip/neuron[2]", metavar="CHIP/INSTANCE")
+    allow_implausible: bool = option(
+        default=False, about="Take sizes and currents that are far from any silicon's"
+    )

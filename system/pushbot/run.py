@@ -235,7 +235,6 @@ def draw(trace: Trace, figure: Figure) -> None:
 SYSTEM = System(
     name="pushbot",
     summary="robot with an event camera that a network on the ROLLS chip steers round obstacles",
-    about="A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017).",
     kind=Scenario,
     success=(
         "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot"

@@ -161,7 +161,6 @@ def title(trace: Trace) -> str:
 SYSTEM = System(
     name="rolls",
     summary="ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)",
-    about="All neurons of a ROLLS die under equal input.",
     kind=Scenario,
     success=(
         "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"

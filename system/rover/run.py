@@ -259,7 +259,6 @@ def title(trace: Trace) -> str:
 SYSTEM = System(
     name="rover",
     summary="robot that plans on a cost map by a wave of spikes, and drives by GPS and compass",
-    about="A rover plans on a delay-line chip and drives the way (Hwu et al. 2018).",
     kind=Scenario,
     success="on every trip a fix lies within the rover's reach of the goal before its patience is over",
     run=run,

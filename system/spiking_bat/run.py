@@ -200,7 +200,6 @@ def _warmth(scenario: Scenario) -> str:
 SYSTEM = System(
     name="spiking-bat",
     summary="bat that flies through a dense forest by spike latencies, of a network or of a die's neurons",
-    about="A bat flies through a dense forest by spike latencies (Wen & Horiuchi 2022).",
     kind=Scenario,
     success=SUCCESS,
     run=run,

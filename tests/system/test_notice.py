@@ -10,12 +10,13 @@ import pytest
 from circuits.lowering.kernel import Machine
 from system.cli import listing
 from system.cli.command_line import main
+from system.cli.verbs import List
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def warn(*, as_json: bool) -> None:
-    warnings.warn(f"deaf\n  neurons, {as_json}", UserWarning, stacklevel=1)
+def warn(asked: List) -> None:
+    warnings.warn(f"deaf\n  neurons, {asked.as_json}", UserWarning, stacklevel=1)
 
 
 def test_a_warning_is_one_line_on_stderr(

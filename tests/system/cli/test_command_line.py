@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,34 +17,14 @@ from matplotlib.figure import Figure
 from netlists.registry import dialect_names
 from system import registry
 from system.cli import doctor, listing, reproduce
-from system.cli.command_line import main
 from system.cli.output import plain
 from system.experiment import Experiment, Progress, Report
 from system.rule import equal, unjudged, within_share
 from system.statement import Statement
+from tests.system.conftest import Run, RunJson
 
 ROOT = Path(__file__).resolve().parents[3]
 HEAVY = ("numpy", "numba", "scipy", "matplotlib", "PySpice", "networkx", "rich")
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    def call(*arguments: str) -> tuple[int, str, str]:
-        status = main(arguments)
-        return status, *capsys.readouterr()
-
-    return call
-
-
-@pytest.fixture
-def run_json(run: Run) -> Callable[..., Any]:
-    def call(*arguments: str) -> Any:
-        status, out, err = run(*arguments, "--json")
-        assert (status, err) == (0, "")
-        return json.loads(out, parse_constant=pytest.fail)
-
-    return call
 
 
 def process(*arguments: str, code: str | None = None, **options: Any) -> "subprocess.Popen[str]":
@@ -54,13 +33,13 @@ def process(*arguments: str, code: str | None = None, **options: Any) -> "subpro
     return subprocess.Popen(command, cwd=ROOT, text=True, **pipes)
 
 
-@pytest.mark.parametrize("argument", ["--help", "--version"])
-def test_help_imports_nothing_heavy(argument: str) -> None:
+@pytest.mark.parametrize("arguments", ["--help", "--version", "run --help", "montecarlo --help"])
+def test_help_imports_nothing_heavy(arguments: str) -> None:
     code = (
         "import sys; from system.cli.command_line import main; status = main(sys.argv[1:]);"
         f"print([m for m in {HEAVY} if m in sys.modules]); sys.exit(status)"
     )
-    child = process(argument, code=code)
+    child = process(*arguments.split(), code=code)
     out, err = child.communicate()
     assert (child.returncode, err) == (0, "")
     assert out.splitlines()[-1] == "[]"
@@ -75,7 +54,7 @@ def test_no_arguments_is_help(run: Run) -> None:
     )
 
 
-def test_list(run: Run, run_json: Callable[..., Any]) -> None:
+def test_list(run: Run, run_json: RunJson) -> None:
     found = run_json("list")
     assert list(found) == ["blocks", "chips", "systems", "experiments", "metrics", "dialects"]
     assert {e["name"] for e in found["experiments"]} >= set(registry.EXPERIMENTS)
@@ -84,7 +63,7 @@ def test_list(run: Run, run_json: Callable[..., Any]) -> None:
     assert by_name["rebound-neuron"] in run("list")[1]
 
 
-def test_show(run: Run, run_json: Callable[..., Any]) -> None:
+def test_show(run: Run, run_json: RunJson) -> None:
     found = run_json("show", "rebound-neuron", "--param", "membrane_capacitance=700fF")
     devices = {d["path"]: d for d in found["devices"]}
     assert len(devices) == found["device_count"]
@@ -98,7 +77,7 @@ def test_show(run: Run, run_json: Callable[..., Any]) -> None:
     assert "199.9pA" in text
 
 
-def test_show_gives_gate_voltages_at_the_temperature(run_json: Callable[..., Any]) -> None:
+def test_show_gives_gate_voltages_at_the_temperature(run_json: RunJson) -> None:
     def voltage(*options: str) -> float:
         biases = {b["name"]: b for b in run_json("show", "rebound-neuron", *options)["biases"]}
         return float(biases["i_inh_tau"]["voltage_V"])
@@ -107,7 +86,7 @@ def test_show_gives_gate_voltages_at_the_temperature(run_json: Callable[..., Any
     assert voltage("--temperature", "85", "--bias-kind", "generator") != voltage("--bias-kind", "generator")
 
 
-def test_show_a_chip(run: Run, run_json: Callable[..., Any]) -> None:
+def test_show_a_chip(run: Run, run_json: RunJson) -> None:
     found = run_json("show", "ranging-chip")
     assert "neuron[12].axon.ma1" in {d["path"] for d in found["devices"]}
     assert "neuron[0:13].axon.ma1" in run("show", "ranging-chip")[1]
@@ -135,7 +114,7 @@ def test_a_graph_is_drawn_alike_by_every_process(tmp_path: Path) -> None:
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
-def test_op(run: Run, run_json: Callable[..., Any]) -> None:
+def test_op(run: Run, run_json: RunJson) -> None:
     found = run_json("op", "rebound-neuron", "--start", "v_mem=1.8V")
     assert found["stable"] is True
     assert found["other_states"] == []
@@ -144,7 +123,7 @@ def test_op(run: Run, run_json: Callable[..., Any]) -> None:
     assert "the state is stable" in run("op", "rebound-neuron")[1]
 
 
-def test_op_tells_of_another_state(run: Run, run_json: Callable[..., Any]) -> None:
+def test_op_tells_of_another_state(run: Run, run_json: RunJson) -> None:
     start = ("--start", "q=5V", "--start", "q_bar=0V")
     found = run_json("op", "first-target-isolation", *start)
     # A latch rests in two states, and in an unstable one between them.
@@ -156,7 +135,7 @@ def test_op_tells_of_another_state(run: Run, run_json: Callable[..., Any]) -> No
     assert "without the start another state is found" in run("op", "first-target-isolation", *start)[1]
 
 
-def test_simulate(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+def test_simulate(run: Run, run_json: RunJson, tmp_path: Path) -> None:
     csv, plot = tmp_path / "run.csv", tmp_path / "run.png"
     files = ("--csv", str(csv), "--plot", str(plot))
     found = run_json("simulate", "rebound-neuron", "--stimulus", "delay=6.4ms", *files)
@@ -175,7 +154,7 @@ def test_simulate(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> Non
     assert "one-spike" in run("simulate", "rebound-neuron")[1]
 
 
-def test_simulate_with_options(run_json: Callable[..., Any]) -> None:
+def test_simulate_with_options(run_json: RunJson) -> None:
     off = run_json("simulate", "rebound-neuron", "--stimulus", "call=off", "--stimulus", "echo=off")
     assert (off["outcome"], off["spikes_s"]) == ("none", [])
     assert off["stimuli"]["call"] is None
@@ -190,7 +169,7 @@ def test_simulate_with_options(run_json: Callable[..., Any]) -> None:
     assert larger["measures"]["t_inh_s"] > usual
 
 
-def test_simulate_an_array_gives_spikes_by_port(run_json: Callable[..., Any]) -> None:
+def test_simulate_an_array_gives_spikes_by_port(run_json: RunJson) -> None:
     found = run_json("simulate", "ranging-chip")["spikes_s"]
     assert list(found) == [f"spike[{k}]" for k in range(13)]
     assert len(found["spike[2]"]) == 1
@@ -248,7 +227,7 @@ def test_a_missing_ngspice_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch
     assert err.count("\n") == 1
 
 
-def test_export(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+def test_export(run: Run, run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "neuron.cir"
     assert run("export", BLOCK, "-o", str(path)) == (0, "", "")
     status, out, _ = run("export", BLOCK, "-o", "-")
@@ -259,7 +238,7 @@ def test_export(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
     assert (found["file"], found["lines"]) == (str(path), path.read_text().count("\n"))
 
 
-def test_export_for_another_simulator(run: Run, run_json: Callable[..., Any], tmp_path: Path) -> None:
+def test_export_for_another_simulator(run: Run, run_json: RunJson, tmp_path: Path) -> None:
     for name in dialect_names():
         assert run_json("export", BLOCK, "--dialect", name, "-o", "-")["dialect"] == name
     status, _, err = run("export", BLOCK, "--dialect", "xyse", "-o", "-")
@@ -365,7 +344,7 @@ def test_what_doctor_says_of_pyspice(tmp_path: Path) -> None:
         assert done.returncode == status, done.stderr
 
 
-def test_doctor(run: Run, run_json: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor(run: Run, run_json: RunJson, monkeypatch: pytest.MonkeyPatch) -> None:
     found = run_json("doctor")
     assert found["python"] == ".".join(map(str, sys.version_info[:3]))
     assert found["cores"] >= 1
@@ -381,7 +360,7 @@ def test_doctor(run: Run, run_json: Callable[..., Any], monkeypatch: pytest.Monk
 
 
 def test_interrupted(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(**_: object) -> None:
+    def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(listing, "list_command", interrupt)
@@ -393,7 +372,7 @@ def test_ctrl_c_reaches_a_running_command() -> None:
     code = (
         "import signal, sys, time; signal.signal(signal.SIGINT, signal.default_int_handler);"
         "from system.cli import listing; from system.cli.command_line import main;"
-        "listing.list_command = lambda **_: (print('ready', flush=True), time.sleep(60));"
+        "listing.list_command = lambda *_: (print('ready', flush=True), time.sleep(60));"
         "sys.exit(main(['list']))"
     )
     with process(code=code) as child:
@@ -436,9 +415,7 @@ def test_json_has_no_nan() -> None:
     assert plain({"a": float("nan"), "b": (1.0, float("inf"))}) == {"a": None, "b": [1.0, None]}
 
 
-def test_the_approach_runs_behaviourally_with_a_box_of_transistors(
-    run: Run, run_json: Callable[..., Any]
-) -> None:
+def test_the_approach_runs_behaviourally_with_a_box_of_transistors(run: Run, run_json: RunJson) -> None:
     options = ("run", "approach", "--duration", "300ms", "--level", "behavioural", "--die", "1003")
     fast = run_json(*options, "--temperature", "20")
     assert (fast["level"], fast["transistors"], fast["die"]) == ("behavioural", [], 1003)

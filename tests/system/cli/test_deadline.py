@@ -7,7 +7,9 @@ import pytest
 from circuits.errors import ParameterError
 from netlists.ngspice.deadline import DEADLINE
 from system.cli.command_line import main
-from system.cli.deadline import HELP, deadline_of
+from system.cli.deadline import deadline_of
+from system.cli.simulate_verb import Simulate
+from system.cli.verb import parameters_of
 from tests.netlists.conftest import ngspice_library
 
 __all__ = ["ngspice_library"]  # a fixture
@@ -18,7 +20,8 @@ SLOW = ("simulate", "rebound-neuron", "--engine", "ngspice", "--deadline", "1ms"
 def test_a_text_becomes_seconds() -> None:
     assert deadline_of("90s", "ngspice") == 90.0
     assert deadline_of(None, "ngspice") == deadline_of(None, "native") == DEADLINE
-    assert f"{DEADLINE:g}s unless given" in HELP
+    (shown,) = (p.annotation for p in parameters_of(Simulate) if p.name == "deadline")
+    assert f"{DEADLINE:g}s unless given" in shown.__metadata__[0].help
 
 
 @pytest.mark.parametrize(

@@ -26,10 +26,10 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from system.cli import montecarlo
 from system.cli.command_line import main
-from system.cli.montecarlo import Request
+from system.cli.study_verbs import Montecarlo
 from system.options.block import choose
 from system.study.metric import metrics_of
-from system.study.target import open_target
+from system.study.target import Subject, open_target
 
 ROOT = Path(__file__).resolve().parents[3]
 BLOCK = "rebound-neuron"
@@ -131,13 +131,13 @@ SPEC = ("--spec", "best-delay in 1ms:20ms", "--spec", "class is works")
 def test_what_options_name_is_measured(
     arguments: tuple[str, ...], metrics: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    prepared: list[Request] = []
-    monkeypatch.setattr(montecarlo, "measure", lambda request, **_: prepared.append(request))
+    asked: list[tuple[Montecarlo, Subject]] = []
+    monkeypatch.setattr(montecarlo, "measure", lambda *both: asked.append(both))
     assert main(("montecarlo", *arguments)) == 0
-    study, specifications, _ = montecarlo.prepare(prepared[0])
+    study, specifications, _ = montecarlo.prepare(*asked[0])
     assert [q.name for q in open_target(study.subject).quantities] == metrics
-    asked = sum(a == "--spec" for a in arguments)
-    assert len(specifications) == max(asked, metrics[0] == "succeeded")  # a system has its own
+    given = sum(a == "--spec" for a in arguments)
+    assert len(specifications) == max(given, metrics[0] == "succeeded")  # a system has its own
 
 
 def test_the_command_prints_shares(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,10 +5,10 @@ import pytest
 from circuits.errors import ParameterError, SolverError
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac
-from system.cli.analysis_options import AnalysisChoice
+from system.cli.simulate_verb import Simulate
 from system.cli.small_signal_runs import (
-    Request,
     cell_of,
+    frequencies_of,
     head_of,
     label_of,
     place_of,
@@ -16,12 +16,10 @@ from system.cli.small_signal_runs import (
     runs_of,
 )
 from system.options.block import Choice
-from system.options.silicon import SiliconChoice
 
 
-def request(**options: object) -> Request:
-    analysis = AnalysisChoice("ac", **options)  # type: ignore[arg-type]
-    return Request("onset-neuron", (), (), None, None, SiliconChoice(), (), analysis)
+def asked(dies: str | None = None) -> Simulate:
+    return Simulate(block="onset-neuron", analysis="ac", dies=dies)
 
 
 @pytest.mark.parametrize("text", ["", "5", "5-", "-5", "7-5", "a-b", "1-2-3", "0-100000"])
@@ -36,18 +34,18 @@ def test_dies_have_both_ends() -> None:
 
 
 def test_a_die_that_fails_is_a_run_with_its_reason() -> None:
-    asked = request(dies="1000-1001")
+    verb = asked("1000-1001")
 
     def solve(point: OperatingPoint, choice: Choice) -> Response:
         if choice.silicon.die.number == 1000:
             raise SolverError("no answer; try another")
-        return ac(point, "envelope", asked.frequencies()[:2], ("v_amp",))
+        return ac(point, "envelope", frequencies_of(verb)[:2], ("v_amp",))
 
-    failed, fine = runs_of(asked, solve)
+    failed, fine = runs_of(verb, solve)
     assert (failed.answer, failed.die, fine.die) == (None, 1000, 1001)
     assert place_of(failed)["reason"] == "no answer; try another"
     assert place_of(fine)["reason"] is None
-    assert head_of(asked, [failed, fine])["failed"] == 1
+    assert head_of(verb, [failed, fine])["failed"] == 1
     assert label_of(fine) == "27 °C, die A/1001"
 
 
@@ -56,7 +54,7 @@ def test_where_all_fail_the_reason_is_raised() -> None:
         raise SolverError("no answer; try another")
 
     with pytest.raises(SolverError, match="no answer"):
-        runs_of(request(), solve)
+        runs_of(asked(), solve)
 
 
 def test_names_with_commas_are_quoted() -> None:

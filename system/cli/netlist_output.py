@@ -1,0 +1,35 @@
+"""What `noctule export` leaves of a netlist's text, of blocks and of rows of rolls alike."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from circuits.circuit import Circuit
+from netlists.parasitics import read_parasitics
+from netlists.registry import Settings
+from system.cli.output import print_json
+from system.cli.verbs import Export
+from system.files.writing import write_text_atomic
+
+STDOUT = "-"
+
+
+def settings_of(asked: Export, circuit: Circuit) -> Settings:
+    """How transistors are written, and the capacitances that are merged in."""
+    loads = {} if asked.parasitics is None else read_parasitics(asked.parasitics, circuit)
+    return Settings(asked.models, parasitics=loads)
+
+
+def leave_netlist(asked: Export, text: str, document: Mapping[str, Any]) -> None:
+    """Write the text to its file or to stdout; with `--json` print the document instead."""
+    to_stdout = asked.output == STDOUT
+    if not to_stdout:
+        write_text_atomic(asked.output, text)
+    if asked.as_json:
+        netlist = {"netlist": text} if to_stdout else {}
+        file = None if to_stdout else asked.output
+        print_json({**document, "file": file, "lines": text.count("\n"), **netlist})
+    elif to_stdout:
+        sys.stdout.write(text)

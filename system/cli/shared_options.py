@@ -1,0 +1,106 @@
+"""Options that several verbs share; nothing here is slow to import."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from circuits.catalogue import loaded
+from circuits.errors import ParameterError
+from netlists.ngspice.deadline import DEADLINE
+from system.cli.verb import argument, part
+from system.option import option
+from system.options.begin import BeginChoice, begin_choice
+from system.options.silicon import SiliconChoice
+
+SpokenKind = Literal["gate", "generator"]  # kinds of bias that a user can ask for
+Engine = Literal["native", "ngspice"]
+Level = Literal["transistor", "behavioural"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockValues:
+    """Sizes and biases of a block, as texts of the command line."""
+
+    param: tuple[str, ...] = option((), "Size, capacitor, or a system's option", metavar="NAME=VALUE")
+    bias: tuple[str, ...] = option((), "Bias, as i_lim=6.3uA, repeatable", metavar="NAME=VALUE")
+    bias_set: str | None = option(None, "Named set of the block's biases; --bias goes on top", metavar="NAME")
+    bias_file: str | None = option(None, "Of rolls: rolls_default, rolls_parallella or a CSV", metavar="FILE")
+    bias_kind: SpokenKind | None = option(None, "Fixed gate voltages, or the bias generator")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeginOptions:
+    """Where runs begin, as the command line has it."""
+
+    ic: tuple[str, ...] = option(
+        (), "Voltage that a node is held at until time 0, repeatable", metavar="NODE=V"
+    )
+    uic: bool = option(default=False, about="Begin with --ic and 0 V elsewhere, without an operating point")
+    at_rest: bool = option(default=False, about="Stay in an operating point that is not stable")
+
+
+def block_argument() -> Any:
+    """The field of the block that a verb is about."""
+    return argument("BLOCK", "A block or chip: see noctule list")
+
+
+def values_part(*without: str) -> Any:
+    """The field of a block's sizes and biases (`BlockValues`)."""
+    return part(BlockValues, *without)
+
+
+def stimulus_option() -> Any:
+    """The field of what a block's testbench applies."""
+    return option((), "As delay=6.4ms or call=off, repeatable", metavar="NAME=VALUE")
+
+
+def silicon_part(*without: str) -> Any:
+    """The field of the silicon that a verb runs on (`SiliconChoice`)."""
+    return part(SiliconChoice, *without, made=_of_study)
+
+
+def begin_part(*without: str) -> Any:
+    """The field of where runs begin (`BeginChoice`)."""
+    return part(BeginOptions, *without, made=_beginning)
+
+
+def deadline_option() -> Any:
+    """The field of how long a run in ngspice may take."""
+    about = f"Wall-clock time for a run in ngspice, as 90s; {DEADLINE:g}s unless given"
+    return option(None, about, metavar="TIME")
+
+
+def file_option(about: str, **stated: Any) -> Any:
+    """The field of a file that is written where one is named."""
+    return option(None, about, metavar="FILE", **stated)
+
+
+def plot_option() -> Any:
+    """The field of a picture's file."""
+    return file_option("Draw into a .png, .svg or .pdf file")
+
+
+def threads_option() -> Any:
+    """The field of how many threads measure dies."""
+    return option(None, "All cores unless given")
+
+
+def json_option() -> Any:
+    """The field of whether a verb prints JSON."""
+    return option(default=False, about="Print one JSON document and nothing else", name="json")
+
+
+def _of_study(chosen: SiliconChoice) -> SiliconChoice:
+    """With the die under the plan of the study whose folder was named, if one was."""
+    if chosen.study is None:
+        return chosen
+    if chosen.die is None:
+        raise ParameterError("--study: which die, must come with --die")
+    die_of = loaded("system.study.replay:die_of")  # which takes a second to import
+    return replace(chosen, study=die_of(Path(chosen.study), chosen.die))
+
+
+def _beginning(chosen: BeginOptions) -> BeginChoice:
+    return begin_choice(chosen.ic, uic=chosen.uic, at_rest=chosen.at_rest)

@@ -1,0 +1,88 @@
+"""The verb `simulate`: a transient of a block, its small signals, its noise; and which takes which option."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from circuits.errors import ParameterError
+from system.cli.option_names import option_of
+from system.cli.shared_options import (
+    BlockValues,
+    Engine,
+    begin_part,
+    block_argument,
+    deadline_option,
+    file_option,
+    json_option,
+    plot_option,
+    silicon_part,
+    stimulus_option,
+    values_part,
+)
+from system.option import option
+from system.options.begin import BeginChoice
+from system.options.silicon import SiliconChoice
+
+Analysis = Literal["tran", "ac", "noise", "tran-noise"]
+ANALYSES: tuple[Analysis, ...] = ("tran", "ac", "noise", "tran-noise")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulate:
+    """Simulate a block under its testbench: a transient, small signals, or noise."""
+
+    block: str = block_argument()
+    analysis: Analysis = option("tran", "What is simulated")
+    stimulus: tuple[str, ...] = stimulus_option()
+    values: BlockValues = values_part("bias_file")
+    silicon: SiliconChoice = silicon_part()
+    rtol: float | None = option(None, "Local error a step relative to 1 V or more; 5e-7 unless given")
+    engine: Engine = option("native", "What solves it")
+    deadline: str | None = deadline_option()
+    source: str | None = option(None, "ac: which source moves; noise: refer the noise to it", metavar="NAME")
+    node: tuple[str, ...] = option((), "ac: nodes to print, repeatable; noise: the output", metavar="PATH")
+    begin: BeginChoice = begin_part()
+    low: str | None = option(None, "ac, noise: 1Hz unless given", name="from", metavar="FREQUENCY")
+    high: str | None = option(None, "ac, noise: 1MHz unless given", name="to", metavar="FREQUENCY")
+    points: int | None = option(None, "ac, noise: frequencies a decade, 20 unless given")
+    dies: str | None = option(None, "ac, noise: several dies, as 1000-1019", metavar="FIRST-LAST")
+    temperatures: str | None = option(None, "ac, noise: several, as -20,27,85", metavar="DEGC,...")
+    flicker: bool | None = option(
+        None, "noise, tran-noise: flicker too; on unless given", opposite="no_flicker"
+    )
+    seed: int | None = option(None, "tran-noise: of the noise, 0 unless given")
+    trials: int | None = option(None, "tran-noise: runs, 1 unless given")
+    step: str | None = option(None, "tran-noise: a noise current stands for this long", metavar="TIME")
+    workers: int | None = option(None, "tran-noise: threads, all cores unless given")
+    plot: str | None = plot_option()
+    csv: str | None = file_option("Write all waveforms, or the table")
+    netcdf: str | None = file_option("ac, noise, tran-noise: write a netCDF file")
+    raw: str | None = file_option("Write all waveforms as ngspice's rawfile")
+    as_json: bool = json_option()
+
+
+_NAMES = {"low": "from", "high": "to"}  # of options that are not called as their fields
+TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
+    **dict.fromkeys(("source", "node", "low", "high", "points", "dies", "temperatures"), ("ac", "noise")),
+    "netcdf": ("ac", "noise", "tran-noise"),
+    "flicker": ("noise", "tran-noise"),
+    **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
+    **dict.fromkeys(("rtol", "raw", "at_rest"), ("tran",)),
+    **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
+    "engine": ("tran", "ac"),
+}
+
+
+def check_options(asked: Simulate) -> None:
+    """Raise `ParameterError` naming an option that the analysis does not take."""
+    begin = asked.begin
+    others = {
+        "at_rest": begin.begin == "at_rest", "ic": bool(begin.held), "uic": begin.begin == "uic",
+        "engine": asked.engine != "native",
+    }  # fmt: skip
+    for name, analyses in TAKEN_BY.items():
+        given = others[name] if name in others else getattr(asked, name) not in {None, ()}
+        if given and asked.analysis not in analyses:
+            option = option_of(_NAMES.get(name, name))
+            raise ParameterError(f"{option}: not of --analysis {asked.analysis}; leave it out")

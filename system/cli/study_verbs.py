@@ -1,0 +1,131 @@
+"""The verbs on studies: `montecarlo`, `replay` and `centre`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from system.cli.shared_options import (
+    BlockValues,
+    Engine,
+    Level,
+    begin_part,
+    block_argument,
+    deadline_option,
+    file_option,
+    json_option,
+    plot_option,
+    silicon_part,
+    stimulus_option,
+    threads_option,
+    values_part,
+)
+from system.cli.verb import argument, like, required
+from system.option import option
+from system.options.begin import BeginChoice
+from system.options.silicon import SiliconChoice
+
+Corner = Literal["random", "typical", "ss", "ff", "sf", "fs"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Montecarlo:
+    """Measure a block, chip or system on many dies: statistics, and what share works."""
+
+    target: str = argument("TARGET", "A block, chip or system")
+    metric: tuple[str, ...] = option(
+        (), "Measured, or MODULE:FUNCTION, repeatable; the target's own unless options name some",
+        metavar="NAME",
+    )  # fmt: skip
+    samples: int = option(200, "Number of dies", short="n")
+    first_die: int = option(1000, "Number of the first die")
+    lot: str = like(SiliconChoice, "lot")
+    corner: tuple[Corner, ...] = option(("random",), "Process corner; n first, then p; repeatable")
+    variation: SiliconChoice = silicon_part("temperature", "lot", "die", "study", "corner")
+    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable", metavar="DEGC")
+    trials: int = option(1, "Runs of a system on each die, with seeds of their own")
+    plan: Literal["random", "lhs", "sobol"] = option("random", "How the dies are drawn")
+    seed: int = option(0, "Of the plan and of bootstraps; a die has its own key")
+    spec: tuple[str, ...] = option((), 'As "best_delay in 5.9ms:6.8ms", repeatable', metavar="TEXT")
+    until: str | None = option(None, "Stop when the yield is known to +- this, as 2%", metavar="SHARE")
+    require: str | None = option(None, "Stop when the yield is surely above or below", metavar="SHARE")
+    values: BlockValues = values_part("bias_file")
+    stimulus: tuple[str, ...] = stimulus_option()
+    begin: BeginChoice = begin_part()
+    level: Level = option("behavioural", "Of a system")
+    duration: str | None = option(None, "Of a system's run; the system's own", metavar="TIME")
+    threads: int | None = threads_option()
+    workers: int | None = option(None, "Processes of a local Dask cluster")
+    scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
+    chunk: int = option(32, "Dies that are measured and kept together")
+    output: str | None = option(None, "Keep samples and manifest there", short="o", metavar="FOLDER")
+    resume: bool = option(default=False, about="Go on with the study in --output")
+    csv: str | None = file_option("Write a row a sample")
+    plot: str | None = plot_option()
+    contributions: str | None = option(
+        None, "What its variance comes from, by device and so on", metavar="METRIC"
+    )
+    pareto: str | None = file_option("Draw contributions into a .png, .svg or .pdf file")
+    rare: Literal["scaled-sigma", "mean-shift"] | None = option(
+        None, "Estimate how seldom a die fails --spec, by this method"
+    )
+    as_json: bool = json_option()
+
+    @property
+    def silicon(self) -> SiliconChoice:
+        """What all dies share."""
+        return replace(self.variation, lot=self.lot)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """Measure one sample of a study again, and run its testbench."""
+
+    study: str = argument("STUDY", "Folder of a study")
+    die: int = required("Die of the study")
+    corner: Corner | None = option(None, "The first of the study's unless given")
+    temperature: str | None = option(None, "The first of the study's unless given", metavar="DEGC")
+    trial: int | None = option(None, "The first unless given")
+    metric: tuple[str, ...] = option(
+        (), "MODULE:FUNCTION of the study's, which is code; repeatable", metavar="NAME"
+    )
+    engine: Engine = option("native", "What solves the testbench")
+    deadline: str | None = deadline_option()
+    plot: str | None = plot_option()
+    csv: str | None = file_option("Write all waveforms")
+    raw: str | None = file_option("Write all waveforms as ngspice's rawfile")
+    as_json: bool = json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Centre:
+    """Move biases so that more dies pass, and report on fresh dies."""
+
+    block: str = block_argument()
+    spec: tuple[str, ...] = option((), 'What should pass, as "class is works", repeatable', metavar="TEXT")
+    metric: tuple[str, ...] = option((), "Measured besides those of the specs, repeatable", metavar="NAME")
+    move: tuple[str, ...] = option((), "Moved; every current unless given; repeatable", metavar="BIAS")
+    move_param: tuple[str, ...] = option((), "A size that is moved too, repeatable", metavar="NAME")
+    range: float = option(3.0, "How far currents move, each way", metavar="FACTOR")
+    span: str = option("100mV", "How far voltages move, each way", metavar="VOLTAGE")
+    tuning_dies: int = option(200, "Dies of the search, from 0 on, at most 1000")
+    fresh_dies: int = option(1000, "Dies of the report")
+    first_fresh_die: int = option(1000, "The first of them, 1000 or later")
+    level: Literal["auto", "behavioural", "transistor"] = option(
+        "auto", "Of the search; auto takes a model where there is one"
+    )
+    generations: int = option(10, "Of the search's first stage")
+    seed: int = option(0, "Of the search; a die has its own key")
+    variation: SiliconChoice = silicon_part("temperature", "die", "study", "corner")
+    temperature: str = like(SiliconChoice, "temperature")
+    values: BlockValues = values_part("bias_file")
+    stimulus: tuple[str, ...] = stimulus_option()
+    threads: int | None = threads_option()
+    output: str | None = file_option("Write the result as JSON", short="o")
+    plot: str | None = plot_option()
+    as_json: bool = json_option()
+
+    @property
+    def silicon(self) -> SiliconChoice:
+        """What all dies share."""
+        return replace(self.variation, temperature=self.temperature)

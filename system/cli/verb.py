@@ -1,0 +1,161 @@
+"""A verb of the command line: a frozen dataclass whose docstring is its help, and whose fields its options.
+
+A field states its option by `option` (`system.option`), `required` or `argument`, in the order of `--help`; a
+field that is a `part` has options of its own, which stand in its place. `verb` makes the command, which gives
+the verb's function one value of the dataclass. Nothing here is slow to import.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from enum import Enum, StrEnum
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+import typer
+
+from circuits.catalogue import loaded
+from system.cli.option_names import option_of
+from system.option import OPTION, Option, without_none
+
+ARGUMENT, PART = "argument", "part"  # keys of a field's metadata
+
+EMPTY = inspect.Parameter.empty
+_NAMED = re.compile("`([a-z_]+)`")  # an option in a line of help
+
+Command = Callable[..., None]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Options that stand together.
+
+    kind : dataclass of the options, of which those `without` are left out.
+    made : makes the field's value of a value of that dataclass.
+    """
+
+    kind: type
+    without: Collection[str]
+    made: Callable[[Any], Any]
+
+
+def argument(metavar: str, about: str) -> Any:
+    """The field of what is given by its place, not by a name."""
+    return field(metadata={OPTION: Option(help=about, metavar=metavar), ARGUMENT: True})
+
+
+def required(about: str, **stated: Any) -> Any:
+    """The field of an option that must be given."""
+    return field(metadata={OPTION: Option(help=about, **stated)})
+
+
+def like(kind: type, name: str) -> Any:
+    """A field with the option and the default of another dataclass's."""
+    (found,) = (each for each in fields(kind) if each.name == name)
+    return field(default=found.default, metadata=found.metadata)
+
+
+def itself(value: Any) -> Any:
+    """What is made of a part whose dataclass is what the verb's function takes."""
+    return value
+
+
+def part(kind: type, *without: str, made: Callable[[Any], Any] = itself) -> Any:
+    """The field of a `Part`; its default is what is made where none of its options is given."""
+    return field(default_factory=lambda: made(kind()), metadata={PART: Part(kind, without, made)})
+
+
+def verb(place: str, options: type) -> Command:
+    """The command of a verb.
+
+    Parameters
+    ----------
+    place : function of the verb in `system.cli`, as `"module:function"`; it is loaded when it is called, and
+        returns an exit status, None for that of success.
+    options : dataclass of the verb, the function's one argument.
+    """
+
+    def command(**given: Any) -> None:
+        end_with(loaded(f"system.cli.{place}")(made_of(options, given)))
+
+    return with_parameters(command, parameters_of(options), options.__doc__ or "")
+
+
+def end_with(status: int | None) -> None:
+    """End the command with an exit status, None for that of success."""
+    if status:
+        raise typer.Exit(status)
+
+
+def with_parameters(command: Command, parameters: Iterator[inspect.Parameter], about: str) -> Command:
+    """The command with the parameters that the command line reads as its options, and with its help."""
+    signature = inspect.Signature(list(parameters))
+    command.__signature__ = signature  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in signature.parameters.values()}
+    command.__doc__ = about
+    return command
+
+
+def parameters_of(options: type, without: Collection[str] = ()) -> Iterator[inspect.Parameter]:
+    """Parameters of a command with the options of a dataclass, but those `without`."""
+    hints = get_type_hints(options)
+    for each in fields(options):
+        inner = each.metadata.get(PART)
+        if inner is not None:
+            yield from parameters_of(inner.kind, inner.without)
+        elif each.name not in without:
+            stated, kind = each.metadata[OPTION], _typer_kind(hints[each.name])
+            about = _NAMED.sub(lambda found: option_of(found[1]), stated.help)
+            shown: Any = {"metavar": stated.metavar or None, "help": f"{about}."}
+            if ARGUMENT in each.metadata:
+                declared = typer.Argument(**shown)
+            else:
+                declared = typer.Option(*flags_of(each.name, stated, paired=each.default is True), **shown)
+            usual = list(each.default) if isinstance(each.default, tuple) else each.default
+            yield keyword(each.name, Annotated[kind, declared], EMPTY if usual is MISSING else usual)
+
+
+def keyword(name: str, kind: Any, usual: Any) -> inspect.Parameter:
+    """A parameter that is given by its name."""
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=usual)
+
+
+def flags_of(name: str, stated: Option, *, paired: bool) -> list[str]:
+    """Names of an option, as `--samples`, `-n`; `--process/--no-process` where yes and no are `paired`."""
+    option = option_of(stated.name or name)
+    if paired or stated.opposite:
+        option = f"{option}/{option_of(stated.opposite or f'no_{name}')}"
+    return [option, *([f"-{stated.short}"] if stated.short else [])]
+
+
+def made_of(options: type, given: Mapping[str, Any], without: Collection[str] = ()) -> Any:
+    """The dataclass of what the command line has read for its options."""
+    found = {}
+    for each in fields(options):
+        inner = each.metadata.get(PART)
+        if inner is not None:
+            found[each.name] = inner.made(made_of(inner.kind, given, inner.without))
+        elif each.name not in without:
+            found[each.name] = _plain(given[each.name])
+    return options(**found)
+
+
+def _typer_kind(hint: Any) -> Any:
+    """The type by which typer reads a field: an enumeration for words, a list for several values."""
+    arguments = get_args(hint)
+    if hint is Any:
+        return str | None
+    if get_origin(hint) is Literal:
+        return StrEnum("Words", {word: word for word in arguments})
+    if get_origin(hint) is tuple:
+        return list[_typer_kind(arguments[0])]  # type: ignore[misc]
+    return _typer_kind(without_none(hint)) | None if type(None) in arguments else hint
+
+
+def _plain(value: Any) -> Any:
+    """A value of typer's as a field has it."""
+    if isinstance(value, list):
+        return tuple(_plain(each) for each in value)
+    return value.value if isinstance(value, Enum) else value
