@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from system.cli.command_line import main
-
-Run = Callable[..., tuple[int, str, str]]
+from tests.system.conftest import Run
 
 CODE = '''
 from dataclasses import dataclass
@@ -70,9 +67,9 @@ SYSTEM = System(
 '''
 
 
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """The command line with a package's two entry points: `walker`, and one that is no system."""
+@pytest.fixture(autouse=True)
+def _installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package with two entry points: `walker`, and one that is no system."""
     (tmp_path / "own_walker.py").write_text(CODE)
     info = tmp_path / "own_walker-1.0.dist-info"
     info.mkdir()
@@ -80,12 +77,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     points = ("[noctule.systems]", "walker = own_walker:SYSTEM", "stone = own_walker:account")
     (info / "entry_points.txt").write_text("\n".join(points))
     monkeypatch.syspath_prepend(tmp_path)
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        status = main(arguments)
-        return status, *capsys.readouterr()
-
-    return call
 
 
 def test_its_help_has_its_own_options_and_no_others(run: Run) -> None:
@@ -95,6 +86,13 @@ def test_its_help_has_its_own_options_and_no_others(run: Run) -> None:
         word in out for word in ("--pace SPEED", "1m/s", "--gait walk|trot", "--load", "--no-load", "--die")
     )
     assert all(word not in out for word in ("--targets", "--amplitude-law", "--bias-kind"))
+
+
+def test_the_list_of_systems_has_its_line(run: Run) -> None:
+    status, out, err = run("run", "--help")
+    assert (status, err) == (0, "")
+    assert "walker       something that walks\n" in out
+    assert "stone        Cannot be loaded: noctule.systems.stone:" in out
 
 
 def test_it_runs_without_options_and_with_its_own(run: Run, tmp_path: Path) -> None:

@@ -1,0 +1,50 @@
+"""The command line as tests call it: what it ends with, the JSON that it prints, what it refuses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from system.cli.command_line import main
+
+Run = Callable[..., tuple[int, str, str]]
+RunJson = Callable[..., Any]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Exit status, stdout and stderr of a command, by its words."""
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        status = main(arguments)
+        return status, *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture
+def run_json(run: Run) -> RunJson:
+    """The document of a command that does what it is asked for, and says nothing besides."""
+
+    def call(*arguments: str) -> Any:
+        status, out, err = run(*arguments, "--json")
+        assert (status, err) == (0, "")
+        return json.loads(out, parse_constant=pytest.fail)
+
+    return call
+
+
+@pytest.fixture
+def refused(run: Run) -> Callable[..., str]:
+    """The one line on stderr of a command that is refused, without the name before it."""
+
+    def call(*arguments: str) -> str:
+        status, out, err = run(*arguments)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert err.startswith("noctule: ")
+        return err.removeprefix("noctule: ")
+
+    return call
