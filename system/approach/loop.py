@@ -25,6 +25,7 @@ from circuits.blocks.sonar import (
     onset_neuron,
     vocalization_controller,
 )
+from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.place import circuit_at
 from circuits.silicon.silicon import Silicon
@@ -197,3 +198,12 @@ def _analog_wires(parts: dict[str, Part[Any]]) -> list[AnalogWire]:
         targets = [n for n in parts if n == "chip" or n.startswith("neuron")]
         wires += [AnalogWire("isolation", "v_ex_max", name, "v_ex_max") for name in targets]
     return wires
+
+
+def circuits() -> tuple[Circuit, ...]:
+    """Return the circuits that the system is made of."""
+    blocks = (
+        centroid_board, vocalization_controller, envelope_detector, onset_neuron, high_threshold_neuron,
+        first_target_isolation,
+    )  # fmt: skip
+    return (ranging_chip.build(), *(block.build() for block in blocks))

@@ -22,20 +22,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from chips.cell import Cell
-from chips.ranging import circuit as ranging_chip
 from circuits.arrays import F64
-from circuits.blocks.sonar import (
-    centroid_board,
-    envelope_detector,
-    first_target_isolation,
-    high_threshold_neuron,
-    onset_neuron,
-    vocalization_controller,
-)
-from circuits.circuit import Circuit
 from system.approach import kernel
 from system.approach.behavioural import Flight, fly_behavioural
-from system.approach.loop import all_behavioural, build, models_of
+from system.approach.loop import all_behavioural, build, circuits, models_of
 from system.approach.scenario import Scenario
 from system.approach.trace import (
     SUCCESS,
@@ -168,15 +158,6 @@ def _counts(loop: Loop) -> dict[str, int]:
     if "chip" in states:
         counts["undecided_spikes"] = states["chip"].undecided
     return counts
-
-
-def circuits() -> tuple[Circuit, ...]:
-    """Return the circuits that the system is made of."""
-    blocks = (
-        centroid_board, vocalization_controller, envelope_detector, onset_neuron, high_threshold_neuron,
-        first_target_isolation,
-    )  # fmt: skip
-    return (ranging_chip.build(), *(block.build() for block in blocks))
 
 
 SYSTEM = System(

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from circuits.arrays import Bools
-from circuits.errors import DataError, ParameterError, unknown_name
-from system.files.text import read_text
+from circuits.errors import DataError, ParameterError
+from system.files.text import map_path, read_text
 
 Point = tuple[float, float]
 
@@ -73,9 +73,7 @@ def load_map(name: str) -> BugMap:
     DataError
         The file cannot be read, or is not a map.
     """
-    path = _FOLDER / f"{name}.txt" if name in MAPS else Path(name)
-    if name not in MAPS and not path.exists() and path.suffix == "" and path.parent == Path():
-        raise unknown_name("map", name, MAPS)
+    path = map_path(name, MAPS, _FOLDER)
     return read_map(read_text(path, "a map of # S G and spaces"), path.stem)
 
 

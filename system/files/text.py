@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
-from circuits.errors import DataError
+from circuits.errors import DataError, unknown_name
+
+
+def map_path(name: str, shipped: Iterable[str], folder: Path) -> Path:
+    """Return the path of a map: of a shipped one by its name, or of a user's own file.
+
+    Raises `UnknownNameError` for a name that is neither, with those that are shipped.
+    """
+    names = list(shipped)
+    if name in names:
+        return folder / f"{name}.txt"
+    path = Path(name)
+    if not path.exists() and path.suffix == "" and path.parent == Path():
+        raise unknown_name("map", name, names)
+    return path
 
 
 def read_text(path: str | Path, noun: str) -> str:

@@ -23,17 +23,15 @@ from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_s
 from system.forest.weights import WEIGHTS
 from system.openspace.flight import (
     SUCCESS,
-    Planter,
     Run,
     Sample,
     ended_because,
-    entries_of,
+    flight_entries,
     fly_sample,
     gets_on,
     planter,
 )
 from system.openspace.law import arcs_of
-from system.openspace.map import Forest, read_forest
 from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, senses_of
 from system.option import Option
@@ -72,7 +70,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     senses = senses_of(scenario.sensing, scenario.bat, scenario.die, scenario.temperature_c, key)
     sample, first = fly_sample(
         arcs_of(scenario.bat),
-        _forests(scenario),
+        planter(scenario.obstacles, scenario.map),
         key,
         scenario.pings,
         scenario.start,
@@ -137,17 +135,6 @@ def _of_senses(scenario: Scenario) -> str:
     return f"\nranges {sensing.ranges}, selection {sensing.selection}{die}"
 
 
-def _forests(scenario: Scenario) -> Planter:
-    if scenario.map is None:
-        return planter(scenario.obstacles)
-    forest = read_forest(scenario.map)
-
-    def same(_: np.random.Generator) -> Forest:
-        return forest
-
-    return same
-
-
 def document(trace: Trace) -> dict[str, Any]:
     """Return the entries that only this system's JSON document has, by their keys.
 
@@ -162,11 +149,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "immediacy_range_m": s.bat.immediacy_range,
         **({AREA: sensing.ranging_area} if sensing.silicon else {}),
         **({"selection_errors": dict(selection_errors())} if sensing.selection == "chip" else {}),
-        "zone_m": s.bat.zone,
-        "start_m": first.start,
-        "ended": account(trace).reason,
-        "obstacles_m": first.forest.place,
-        **entries_of(log, trace.path),
+        **flight_entries(first.forest, s.bat.zone, first.start, account(trace).reason, log, trace.path),
         "arc": log[:, 5].astype(int),
         "scanning": log[:, 7].astype(bool),
     }

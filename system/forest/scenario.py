@@ -10,7 +10,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.forest.weights import weighted
 from system.openspace.law import Bat
-from system.openspace.map import OBSTACLES, check_count, read_place
+from system.openspace.map import OBSTACLES, check_count, check_source, read_place
 from system.openspace.senses import IDEAL, Sensing, with_area
 from system.option import check_options, die_option, option, seed_option, temperature_option
 
@@ -72,8 +72,7 @@ def no_silicon(scenario: Scenario) -> str:
 
 def make(fields: dict[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a scenario, the bat's weights and the area of both chips set as asked."""
-    if fields.get("map") is not None and "obstacles" in fields:
-        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
+    check_source(fields)
     found = dict(fields)
     if KINDS in more:
         found["bat"] = weighted(fields.get("bat", Bat()), more[KINDS])

@@ -23,7 +23,7 @@ from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.openspace.kernel import COLLIDED, GOING, OVER, TRAPPED, fly
 from system.openspace.law import DIRECTIONS, Arcs
-from system.openspace.map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant
+from system.openspace.map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant, read_forest
 from system.openspace.reader_noise import begun
 from system.openspace.senses import EXACT
 from system.openspace.senses_kernel import Senses
@@ -111,9 +111,12 @@ class Sample:
 Planter = Callable[[np.random.Generator], Forest]
 
 
-def planter(obstacles: int = OBSTACLES) -> Planter:
-    """Return what plants a new forest of so many obstacles for every run."""
-    return lambda random: plant(obstacles, random)
+def planter(obstacles: int = OBSTACLES, path: str | None = None) -> Planter:
+    """Return what plants a new forest of so many obstacles for every run, or gives that of a file."""
+    if path is None:
+        return lambda random: plant(obstacles, random)
+    forest = read_forest(path)
+    return lambda _: forest
 
 
 def fly_sample(
@@ -176,6 +179,17 @@ def entries_of(log: F64, path: F64) -> dict[str, Any]:
         "heading_rad": log[:, 3],
         "ping_direction": log[:, 4].astype(int),
     }
+
+
+def flight_entries(
+    forest: Forest, zone: float, start: tuple[float, float], ended: str, log: F64, path: F64
+) -> dict[str, Any]:
+    """Return the entries of JSON of a flight from `start` (m), which ended for a reason, and its forest.
+
+    zone : of collision, m; log, path : as of `entries_of`.
+    """
+    entries = {"zone_m": zone, "start_m": start, "ended": ended, "obstacles_m": forest.place}
+    return {**entries, **entries_of(log, path)}
 
 
 def margin_of(arcs: Arcs) -> float:

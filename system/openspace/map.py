@@ -10,9 +10,10 @@ A map is a CSV file with the header `x_m,y_m` and an obstacle a line, from 0 up 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -89,6 +90,12 @@ def check_count(obstacles: int, spacing: float = SPACING) -> None:
         raise ParameterError(f"obstacles: {obstacles}, must be at least 1; the paper has 500 to 1700")
     if obstacles > densest(spacing):
         raise _too_dense(obstacles, spacing)
+
+
+def check_source(given: Mapping[str, Any]) -> None:
+    """Raise `ParameterError` where fields of a scenario name a file of obstacles and a number to plant."""
+    if given.get("map") is not None and "obstacles" in given:
+        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
 
 
 def densest(spacing: float = SPACING) -> int:

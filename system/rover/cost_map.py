@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from circuits.arrays import I64
-from circuits.errors import DataError, ParameterError, unknown_name
-from system.files.text import read_text
+from circuits.errors import DataError, ParameterError
+from system.files.text import map_path, read_text
 
 Cell = tuple[int, int]  # row and column, from 0, row 0 at the north
 
@@ -73,12 +73,9 @@ def load_map(name: str) -> CostMap:
     DataError
         The file is not a map.
     """
-    if name in MAPS:
-        return CostMap(name, _read(_FOLDER / f"{name}.txt"), *MAPS[name])
-    path = Path(name)
-    if not path.exists() and path.suffix == "" and path.parent == Path():
-        raise unknown_name("map", name, MAPS)
-    return CostMap(path.stem, _read(path))
+    path = map_path(name, MAPS, _FOLDER)
+    costs = read_map(read_text(path, "a map of whole numbers"), str(path))
+    return CostMap(path.stem, costs, *MAPS.get(name, ()))
 
 
 def read_map(text: str, source: str) -> I64:
@@ -182,10 +179,6 @@ def random_pairs(
             " apart; take a larger map"
         )
     return np.array(drawn).reshape(-1, 2, 2)
-
-
-def _read(path: Path) -> I64:
-    return read_map(read_text(path, "a map of whole numbers"), str(path))
 
 
 def _cost(field: str, where: str) -> int:

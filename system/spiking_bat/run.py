@@ -23,9 +23,9 @@ from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
 from circuits.silicon.silicon import Silicon
-from system.openspace.flight import SUCCESS, begin, ended_because, entries_of, gets_on
+from system.openspace.flight import SUCCESS, begin, ended_because, flight_entries, gets_on, planter
 from system.openspace.law import Arcs, arcs_of
-from system.openspace.map import SIDE, Forest, plant, read_forest
+from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
@@ -100,7 +100,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
 def place(scenario: Scenario, arcs: Arcs) -> tuple[Forest, tuple[float, float]]:
     """Return forest and start, those of the analog model's first run with this seed."""
     random = np.random.default_rng((scenario.seed, 0, 0))
-    forest = plant(scenario.obstacles, random) if scenario.map is None else read_forest(scenario.map)
+    forest = planter(scenario.obstacles, scenario.map)(random)
     return forest, begin(arcs, forest, random, scenario.start)
 
 
@@ -153,11 +153,7 @@ def document(trace: Trace) -> dict[str, Any]:
     return {
         **({"temperature_C": s.course or s.temperature_c} if s.brain == "chip" else {}),
         "obstacles": len(trace.forest.place),
-        "zone_m": s.bat.zone,
-        "start_m": trace.start,
-        "ended": account(trace).reason,
-        "obstacles_m": trace.forest.place,
-        **entries_of(log, trace.flown.path),
+        **flight_entries(trace.forest, s.bat.zone, trace.start, account(trace).reason, log, trace.flown.path),
         "winner": log[:, 6].astype(int),
         "scanning": log[:, 7].astype(bool),
     }

@@ -10,7 +10,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.openspace.law import Bat
-from system.openspace.map import OBSTACLES, check_count, read_place
+from system.openspace.map import OBSTACLES, check_count, check_source, read_place
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, noise_option, silicon_noise
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
@@ -104,6 +104,5 @@ def no_silicon(scenario: Scenario) -> str:
 
 def make(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields as they are, after a check that a map is not given other obstacles."""
-    if fields.get("map") is not None and "obstacles" in fields:
-        raise ParameterError("obstacles: not with `map`, which has its own; leave one out")
+    check_source(fields)
     return fields

@@ -25,11 +25,11 @@ to 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -40,6 +40,8 @@ from system.worlds.arena.furniture import block, chair, cup, desk, person, robot
 from system.worlds.arena.geometry import check_scene
 from system.worlds.arena.scene import Body, Point, Scene, Shade, Tape, Wall, backdrop, light_of, scatter
 from system.worlds.arena.tables import ArenaTable, ClutterTable, SceneTable
+
+T = TypeVar("T")
 
 SCENES = Path(__file__).parent / "scenes"
 _MARGIN = 0.2  # m that clutter keeps from the walls; ours
@@ -133,18 +135,18 @@ def _along(
 
 
 def _bodies(top: SceneTable) -> Iterator[Body]:
-    for k, a_block in enumerate(top.blocks):
-        yield from block(f"block[{k}]", a_block)
-    for k, a_cup in enumerate(top.cups):
-        yield from cup(f"cup[{k}]", a_cup)
-    for k, a_robot in enumerate(top.robots):
-        yield from robot(f"robot[{k}]", a_robot)
-    for k, somebody in enumerate(top.people):
-        yield from person(f"person[{k}]", somebody)
-    for k, a_desk in enumerate(top.desks):
-        yield from desk(f"table[{k}]", a_desk)
-    for k, a_chair in enumerate(top.chairs):
-        yield from chair(f"chair[{k}]", a_chair)
+    yield from _each("block", top.blocks, block)
+    yield from _each("cup", top.cups, cup)
+    yield from _each("robot", top.robots, robot)
+    yield from _each("person", top.people, person)
+    yield from _each("table", top.desks, desk)
+    yield from _each("chair", top.chairs, chair)
+
+
+def _each(key: str, tables: Iterable[T], make: Callable[[str, T], list[Body]]) -> Iterator[Body]:
+    """Bodies of an array of tables, named after its key."""
+    for k, table in enumerate(tables):
+        yield from make(f"{key}[{k}]", table)
 
 
 def _clutter(

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from circuits.errors import DataError
-from system.files.text import read_text
+from circuits.errors import DataError, UnknownNameError
+from system.files.text import map_path, read_text
 
 
 def test_text_comes_without_a_mark(tmp_path: Path) -> None:
@@ -28,3 +28,13 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "none.txt"):
         with pytest.raises(DataError, match=r"must be a readable file; check path and permissions$"):
             read_text(path, "a map")
+
+
+def test_a_map_is_a_shipped_one_or_a_users_file(tmp_path: Path) -> None:
+    own = tmp_path / "yard"
+    own.write_text("S G")
+    assert map_path("field", ["field"], tmp_path) == tmp_path / "field.txt"
+    assert map_path(str(own), ["field"], tmp_path) == own
+    assert map_path("none.txt", ["field"], tmp_path) == Path("none.txt")  # told when it is read
+    with pytest.raises(UnknownNameError, match=r"^map feld: unknown; did you mean field\?"):
+        map_path("feld", ["field"], tmp_path)
