@@ -1,1 +1,1 @@
-"""Blocks on a die, as behavioural models with a measured error."""
+"""Chips: circuits on a die, as behavioural models whose error against the transistors was measured."""

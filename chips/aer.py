@@ -1,4 +1,4 @@
-"""Address-event bus of limited bandwidth, and event files.
+"""An address-event (AER) bus of limited bandwidth, and files of address-events.
 
 Events go through an arbiter, one at a time, each for the `service` time; those that wait stand in a FIFO.
 An event that finds the FIFO full is dropped and counted. Of events at the same instant the arbiter takes
@@ -34,7 +34,13 @@ _compiled = compiled()
 
 @dataclass(frozen=True, slots=True)
 class Bus:
-    """service: s an event, 0 for an ideal bus; depth: events that wait or are being sent, at most."""
+    """An arbitrated bus.
+
+    `service` is the time that it takes to transfer an event, s, 0 for an ideal bus; `depth` is how many
+    events may wait or be transferred at once.
+
+    Raises `ParameterError` for a service time that is negative or not finite, and for a depth below 1.
+    """
 
     service: float = 100e-9  # ours: 10 million events/s
     depth: int = 512  # ours
@@ -48,7 +54,11 @@ class Bus:
 
 @dataclass(frozen=True, slots=True)
 class Events:
-    """times: float64[m], s, not decreasing; addresses: int64[m]; dropped: events lost before these."""
+    """Address-events in the order of their times.
+
+    `times` are in s and do not decrease, float64[m]; `addresses` are int64[m]; `dropped` counts the events
+    that a bus lost before these.
+    """
 
     times: F64
     addresses: I64
@@ -56,18 +66,18 @@ class Events:
 
 
 def send(bus: Bus, times: F64, addresses: I64) -> Events:
-    """Send events, in any order, over an idle bus; returns those delivered, at the end of their transfer.
+    """Send events over an idle bus and return those that it delivers, at the end of their transfers.
 
-    times: float64[m], s; addresses: int64[m].
+    times: when they are sent, s, float64[m] in any order; addresses: int64[m].
     """
     return send_on(bus, IDLE, times, addresses)[0]
 
 
 def send_on(bus: Bus, line: F64, times: F64, addresses: I64) -> tuple[Events, F64]:
-    """Send events over a bus on which others may be; returns those delivered of these, and its new `line`.
+    """Send events over a bus that may be busy; return those of them that it delivers, and its new `line`.
 
-    line: float64[k], s, rising: when those that are on it, sent before, are delivered, `IDLE` for none.
-    Others as in `send`.
+    line: when the events that were sent before will be delivered, s, float64[k] rising, `IDLE` for none;
+    times, addresses: as in `send`.
     """
     order = _order(times, addresses)
     times = np.ascontiguousarray(times, dtype=np.float64)[order]
@@ -108,7 +118,10 @@ def _serve(times: F64, service: float, depth: int, delivered: F64, kept: Bools, 
 
 
 def write_events(path: Path, events: Events) -> None:
-    """Write an event file, times rounded to microseconds; raises `ParameterError` for times out of int64."""
+    """Write an event file, with times rounded to whole microseconds.
+
+    Raises `ParameterError` for a time that is not finite or does not fit in an int64.
+    """
     if events.times.size and not np.abs(events.times).max() < _LATEST:
         raise ParameterError(
             f"events.times: {events.times[np.abs(events.times).argmax()]:g} s, must be within"
@@ -120,7 +133,7 @@ def write_events(path: Path, events: Events) -> None:
 
 
 def read_events(path: Path) -> Events:
-    """Read an event file; raises `DataError` where it is none."""
+    """Read an event file; raises `DataError` for a file that is not one, or whose times decrease."""
     content = path.read_bytes()
     if not content.startswith(MAGIC):
         raise DataError(

@@ -1,4 +1,4 @@
-"""A circuit as a part of a running system: events and voltages in, events and voltages out.
+"""A circuit of transistors as a part of a running system: events and voltages go in and come out.
 
 At the boundary an event becomes a 10 us full-supply pulse with 0.1 us edges, an upward half-supply
 crossing becomes an event, and analog ports carry polylines. Every cell is stepped by itself.
@@ -27,18 +27,22 @@ from circuits.testbench import Testbench
 
 @dataclass(frozen=True, slots=True)
 class CellState:
-    """Solver state, and how many events fell into the pulse of the one before and were merged with it."""
+    """State of the solver, and how many events were lost.
+
+    merged: events that fell into the pulse of the one before them, and were lost in it.
+    """
 
     solver: State
     merged: int = 0
 
 
 class Cell:
-    """A circuit with its supply; event and analog inputs are driven while it runs.
+    """A circuit that is simulated while a system runs, with its supply and biases, its other inputs driven.
 
-    `analog`: ports or nodes whose waveforms are kept. `sampled`: input ports that take samples at this
-    rate (Hz). `held`: voltages of analog inputs until something drives them. `start`: voltages (V) near
-    the rest state that is meant, where there are several.
+    analog: ports or nodes whose waveforms are reported. sampled: input ports that take samples, by their rate
+    in Hz. held: voltages of analog inputs until something drives them, V. rtol: relative tolerance of the
+    solver. start: voltages near the rest state that is meant, V by node, where a circuit has several rest
+    states.
     """
 
     def __init__(
@@ -51,7 +55,10 @@ class Cell:
         rtol: float = DEFAULT_RTOL,
         start: Mapping[str, float] | None = None,
     ) -> None:
-        """Lower the circuit and find its rest state; `SolverError` where there is none."""
+        """Prepare the circuit for the solver and find its rest state.
+
+        Raises `SolverError` where it has none.
+        """
         self.v_dd = silicon.process.v_dd
         sources: list[Source] = []
         watch: list[str] = []
@@ -86,11 +93,14 @@ class Cell:
         raise TopologyError(f"{element}: input port without a bias or a held voltage; give one")
 
     def begin(self, time: float = 0.0) -> CellState:
-        """At rest at `time` s."""
+        """Return the state at rest at `time` s."""
         return CellState(self.runner.begin(self._rest, time))
 
     def drive(self, state: CellState, lines: Mapping[str, Polyline]) -> CellState:
-        """Put polylines (time s, value V) on analog inputs, in force until others replace them."""
+        """Return the state with polylines (time in s, voltage in V) on analog inputs.
+
+        They are in force until others replace them.
+        """
         names = self.machine.source_names
         held = list(state.solver.lines)
         for name, line in lines.items():
@@ -98,11 +108,11 @@ class Cell:
         return replace(state, solver=replace(state.solver, lines=tuple(held)))
 
     def next_time(self, state: CellState) -> float:
-        """A circuit cannot know its next event; inf."""
+        """Return inf: a circuit does not know its next event before it is simulated."""
         return np.inf
 
     def voltages(self, state: CellState) -> F64:
-        """Present voltages of the analog ports, float64[ports], V."""
+        """Return the present voltages of the analog ports, V, float64[ports]."""
         return np.asarray(state.solver.voltage[0][self._columns])
 
     def advance(

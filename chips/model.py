@@ -1,4 +1,4 @@
-"""Behavioural models that stand for circuits: what one is, and all of them by command-line name.
+"""Behavioural models that stand for circuits in a chip: what a model consists of, and the table of all.
 
 A model is measured from its circuits by the transistor-level solver, and judged on dies that were not used to
 build it. Both are in its record (`chips.record`), named after the model, from which it is loaded. The models
@@ -36,10 +36,10 @@ Tuned = Callable[[Silicon], tuple[str, Mapping[str, float]]]
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """Behavioural cells of a circuit on one die.
+    """A data sheet: the cells of a circuit on one die as equations with numbers, for other simulators.
 
-    shape: of the array of cells, () for a lone one; figures: numbers of each cell's equations by name, SI
-    units; remarks: lines about validity and measured error.
+    shape: of the array of cells, () for a lone one; figures: the numbers of each cell's equations by name, in
+    SI units; remarks: lines of text on validity and measured error.
     """
 
     shape: tuple[int, ...]
@@ -51,8 +51,8 @@ class Sheet:
 class Cells:
     """How a model is written down for other simulators.
 
-    blocks: names of the blocks and chips whose circuits are such cells; sheet: of one of these circuits on
-    the silicon.
+    blocks: names of the blocks and chips whose circuits consist of such cells; sheet: makes the data sheet of
+    one of these circuits on a given silicon.
     """
 
     blocks: tuple[str, ...]
@@ -61,10 +61,10 @@ class Cells:
 
 @dataclass(frozen=True, slots=True)
 class Proxy:
-    """What a search may ask of a model in the place of its circuit's own runs.
+    """What a search may ask of a model instead of simulating its circuit.
 
-    metrics: that the model knows; tuned: of a circuit in a process, gives the outcome's word and values of
-    the metrics by name on a silicon, `nan` where one is not defined.
+    metrics: names of the metrics that the model knows; tuned: for a circuit in a process, gives a function of
+    the silicon that returns the outcome's word and the metrics by name, `nan` where one is not defined.
     """
 
     metrics: tuple[str, ...]
@@ -72,20 +72,21 @@ class Proxy:
 
 
 def nothing(record: Record) -> Mapping[str, float]:
-    """No figures."""
+    """Return no figures, for a model that has none."""
     return {}
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A behavioural model.
+    """A behavioural model of a chip's circuits.
 
-    name: on the command line, and of the record with underscores; circuits: builds what the record is of;
-    measure: makes the record without its errors, and is told where to report its progress; held_out: errors
-    of the model with this record, which is in force, on dies that were not used to build it, biased as given
-    (the circuits' own biases unless given); load: the model with its circuits' own biases on a silicon,
-    `ParameterError` outside its box, `DataError` where the record is of something else. figures: what else
-    follows from the record, by name with the unit at its end; cells, proxy: where the model has them.
+    name: on the command line, and with underscores the name of its record; circuits: builds the circuits that
+    the record is measured from; measure: makes the record without its errors, and reports the share that is
+    done to the function that it is given; held_out: errors of the model on dies that were not used to build
+    it, while this record is in force, biased as given (as the circuits are, unless given); load: makes the
+    model on a silicon with its circuits' own biases, and raises `ParameterError` outside its box and
+    `DataError` where the record is of other circuits. figures: what else follows from the record, by name
+    with the unit at its end; cells, proxy: where the model has them.
     """
 
     name: str
@@ -110,9 +111,10 @@ def plain_model(
     errors: Callable[[], Mapping[str, float]],
     load: Callable[[Silicon], object],
 ) -> Model:
-    """A model that tells no progress, whose errors are always those of its circuits' own biases.
+    """Return a model whose measurement reports no progress, judged at its circuits' own biases alone.
 
-    errors: of the record in force; the others as in `Model`.
+    errors: gives the errors of the model by the record that is in force; the other arguments are the fields
+    of `Model`.
     """
     return Model(name, circuits, lambda _: measure(), lambda *_: errors(), load)
 
@@ -123,10 +125,10 @@ model_names, load_model = _models.names, _models.load
 
 
 def characterise(model: Model, progress: Progress, biases: Biases | None = None) -> Record:
-    """Measure a model's record, errors included, and write it nowhere; `SolverError` where it cannot be.
+    """Measure a model's record with its errors, and return it without writing any file.
 
-    progress: is told the share that is done; biases: of the circuits on the dies of the errors, their own
-    unless given.
+    progress: is told the share that is done, 0 to 1; biases: of the circuits on the dies of the errors, in A
+    or V by name, their own unless given. Raises `SolverError` where the circuits cannot be measured.
     """
     record = model.measure(lambda share: progress(0.95 * share))
     with recorded(model.record_name, record):

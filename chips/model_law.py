@@ -1,4 +1,4 @@
-"""What the behavioural models ask of a process's law."""
+"""The conditions that a process must meet for the behavioural models to hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Noise of a chip in a run: that it makes any, and what the mean of a slow process leaves."""
+"""Noise of a chip in a run: that it has any, and what averaging over a time leaves of a slow process."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from circuits.silicon.process import Process
 
 @dataclass(frozen=True, slots=True)
 class SiliconNoise:
-    """That a chip makes noise.
+    """The choice that a chip's devices are noisy in a run.
 
-    flicker: None for that of the process, `circuits.devices.noise.WHITE_ONLY` for none.
+    Two runs of one die with the same `seed` and `trial` have the same noise. flicker: the flicker noise of
+    the devices, that of the process if None, `circuits.devices.noise.WHITE_ONLY` for white noise alone.
     """
 
     seed: int = 0
@@ -31,15 +32,18 @@ class SiliconNoise:
                 raise ParameterError(f"noise.{name}: {value}, must be at least 0; give a whole number")
 
     def flicker_in(self, process: Process) -> NoiseModel:
-        """Flicker of devices in `process`: the one that was chosen, else the process's own."""
+        """Return the flicker noise of devices in `process`, its own unless another was chosen."""
         return noise_model(process) if self.flicker is None else self.flicker
 
 
 def die_name(name: str, die: Die) -> str:
-    """Return the chip `name` with its die, as `latency_chip of A/3`, by which its noise is drawn."""
+    """Return the name by which a chip's noise is drawn on a die, as `latency_chip of A/3`."""
     return f"{name} of {die.lot}/{die.number}"
 
 
 def mean_variance(length: F64) -> F64:
-    """Variance of the mean of a relaxation of variance 1 over `length` of its time constants."""
+    """Return the variance of the mean of a relaxation (Ornstein-Uhlenbeck) process of variance 1.
+
+    length: of the averaging, in time constants of the process; the result has its shape.
+    """
     return np.asarray(2.0 * (length + np.expm1(-length)) / length**2)

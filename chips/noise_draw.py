@@ -1,4 +1,4 @@
-"""Draws of a chip's noise, a step at a time, and slow processes: compiled, without allocation.
+"""Random numbers of a chip's noise, step by step, and slow (flicker) processes, without allocation.
 
 A draw is a function of (key, number of the step, stream, place) alone, whatever was drawn before. It is the
 sum of a Philox word's four bytes, with the normal's first three moments, which is what the weak order of a
@@ -36,7 +36,10 @@ _compiled = compiled(fastmath={"contract", "nsz", "arcp"})
 
 
 class Draws(NamedTuple):
-    """Working space of Philox, [2 or 4, blocks], and the draws, float32[4 blocks]."""
+    """Working space of the random-number generator, and the numbers that it drew last.
+
+    keys: uint32[2, blocks]; counters, words: uint32[4, blocks], of Philox; normal: float32[4 blocks], drawn.
+    """
 
     keys: U32
     counters: U32
@@ -58,7 +61,7 @@ class Slow(NamedTuple):
 
 
 def new_draws(seed: int, trial: int, path: str, count: int) -> Draws:
-    """Draws at `count` places of what `path` names."""
+    """Prepare draws at `count` places of the noise that `path` names, for a seed and a trial."""
     blocks = -(-count // _PER_BLOCK)
     counters = np.zeros((4, blocks), np.uint32)
     counters[1] = np.arange(blocks)
@@ -67,9 +70,10 @@ def new_draws(seed: int, trial: int, path: str, count: int) -> Draws:
 
 
 def new_slow(density: F64, model: NoiseModel, step: float, count: int) -> Slow:
-    """Slow processes of steps of `step` s at places that `Draws` has; none of a model without flicker.
+    """Prepare slow processes for steps of `step` s; there are none for a model without flicker.
 
-    density: float64[processes], at 1 Hz, 1/Hz; count: places.
+    density: of each process at 1 Hz, 1/Hz, float64[processes]; count: places, those of the `Draws` that it is
+    drawn with.
     """
     octaves = np.zeros((density.size, 0))
     if model.flicker_n > 0.0 or model.flicker_p > 0.0:
@@ -87,7 +91,7 @@ def new_slow(density: F64, model: NoiseModel, step: float, count: int) -> Slow:
 
 
 def octave_weight(exponent: float) -> float:
-    """`ln 2 / (2 M)`: variance of an octave of T_j = 1 s for a density of `1 / f^exponent`."""
+    """Return the variance `ln 2 / (2 M)` of an octave that lasts 1 s, for a density of `1 / f^exponent`."""
     s = exponent - 2.0
     m = -((2.0 * math.pi) ** -s) / (4.0 * math.pi * math.gamma(1.0 - s) * math.sin(0.5 * math.pi * s))
     return float(math.log(2.0) / (2.0 * m))
@@ -95,7 +99,7 @@ def octave_weight(exponent: float) -> float:
 
 @_compiled
 def draw(d: Draws, number: int, stream: int) -> None:
-    """Draws of a stream in step or look `number` into d.normal: mean 0, variance 1."""
+    """Draw a stream's numbers of step or look `number` into `d.normal`, of mean 0 and variance 1."""
     d.counters[0, :] = np.uint32(number & 0xFFFFFFFF)
     d.counters[2, :] = np.uint32(number >> 32)
     d.counters[3, :] = np.uint32(stream)

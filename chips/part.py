@@ -1,4 +1,4 @@
-"""The contract of time: what lives in a run offers when it acts next, and advances to its first event.
+"""The contract of time: parts of a run say when they act next, and advance up to their first output event.
 
 A part has a state, a value that pickles and is never written to. `begin` gives its first one, `next_time` the
 next moment at which it acts by itself, and `advance` takes it to a time, or to its first output event before
@@ -26,7 +26,7 @@ State = TypeVar("State")
 
 
 class Advanced(Protocol):
-    """What a part returns: its events in order and its analog ports from the start on."""
+    """What a part returns when it was advanced: its output events, and its analog ports from the start on."""
 
     @property
     def events(self) -> Sequence[Event]:
@@ -43,9 +43,10 @@ class Advanced(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What a cell did: events in order, and its analog ports at the accepted points.
+    """What a part did: its output events in order, and its analog ports over the stretch.
 
-    `time`: float64[T], s, the start included; `voltage`: float64[T, ports], V, in the cell's `analog` order.
+    time: of the analog points, the start included, s, float64[T]; voltage: at these times, V, float64[T,
+    ports], in the order of the part's `analog`.
     """
 
     events: tuple[Event, ...]
@@ -54,31 +55,34 @@ class Output:
 
 
 class Part(Protocol[State]):
-    """Something that lives in a run: a cell, a sensor, a robot."""
+    """Something that lives in a run, as a chip, a circuit, a sensor, a robot or a world."""
 
     @property
     def analog(self) -> tuple[str, ...]:
         """Names of the output's columns."""
 
     def begin(self, time: float = 0.0) -> State:
-        """Start state; states are values that pickle."""
+        """Return the state at `time` s; states are values that pickle and are never written to."""
 
     def next_time(self, state: State) -> float:
-        """Next moment at which the part acts by itself, s; inf where it cannot know."""
+        """Return the next moment at which the part acts by itself, s, inf where it cannot know."""
 
     def advance(
         self, state: State, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[State, float, Advanced]:
-        """Advance to `until` or to the first output event; returns (state, time reached, output)."""
+        """Advance to `until` s or to the first output event.
+
+        Return the state, the time reached (s) and the output.
+        """
 
 
 def quiet(time: float, events: tuple[Event, ...] = ()) -> Output:
-    """Output of a part without analog ports, at `time` s."""
+    """Return the output of a part without analog ports at `time` s."""
     return Output(events, np.array([time]), np.zeros((1, 0)))
 
 
 def first_of(due: tuple[Event, ...], until: float) -> tuple[tuple[Event, ...], tuple[Event, ...]]:
-    """Events of the first moment of `due`, which is in order, if that is not after `until` s; the others."""
+    """Split events, in order, into those of the first moment, if that is not after `until` s, and the rest."""
     if not due or due[0][1] > until:
         return (), due
     first = due[0][1]
@@ -87,9 +91,9 @@ def first_of(due: tuple[Event, ...], until: float) -> tuple[tuple[Event, ...], t
 
 
 class Waiting(Protocol):
-    """A state, a frozen dataclass, whose part knows ahead what it will say.
+    """A state, which is a frozen dataclass, of a part that knows ahead what it will send.
 
-    time: reached, s; due: events to come unless the part hears more, in order.
+    time: reached, s; due: the events to come in order, unless the part receives more before.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -107,19 +111,22 @@ W = TypeVar("W", bound=Waiting)
 
 
 def next_due(state: Waiting) -> float:
-    """Time of the next event that is due, s; inf where there is none."""
+    """Return the time of the next event that is due, s, inf where there is none."""
     return state.due[0][1] if state.due else math.inf
 
 
 def tell(state: W, until: float) -> tuple[W, float, Output]:
-    """Advance a state to `until` (s), or to its first event, told with all others of that moment."""
+    """Advance such a state to `until` s or to its next event; events of one moment are sent together."""
     now, later = first_of(state.due, until)
     reached = now[0][1] if now else until
     return replace(state, time=reached, due=later), reached, quiet(reached, now)
 
 
 def port_index(port: str, name: str, count: int, path: str) -> int:
-    """Number of an element of a port, as 3 of `spike[3]`; raises `UnknownNameError` where it is none."""
+    """Return the index of an element of a port, as 3 of `spike[3]`.
+
+    Raises `UnknownNameError` for a port of another name, or an index that is not below `count`.
+    """
     head, _, rest = port.partition("[")
     index = rest.removesuffix("]")
     if head != name or not rest.endswith("]") or not index.isdecimal() or int(index) >= count:

@@ -1,4 +1,4 @@
-"""Thinning of polylines that pass from one part of a system to another."""
+"""Thinning of the polylines by which voltages pass from one part of a system to another."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from circuits.devices.source import Polyline
 
 
 def thin(time: F64, value: F64, tolerance: float) -> Polyline:
-    """Leave out vertices while straight lines stay within `tolerance` of every one left out.
+    """Leave out vertices of a polyline while straight lines stay within `tolerance` of all that is left out.
 
-    time: float64[T] rising, s; value: float64[T]. First and last vertex are kept. Swinging-door
-    compression: a vertex is kept when the line to the next one would miss one of those passed over.
+    time: s, float64[T] rising; value: float64[T]; the first and the last vertex are kept. This is
+    swinging-door compression: a vertex is kept when the line to the next one would miss one of those passed
+    over.
     """
     keep = np.zeros(time.size, dtype=np.bool_)
     _mark(time, value, tolerance, keep)

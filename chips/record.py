@@ -1,4 +1,4 @@
-"""Records: what was measured of a block's circuits, for the behavioural model that stands for them.
+"""Records: what was measured of a circuit at transistor level for the behavioural model that stands for it.
 
 A record has axes (numbers, or names), tables over them, errors of its model on dies that were not used, and
 a box, outside which the model is not valid. Its key is a hash of what was measured: circuits, process,
@@ -40,9 +40,9 @@ Axis = tuple[float, ...] | tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Numbers over axes, one dimension each, outermost first.
+    """Numbers over axes, one dimension each, the outermost first.
 
-    An axis of a table need not be among the record's: where its places have no number and no name.
+    An axis of a table need not be an axis of the record, if its places have neither number nor name.
     """
 
     axes: tuple[str, ...]
@@ -51,10 +51,11 @@ class Table:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """What was measured.
+    """What was measured of circuits.
 
-    key: a hash of what it was measured of; version: of the measurement, a part of the key; errors: by name,
-    with the unit at its end; box: least and greatest value by name, beside the ends of the axes.
+    key: a hash of what it was measured of; version: of the measurement, a part of the key; axes: numbers or
+    names by axis; tables: by name; errors: of the model on dies that were not used, by name with the unit at
+    its end; box: least and greatest valid value by name, beside the ends of the axes.
     """
 
     key: str
@@ -65,21 +66,27 @@ class Record:
     box: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> F64:
-        """Numbers of a table, or of an axis; raises `DataError` where the record has none."""
+        """Return the numbers of a table or an axis.
+
+        Raises `DataError` where the record has none of that name.
+        """
         if name in self.tables:
             return self.tables[name].values
         return np.array(self.numbers(name))
 
     def numbers(self, name: str) -> tuple[float, ...]:
-        """Numbers of an axis, rising; raises `DataError` where the record has no such axis."""
+        """Return the numbers of an axis, rising; raises `DataError` where the record has no such axis."""
         return cast("tuple[float, ...]", self._axis(name, float))
 
     def names(self, name: str) -> tuple[str, ...]:
-        """Names of an axis; raises `DataError` where the record has no such axis."""
+        """Return the names of an axis; raises `DataError` where the record has no such axis."""
         return cast("tuple[str, ...]", self._axis(name, str))
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Least and greatest value of a side of the box; raises `DataError` where the record has none."""
+        """Return the least and the greatest valid value of a side of the box.
+
+        Raises `DataError` where there is none.
+        """
         if name in self.box:
             return self.box[name]
         numbers = self.numbers(name)
@@ -93,23 +100,26 @@ class Record:
         return found
 
     def extended(self, tables: Mapping[str, Table], axes: Mapping[str, Axis] | None = None) -> Record:
-        """The record with more tables and axes."""
+        """Return the record with more tables and axes."""
         return replace(self, tables={**self.tables, **tables}, axes={**self.axes, **(axes or {})})
 
 
 def record_key(*parts: object) -> str:
-    """Key of a record of what `parts` are, which have their values in their `repr`."""
+    """Return the key of a record: a hash of all `parts` that it depends on, by their `repr`."""
     return sha256(repr(parts).encode()).hexdigest()[:32]
 
 
 def content(circuit: Circuit, parts: tuple[str, ...] = WHOLE) -> tuple[object, ...]:
-    """What a key depends on of a circuit and of the circuits in it; parts: `WHOLE` or `WITHOUT_BIASES`."""
+    """Return what a key depends on of a circuit, and of the circuits in it.
+
+    parts: `WHOLE` or `WITHOUT_BIASES`.
+    """
     inner = tuple((i.name, content(i.circuit, parts), dict(i.connections)) for i in circuit.instances)
     return (*(getattr(circuit, part) for part in parts), inner)
 
 
 def write_record(record: Record, path: Path) -> None:
-    """Write a record's file."""
+    """Write a record's netCDF file."""
     attributes: dict[str, object] = {"key": record.key, "version": record.version}
     attributes |= {f"{_ERROR}{name}": value for name, value in record.errors.items()}
     attributes |= {f"{_BOX}{name}": list(ends) for name, ends in record.box.items()}
@@ -118,7 +128,7 @@ def write_record(record: Record, path: Path) -> None:
 
 
 def read_record(path: Path) -> Record:
-    """Read a record's file; raises `DataError` for one that is none."""
+    """Read a record's netCDF file; raises `DataError` for a file that is none."""
     data = load_record(path)
     try:
         if "key" not in data.attrs:
@@ -168,7 +178,7 @@ _IN_FORCE: ContextVar[Mapping[str, Record] | None] = ContextVar("records", defau
 
 @contextmanager
 def recorded(block: str, record: Record) -> Iterator[None]:
-    """Inside, the record of `block` is `record`, whatever is kept of it."""
+    """Put a record in force for a block while the context lasts, whatever record is kept of it."""
     token = _IN_FORCE.set({**(_IN_FORCE.get() or {}), block: record})
     try:
         yield
@@ -178,22 +188,28 @@ def recorded(block: str, record: Record) -> Iterator[None]:
 
 @cache
 def kept_record(block: str) -> Record:
-    """The record of a block, the user's own or the package's; raises `DataError` where there is none."""
+    """Return the record of a block that is kept, the user's own or else the package's.
+
+    Raises `DataError` without one.
+    """
     return read_record(record_file(block))
 
 
 def in_force(block: str) -> bool:
-    """Whether `recorded` has put a record in the place of the one that is kept."""
+    """Return whether `recorded` has put a record in the place of the kept one."""
     return block in (_IN_FORCE.get() or {})
 
 
 def current_record(block: str) -> Record:
-    """The record of a block that is in force: that of `recorded`, else the one that is kept."""
+    """Return the record of a block that is in force: that of `recorded`, else the kept one."""
     return (_IN_FORCE.get() or {}).get(block) or kept_record(block)
 
 
 def matching_record(block: str, key: Callable[[Record], str]) -> Record:
-    """The record of a block that is in force; raises `DataError` unless its key is `key` of it."""
+    """Return the record of a block that is in force.
+
+    Raises `DataError` unless its key is `key` of the record.
+    """
     record = current_record(block)
     if record.key != key(record):
         raise stale(block)

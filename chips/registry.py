@@ -1,4 +1,6 @@
-"""Chips by command-line name, loaded on use; users add theirs under the entry point `noctule.chips`.
+"""The table of all chips by their names on the command line.
+
+Chips are loaded when they are used; users add theirs under the entry point `noctule.chips`.
 
 A chip with a testbench is a `Block` of the whole chip, which every command takes; one that runs as a
 behavioural model alone is a `Chip`, which is listed and shown.
@@ -28,10 +30,11 @@ CHIPS: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Chip:
-    """What the command line knows of a chip without a testbench.
+    """A chip without a testbench of the whole, as the command line lists and shows it.
 
-    name: on the command line; summary: a line of what it is; circuits: builds the circuits that all its
-    devices stand in; remedy: what to do where a testbench was asked for, as the end of an error's line.
+    name: on the command line; summary: a line of what it is; circuits: builds the circuits that all of its
+    devices stand in; remedy: what to do instead where a testbench was asked for, as the end of an error's
+    line.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""White noise and flicker of a saturated transistor's current, as shares of what it has in weak inversion.
+"""White noise and flicker of a saturated transistor's current, over those that it has in weak inversion.
 
 With `I = I_S L^2`, L = ln(1 + e^(u/2)), the channel's white density (`circuits.devices.noise`, without a
 reverse component) and how steeply the current follows its gate are
@@ -35,7 +35,7 @@ _compiled = compiled()
 
 @_compiled
 def share_at(root: float) -> float:
-    """Share phi at L = `root`."""
+    """Return phi, the white noise of a saturated current over that of weak inversion, at L = `root`."""
     if root < _WEAK:
         return 1.0 - 0.4 * root + root * root / 9.0
     e = math.exp(-root)
@@ -46,12 +46,15 @@ _shares = np.vectorize(share_at, otypes=[np.float64])
 
 
 def shot_share(current: ArrayLike, specific: ArrayLike) -> F64:
-    """Share phi of currents (A) of devices of these specific currents (A), in the shape of both."""
+    """Return phi of currents (A) in devices of these specific currents (A), in the shape of both."""
     return np.asarray(_shares(_root(current, specific)))
 
 
 def steepness(current: ArrayLike, specific: ArrayLike) -> F64:
-    """Steepness psi of currents (A) of devices of these specific currents (A), in the shape of both."""
+    """Return psi, how steeply a saturated current follows its gate beside weak inversion.
+
+    current, specific: of the devices, A; the result has the shape of both.
+    """
     return ekv.steepness(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
 
 
@@ -62,7 +65,10 @@ def _root(current: ArrayLike, specific: ArrayLike) -> F64:
 def gate_wander(
     silicon: Silicon, noise: SiliconNoise, polarity: Polarity, area: float, time: ArrayLike
 ) -> F64:
-    """Variance (V^2) of the mean of a gate's flicker over a time (s), in its shape; area: m W L, m^2."""
+    """Return the variance (V^2) of the mean of a gate's flicker over a time (s), in the shape of the time.
+
+    polarity, area: of the device, `m W L` in m^2.
+    """
     length = np.asarray(time, dtype=np.float64)
     flicker = noise.flicker_in(silicon.process)
     rate, variance = relaxations(flicker, _FASTEST * float(length.min()))
@@ -81,7 +87,10 @@ def current_wander(
     time: ArrayLike,
     steep: ArrayLike = 1.0,
 ) -> F64:
-    """Relative variance of the mean of a current over a time (s) by its gate's flicker; steep: psi."""
+    """Return the relative variance of the mean of a current over a time (s), by the flicker of its gate.
+
+    polarity, area: of the device, `m W L` in m^2; steep: psi of the current, 1 in weak inversion.
+    """
     slope = silicon.law(polarity).kappa / silicon.thermal_voltage * np.asarray(steep, dtype=np.float64)
     if not math.isfinite(float(np.max(slope))):
         return np.zeros(np.shape(time))

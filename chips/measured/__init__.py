@@ -1,1 +1,1 @@
-"""What measured models share: tables over temperature and shared shift, and deviations put on by hand."""
+"""What measured models share: tables over temperature and shared shift, deviations, and held-out dies."""

@@ -12,7 +12,10 @@ from circuits.compiled import compiled
 
 @lru_cache(maxsize=1024)
 def lagrange_weights(nodes: tuple[float, ...], x: float) -> F64:
-    """Weights at x of the polynomial through all nodes, float64[nodes]; not to be written to."""
+    """Return the weights at x of values at `nodes`, of the polynomial through all of them, float64[nodes].
+
+    The array must not be written to.
+    """
     at = np.array(nodes)
     others = [np.delete(at, i) for i in range(at.size)]
     weights = np.array([np.prod((x - o) / (a - o)) for a, o in zip(at, others, strict=True)])
@@ -22,7 +25,7 @@ def lagrange_weights(nodes: tuple[float, ...], x: float) -> F64:
 
 @compiled()
 def table_at(knots: F64, table: F64, x: float) -> float:
-    """Straight lines through a table, held beyond its ends."""
+    """Return the value at x of straight lines through a table, held beyond its ends; knots rise."""
     n = knots.size
     if x <= knots[0]:
         return float(table[0])
@@ -35,9 +38,10 @@ def table_at(knots: F64, table: F64, x: float) -> float:
 
 @compiled()
 def monotone_cubic(knots: F64, table: F64, x: float, out: F64) -> None:
-    """Monotone cubics (Fritsch & Butland 1984) through the columns of a table, at x, beyond the ends too.
+    """Fill `out`, float64[columns], with monotone cubics at x through the columns of a table.
 
-    knots: float64[points], rising, at least three; table: float64[points, columns]; out: float64[columns].
+    They go on beyond its ends; their slopes are those of Fritsch and Butland (1984). knots: float64[points],
+    rising, at least three; table: float64[points, columns].
     """
     last = knots.size - 1
     k = 0

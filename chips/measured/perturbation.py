@@ -1,4 +1,4 @@
-"""A deviation put on a circuit's devices by hand: what gradients of a record are measured with."""
+"""Deviations that are put on single devices of a circuit by hand, to measure the gradients of a record."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ POLARITIES = ("n", "p")  # in the place of a device: all of a polarity
 def perturbed(
     machine: Machine, device: str, threshold: float = 0.0, log_beta: float = 0.0, held: Sequence[str] = ()
 ) -> Machine:
-    """The machine with a deviation of V_T0 (V) and of ln beta.
+    """Return the machine with a deviation of V_T0 (V) and of ln beta.
 
-    device: instance path of the one that deviates, or `n` or `p` for all of a polarity but those that are
+    device: instance path of the device that deviates, or `n` or `p` for all of a polarity but those that are
     `held`, whose currents are coordinates of the record.
     """
     t = machine.kernel.transistors
@@ -34,7 +34,7 @@ def perturbed(
 
 
 def deviating(machine: Machine, parameter: str, amount: float, held: Sequence[str] = ()) -> Machine:
-    """The machine with one deviation, an amount of `DEVICE.v_t0` (V) or of `DEVICE.beta` (ln beta)."""
+    """Return the machine with one deviation, an amount of `DEVICE.v_t0` (V) or of `DEVICE.beta` (ln beta)."""
     device, _, kind = parameter.rpartition(".")
     if kind == "v_t0":
         return perturbed(machine, device, threshold=amount, held=held)
@@ -42,16 +42,17 @@ def deviating(machine: Machine, parameter: str, amount: float, held: Sequence[st
 
 
 def deviations_of(devices: Sequence[str]) -> tuple[str, ...]:
-    """Return the deviations of devices in turn, as `deviating` names them: V_T0, then ln beta, of each."""
+    """Return the names of the deviations of devices, as `deviating` takes them: V_T0, then ln beta, of each."""
     return tuple(f"{device}.{kind}" for device in devices for kind in ("v_t0", "beta"))
 
 
 def slopes(
     value: Callable[[str, float], float], parameters: Sequence[str], steps: Mapping[str, float]
 ) -> F64:
-    """Central differences of a value by each deviation, float64[parameters], its unit over V or over 1.
+    """Return central differences of a value by each deviation, float64[parameters], over V or over 1.
 
-    value: of a deviation and its amount; steps: by `v_t0` (V) and `beta` (ln beta), to both sides.
+    value: of a deviation's name and its amount; steps: to both sides, of `v_t0` in V and of `beta` in ln
+    beta.
     """
     found = []
     for parameter in parameters:

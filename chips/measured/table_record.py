@@ -1,4 +1,4 @@
-"""Tables of a record over temperature and over the threshold shift that a die's transistors share.
+"""Tables of a record over temperature and over the threshold shift that the transistors of a die share.
 
 A quantity q is measured over temperature and over the threshold shift that all transistors of a polarity
 share on a die, and put together as `q(T, s_n, s_p) = q_n(T, s_n) + q_p(T, s_p) - q_n(T, 0)`: a polynomial
@@ -42,7 +42,7 @@ def shifts(count: int) -> tuple[float, ...]:
 
 
 def board_key(circuits: Sequence[Circuit], process: Process, shifts: Sequence[float]) -> str:
-    """Key of the record of `circuits` in `process`, measured at the threshold `shifts` (V)."""
+    """Return the key of the record of `circuits` in `process`, measured at the threshold `shifts` (V)."""
     return record_key([content(c) for c in circuits], process, VERSION, TEMPERATURES, tuple(shifts))
 
 
@@ -52,9 +52,10 @@ def measure_over(
     shifts: Sequence[float],
     axes: Mapping[str, tuple[str, ...]],
 ) -> Record:
-    """Measure at every temperature and shared shift (V, 0 among them, rising).
+    """Measure quantities at every temperature and shared threshold shift; return a record without errors.
 
-    axes: names of a quantity's own axes, for those that have any.
+    measure: of a silicon, gives the quantities by name; circuits: what is measured, for the key; shifts: V,
+    rising, 0 among them; axes: names of a quantity's own axes, for those that have any.
     """
     rows = [
         [[measure(_shifted(t, polarity, s)) for s in shifts] for polarity in POLARITIES] for t in TEMPERATURES
@@ -68,7 +69,7 @@ def measure_over(
 
 
 def tables_of(block: str, circuits: Circuits, process: Process) -> Record:
-    """The record of a block, which must be of these circuits and this process; else `DataError`.
+    """Return the record of a block; raises `DataError` unless it is of these circuits in this process.
 
     circuits: a function of a module that builds what the model stands for, the same at every call.
     """
@@ -87,12 +88,12 @@ def _matching(block: str, circuits: Circuits, process: Process) -> Record:
 
 
 def on_silicon(record: Record, name: str, silicon: Silicon, axis: str = "shift") -> F64:
-    """A quantity at the silicon's temperature, on its die; `axis`: that of its shared threshold shift."""
+    """Return a quantity at the silicon's temperature on its die; axis: of its shared threshold shift."""
     return all_on_silicon(record, (name,), silicon, axis)[0]
 
 
 def all_on_silicon(record: Record, names: Sequence[str], silicon: Silicon, axis: str = "shift") -> list[F64]:
-    """Several quantities, as `on_silicon`."""
+    """Return several quantities in the order of `names`, each as `on_silicon` does."""
     weights = temperature_weights(record, silicon.temperature_c)
     shift = record[axis]
     moved = [float(shared(silicon.die, silicon.process, polarity).v_t0) for polarity in POLARITIES]
@@ -109,12 +110,15 @@ def all_on_silicon(record: Record, names: Sequence[str], silicon: Silicon, axis:
 
 
 def temperature_weights(record: Record, temperature_c: float) -> F64:
-    """Weights of the polynomial through all temperatures of a record; not to be written to."""
+    """Return the weights of a record's temperatures at a temperature (degC), float64.
+
+    They must not be written to.
+    """
     return lagrange_weights(record.numbers("temperature"), temperature_c)
 
 
 def check_box(path: str, silicon: Silicon, record: Record) -> None:
-    """Refuse (`ParameterError`, with the instance path) what lies outside the record's box."""
+    """Raise `ParameterError`, with the instance path, for silicon outside the record's box."""
     remedy = "where the behavioural model was measured; use the transistor level"
     low, high = record.limits("temperature")
     if not low <= silicon.temperature_c <= high:
