@@ -82,7 +82,7 @@ def quiet(time: float, events: tuple[Event, ...] = ()) -> Output:
 
 
 def first_of(due: tuple[Event, ...], until: float) -> tuple[tuple[Event, ...], tuple[Event, ...]]:
-    """Split events, in order, into those of the first moment, if that is not after `until` s, and the rest."""
+    """Split events, which are in order, into those of the first moment up to `until` s, and the others."""
     if not due or due[0][1] > until:
         return (), due
     first = due[0][1]

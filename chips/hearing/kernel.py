@@ -1,4 +1,4 @@
-"""Compiled equations of the hearing's behavioural model.
+"""Compiled equations of the hearing: whether, and when, a neuron spikes for a sound.
 
 A sound of peak A at the microphone, onset t, makes one spike at `t + latency(A)` where A is above the
 threshold and `t - t_i >= recovery(A_i, A)` for every earlier sound above it.
@@ -21,7 +21,13 @@ UNSURE = 0.05  # share of a threshold or a recovery within which hearing does no
 
 
 class Hearing(NamedTuple):
-    """One neuron's hearing: threshold V; knots ln(A / threshold) of latency (s); ln A of recovery (s)."""
+    """The hearing of one neuron on a die.
+
+    threshold: least peak at the microphone that makes it spike, V; knots, latency: ln(peak / threshold), and
+    from onset to spike there, s, float64[k]; recovery_knots: ln(peak / 1 V), float64[m]; recovery: the
+    shortest gap between two sounds that both make a spike, s, float64[m, m] over the peaks of the first and
+    the second.
+    """
 
     threshold: float
     knots: F64
@@ -46,9 +52,9 @@ def _recovery(m: Hearing, first: float, second: float) -> float:
 
 @compiled()
 def hears(m: Hearing, sounds: F64, count: int) -> tuple[float, bool]:
-    """Spike time (s, inf for none) of the last of `count` sounds, and whether that was too near to call.
+    """Return the spike of the last of `count` sounds, s, inf for none, and whether that was too near to call.
 
-    sounds: float64[room, 2], onset (s) and peak at the microphone (V), in order of their onsets.
+    sounds: onset (s) and peak at the microphone (V), float64[room, 2], in the order of their onsets.
     """
     onset, peak = sounds[count - 1, 0], sounds[count - 1, 1]
     unsure = abs(peak - m.threshold) < UNSURE * m.threshold
@@ -69,10 +75,10 @@ def hears(m: Hearing, sounds: F64, count: int) -> tuple[float, bool]:
 
 @compiled()
 def hear_sound(onset: Hearing, high: Hearing, sounds: F64, count: int) -> tuple[float, float, bool]:
-    """What both neurons make of the last of `count` sounds, as `hears` has it.
+    """Return the spikes of both neurons for the last of `count` sounds, s, inf for none.
 
-    Returns the spike times of the onset and of the high-threshold neuron (s, inf for none), and whether one
-    was too near to call or the sound overlaps another one, whose phase is not known.
+    Returned with them is whether one was too near to call, or the sound overlaps another, whose phase is not
+    known. onset, high: both neurons; sounds: as in `hears`.
     """
     first = count - 1
     while first > 0 and sounds[first - 1, 0] > sounds[count - 1, 0] - MEMORY:

@@ -1,4 +1,4 @@
-"""Measurement of the hearing's record: microphone to spikes, by the transistor-level solver.
+"""Measurement of the hearing's record from microphone to spikes, and of its model's errors.
 
 | quantity | measured as |
 |---|---|
@@ -61,7 +61,7 @@ RESOLUTION = 0.02  # of a bisected quantity
 
 
 def measure() -> Record:
-    """Measure the record; takes about seven minutes on one core."""
+    """Measure the record without its errors; it takes about seven minutes on one core."""
     axes: dict[str, tuple[str, ...]] = {}
     for name in NEURONS:
         axes[f"{name}_latency_s"] = (f"{name}_ratio",)
@@ -76,7 +76,7 @@ def measure() -> Record:
 
 
 class Ears:
-    """The three circuits on `silicon`: `spikes(sounds)` of a train, by neuron."""
+    """The three circuits of the hearing at transistor level on a silicon."""
 
     def __init__(self, silicon: Silicon) -> None:
         """Lower the circuits and find their rest."""
@@ -87,7 +87,10 @@ class Ears:
         self.cells = {n: self._cell(c) for n, c in zip(NEURONS, (onset, high), strict=True)}
 
     def spikes(self, sounds: Sequence[Sound], names: Sequence[str] = NEURONS) -> dict[str, list[float]]:
-        """Spike times (s) of the neurons under sounds; 4 ms after the last onset it ends."""
+        """Return the spikes (s) of the neurons `names` under sounds.
+
+        The run ends 4 ms after the last onset.
+        """
         stop = max(t for t, _ in sounds) + 4e-3
         line = thin(*self._envelope(sounds, stop), TOLERANCE)
         found: dict[str, list[float]] = {n: [] for n in names}
@@ -114,7 +117,7 @@ class Ears:
 
 
 def random_sounds(rng: np.random.Generator) -> list[Sound]:
-    """Five calls of random peaks, two echoes each, as a flight has them; no two overlap."""
+    """Return five calls of random peaks with two echoes each, as a flight has them; none overlap."""
     sounds: list[Sound] = []
     for k in range(5):
         call = START + 40e-3 * k + rng.uniform(0.0, 1e-3)
@@ -127,13 +130,13 @@ def random_sounds(rng: np.random.Generator) -> list[Sound]:
 
 
 def model_spikes(silicon: Silicon, sounds: Sequence[Sound]) -> tuple[dict[str, list[float]], int]:
-    """Spike times (s) of the model by neuron, and how many sounds were undecided."""
+    """Return the model's spikes (s) by neuron, and how many sounds it left undecided."""
     state = hear(hearing_on(silicon), HearingState(), sounds)
     return {n: [t for t, name in state.due if name == n] for n in NEURONS}, state.undecided
 
 
 def held_out_errors() -> dict[str, float]:
-    """Errors of spikes and thresholds on dies that were not used, those that are silent at rest included."""
+    """Return errors of spikes and thresholds on dies that were not measured, deaf ones included."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Deafened)
         return {**_spike_errors(), **threshold_errors(every_silicon())}
@@ -156,7 +159,7 @@ def _spike_errors() -> dict[str, float]:
 
 
 def paired(one: Sequence[float], other: Sequence[float]) -> tuple[list[tuple[float, float]], int]:
-    """Pairs of spikes within 0.5 ms of each other, and how many spikes have no partner."""
+    """Pair spikes within 0.5 ms of each other; return the pairs (s), and how many spikes have no partner."""
     left = list(other)
     pairs = []
     for time in one:

@@ -1,4 +1,4 @@
-"""Mismatch of the hearing's circuits: the deviations that move its thresholds.
+"""Mismatch of the hearing's circuits: the deviations of devices that move its thresholds.
 
 | device | what it moves |
 |---|---|
@@ -40,7 +40,10 @@ RATIO = np.array(
 
 
 def deviations(silicon: Silicon) -> F64:
-    """V_T0 (V) and ln beta of all devices on the silicon's die, float64[parameters]."""
+    """Return the deviations of all these devices on the silicon's die, V_T0 (V) and ln beta.
+
+    The array is float64[parameters], in the order of `PARAMETERS`.
+    """
     names = [DEVICES[circuit.name] for circuit in _circuits()]
     each = [on_die(c, silicon, n).offset(*n) for c, n in zip(_circuits(), names, strict=True)]
     return np.concatenate(each)

@@ -59,14 +59,17 @@ GRADIENTS = {
 
 @dataclass(frozen=True, slots=True)
 class Deviating:
-    """The hearing's circuits on `silicon` with the deviation of one device, `parameter` of `PARAMETERS`."""
+    """The hearing's circuits on a silicon with one deviation.
+
+    parameter: a name of `PARAMETERS`, none if empty; amount: of the deviation, V or 1.
+    """
 
     silicon: Silicon
     parameter: str = ""
     amount: float = 0.0
 
     def machine(self, bench: Testbench) -> Machine:
-        """The testbench's machine, with the deviation where the device is in it."""
+        """Return the testbench lowered for the solver, with the deviation where it has the device."""
         machine = to_kernel(bench, self.silicon)
         circuit, _, name = self.parameter.partition("/")
         if circuit not in {bench.circuit.name, EVERY}:
@@ -75,18 +78,20 @@ class Deviating:
 
 
 def gradients() -> dict[str, F64]:
-    """Derivatives by `PARAMETERS` (1/V or 1, V/V or V), float64[temperatures, parameters] by name.
+    """Return the derivatives of thresholds and rest margin by `PARAMETERS`, by the name of their table.
 
-    Takes four minutes on one core.
+    Each is float64[temperatures, parameters], 1/V or 1 of ln(threshold), V/V or V of the margin. It takes
+    four minutes on one core.
     """
     rows = [_at(Silicon(temperature_c=t)) for t in TEMPERATURES]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def rest_margins() -> F64:
-    """Rest margin (V) over temperature, polarity and `REST_SHIFTS`, float64[temperatures, 2, shifts].
+    """Return the rest margin over temperature, polarity and `REST_SHIFTS`, V.
 
-    The bias voltages stay where they are, so that a shift of the pFETs moves the comparator's current.
+    The array is float64[temperatures, 2, shifts]. Bias voltages stay where they are, so that a shift of the
+    pFETs moves the comparator's current.
     """
     return np.array(
         [
@@ -103,7 +108,7 @@ def rest_margins() -> F64:
 
 
 def rest_bends() -> F64:
-    """Curvature (1/V) of the rest margin by what mc6 adds to it, float64[temperatures]."""
+    """Return the curvature of the rest margin by what mc6 adds to it, 1/V, float64[temperatures]."""
     found = []
     for t in TEMPERATURES:
         low, middle, high = (
@@ -164,7 +169,10 @@ def threshold_errors(silicons: Iterable[tuple[int, Silicon]]) -> dict[str, float
 
 
 def threshold(case: Deviating, name: str, bracket: tuple[float, float] | None = None) -> float:
-    """Smallest peak at the microphone (V) of a lone sound at which the neuron spikes; inf where none does."""
+    """Return the least peak at the microphone (V) of a lone sound at which a neuron spikes, inf for none.
+
+    case: the circuits; name: of the neuron; bracket: V, within which the threshold is looked for.
+    """
     low, high = BRACKETS[name] if bracket is None else bracket
     if not fires(case, name, high):
         return math.inf
@@ -175,7 +183,7 @@ def threshold(case: Deviating, name: str, bracket: tuple[float, float] | None = 
 
 
 def fires(case: Deviating, name: str, peak: float) -> bool:
-    """Whether a lone sound of this peak (V) makes the neuron spike."""
+    """Return whether a lone sound of this peak (V) makes the neuron `name` spike."""
     time, value = _envelope(case, peak)
     line = PiecewiseLinear(tuple(time.tolist()), tuple(value.tolist()))
     bench = _neuron(case, NEURONS[name](), Source("envelope", "envelope", line))
@@ -183,7 +191,7 @@ def fires(case: Deviating, name: str, peak: float) -> bool:
 
 
 def rest_margin(case: Deviating) -> float:
-    """By how much v_level may fall before the resting onset neuron is held silent, V; below 0 if it is."""
+    """Return by how much v_level may fall before the resting onset neuron is silent, V, below 0 if it is."""
     circuit = onset_neuron.build()
     level = float(np.asarray(circuit.bias("v_level").value))
     half = 0.5 * case.silicon.process.v_dd

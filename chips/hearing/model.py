@@ -1,4 +1,4 @@
-"""Hearing at behavioural level: sounds in, spikes of the onset and of the high-threshold neuron out.
+"""Behavioural model of the hearing: sounds go in, spikes of two neurons come out.
 
 Stands for envelope detector, onset neuron and high-threshold neuron. A sound is a 1 ms tone with 0.2 ms
 edges, its onset (s) and peak at the microphone before clipping (V). Equations in `chips.hearing.kernel`,
@@ -43,14 +43,15 @@ NEURONS = ("onset", "high_threshold")
 
 
 class Deafened(UserWarning):
-    """A die whose onset neuron at rest does not hear, or is too near to that to tell."""
+    """Warning of a die whose onset neuron does not hear at rest, or is too near to that to tell."""
 
 
 @dataclass(frozen=True, slots=True)
 class HearingState:
-    """sounds: (onset s, peak V) of the past 20 ms and to come; due: (time s, neuron) of spikes to come.
+    """State of the hearing.
 
-    heard: how many sounds there were.
+    sounds: onset (s) and peak (V) of those of the past 20 ms and to come; due: spikes to come in order, (time
+    s, neuron); undecided: sounds that were too near to call; heard: how many sounds there were.
     """
 
     sounds: tuple[tuple[float, float], ...] = ()
@@ -61,7 +62,7 @@ class HearingState:
 
 @dataclass(frozen=True, slots=True)
 class HearingModel:
-    """Both neurons' numbers, and their noise."""
+    """Both neurons of the hearing on a die, and their noise."""
 
     onset: Hearing
     high_threshold: Hearing
@@ -70,14 +71,15 @@ class HearingModel:
 
 @cache
 def circuits() -> tuple[Circuit, ...]:
-    """The circuits that the model stands for."""
+    """Return the circuits that the model stands for: envelope detector, onset and high-threshold neuron."""
     return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
 
 
 def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | None = None) -> HearingModel:
-    """The model on `silicon`; noise: of its devices, none unless given.
+    """Return the hearing on a silicon; path: named in warnings; noise: of its devices, none unless given.
 
-    Raises `ParameterError` outside the record and `DataError` where the record is stale.
+    Raises `ParameterError` for silicon outside the record's box, and `DataError` where the record is of other
+    circuits. Warns with `Deafened` of a die whose onset neuron does not hear at rest.
     """
     data = tables_of("hearing", circuits, silicon.process)
     check_box(path, silicon, data)
@@ -95,7 +97,7 @@ def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | No
 
 
 def rest_margin_on(silicon: Silicon) -> float:
-    """By how much v_level may fall before the resting onset neuron does not hear, V; below 0 it does not."""
+    """Return by how much v_level may fall before the resting onset neuron is deaf, V, below 0 if it is."""
     data = tables_of("hearing", circuits, silicon.process)
     return _rest_margin(data, silicon, deviations(silicon))
 
@@ -123,7 +125,7 @@ def _neuron(data: Record, name: str, silicon: Silicon, own: F64) -> Hearing:
 
 
 def hear(model: HearingModel, state: HearingState, sounds: Sequence[tuple[float, float]]) -> HearingState:
-    """Add sounds (onset s, peak V), none of which begins before those that are already known."""
+    """Return the state with more sounds, (onset s, peak V), none earlier than those that are known."""
     known, due, undecided, heard = state.sounds, list(state.due), state.undecided, state.heard
     for sound in sorted(sounds):
         known = (*(s for s in known if s[0] > sound[0] - MEMORY), sound)

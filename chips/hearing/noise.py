@@ -1,4 +1,4 @@
-"""Noise of the hearing's thresholds from that of its devices.
+"""Noise of the hearing's thresholds, from that of its devices.
 
 Noise makes a neuron hear a sound sooner or later, or not at all, as if its threshold were another, and does
 so by how much the time T of its spike scatters over how much T follows the sound's peak A:
@@ -54,9 +54,10 @@ RTOL = 2e-6  # of a run: latencies within 0.05 us of the converged ones; ours
 
 
 class HearingNoise(NamedTuple):
-    """Deviations of ln(threshold) of both neurons over ln(peak / threshold); draws: of a sound.
+    """Noise of both neurons' thresholds, none if the arrays are empty.
 
-    onset_knots, onset, high_knots, high: float64[knots], empty without noise.
+    onset_knots, high_knots: ln(peak / threshold), float64[k]; onset, high: standard deviation of
+    ln(threshold) there, float64[k]; draws: of each sound.
     """
 
     onset_knots: F64
@@ -67,7 +68,7 @@ class HearingNoise(NamedTuple):
 
 
 def no_hearing_noise() -> HearingNoise:
-    """Of a hearing without noise."""
+    """Return the noise of a hearing that has none."""
     none = np.zeros(0)
     return HearingNoise(none, none, none, none, new_draws(0, 0, "", 0))
 
@@ -75,7 +76,7 @@ def no_hearing_noise() -> HearingNoise:
 def hearing_noise(
     onset: Hearing, high: Hearing, silicon: Silicon, noise: SiliconNoise | None
 ) -> HearingNoise:
-    """Noise of a hearing of these numbers on `silicon`; None for none."""
+    """Return the noise of a hearing of these numbers on a silicon, or none where `noise` is None."""
     if noise is None:
         return no_hearing_noise()
     model = noise.flicker_in(silicon.process)
@@ -89,11 +90,10 @@ def hearing_noise(
 
 @lru_cache(maxsize=128)
 def threshold_spread(name: str, threshold: float, silicon: Silicon, model: NoiseModel) -> tuple[F64, F64]:
-    """ln(peak / threshold) and the deviation of a neuron's ln(threshold) there, float64[knots] each.
+    """Return ln(peak / threshold), and the standard deviation of ln(threshold) there, float64[knots] each.
 
-    threshold: V at the microphone, of the neuron on `silicon`.
-
-    Raises `ParameterError` where even the nominal die hears no sound so many times as loud.
+    name: of the neuron; threshold: of the neuron on this silicon, V at the microphone; model: flicker of the
+    devices. Raises `ParameterError` where even the nominal die hears no sound so many times as loud.
     """
     found = list(_spreads(name, threshold, silicon, model))
     if not found:
@@ -126,7 +126,10 @@ def _spikes(machine: Machine) -> list[float]:
 def chain_machine(
     name: str, peak: float, silicon: Silicon, onset: float = ONSET, stop: float = LATEST
 ) -> Machine:
-    """A neuron behind the detector hears a sound of a peak (V) from `onset` s on, as its record's sounds."""
+    """Return a neuron behind the detector, lowered for the solver, that hears a sound.
+
+    name: of the neuron; peak: V; onset: when the sound begins, s; stop: end of the run, s.
+    """
     v_dd = silicon.process.v_dd
     wave = envelope_detector.tone_bursts(((onset, SOUND_DURATION, peak),), stop, 0.5 * v_dd, v_dd)
     sources = Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", wave)
@@ -135,7 +138,10 @@ def chain_machine(
 
 
 def chain(neuron: Circuit) -> Circuit:
-    """Detector and a neuron that hears its envelope: ports microphone, spike, biases and the supply."""
+    """Return the circuit of the detector and a neuron that hears its envelope.
+
+    Its ports are microphone, spike, the biases and the supply.
+    """
     parts = {"detector": envelope_detector.build(), "neuron": neuron}
     biases = [
         bias if bias.device is None else replace(bias, device=f"{name}.{bias.device}")
@@ -154,7 +160,7 @@ def chain(neuron: Circuit) -> Circuit:
 
 @compiled()
 def threshold_factors(n: HearingNoise, number: int, onset: float, high: float) -> tuple[float, float]:
-    """What thresholds are multiplied by for sound `number`; onset, high: its peak over them."""
+    """Return what both thresholds are multiplied by for sound `number`; onset, high: its peak over them."""
     if n.onset.size == 0:
         return 1.0, 1.0
     draw(n.draws, number, 0)

@@ -42,7 +42,7 @@ def deviating(machine: Machine, parameter: str, amount: float, held: Sequence[st
 
 
 def deviations_of(devices: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the deviations of devices, as `deviating` takes them: V_T0, then ln beta, of each."""
+    """Return the names of all deviations of devices, as `deviating` takes them: V_T0 and ln beta of each."""
     return tuple(f"{device}.{kind}" for device in devices for kind in ("v_t0", "beta"))
 
 

@@ -1,1 +1,1 @@
-"""Selection of a direction by a winner-take-all circuit."""
+"""The selection of a direction by a winner-take-all circuit."""

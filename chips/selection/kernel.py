@@ -1,4 +1,4 @@
-"""Kernel of the behavioural selection: who wins and when, from the arrays of a die; see `selection_model`."""
+"""Compiled decision of the selection: which cell wins, and when (`chips.selection.model`)."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Selection(NamedTuple):
 
 @compiled()
 def inversion(level: float) -> tuple[float, float]:
-    """`h = d ln I / d(v_p / U_T)` of the EKV law at I = i I_S, and its derivative."""
+    """Return `h = d ln I / d(v_p / U_T)` of the EKV law at a current of `level` I_S, and its derivative."""
     if level < 1e-18:
         return 1.0, 0.0
     root = np.sqrt(level)
@@ -77,9 +77,10 @@ def _rise(s: Selection, winner: int, best: float, joined: float) -> float:
 
 @compiled()
 def decide(s: Selection, excite: F64, risk: F64, scratch: F64) -> tuple[int, float, float]:
-    """Winner (-1: nobody), time from the release (s) and margin of a decision.
+    """Return the winner (-1 for nobody), the time from the release (s) and the margin of a decision.
 
-    excite, risk: float64[N], A; scratch: float64[4, N], whose first row has the merits afterwards, A.
+    excite, risk: currents at the cells' ports, A, float64[N]; scratch: float64[4, N], whose first row has the
+    merits (A) afterwards.
     """
     n = s.excite_beta.size
     merit, rate, behind = scratch[0], scratch[1], scratch[2]

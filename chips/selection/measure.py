@@ -1,4 +1,4 @@
-"""Measurement of the behavioural selection against its transistors: random desirabilities on dies.
+"""Measurement of the selection's model against its transistors: random desirabilities on random dies.
 
 A profile is one of the forest's: a constant, the goal's wide Gaussian, the ping's group and the present
 path's narrow Gaussian as excitations, and risks of up to six obstacles that block a few neighbouring paths
@@ -51,7 +51,7 @@ _NO_CONDUCTANCE = np.zeros(0)
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Currents at the ports, float64[N], A."""
+    """Currents at the ports of all cells, A, float64[N]: excitations and risks."""
 
     excite: F64
     risk: F64
@@ -59,7 +59,11 @@ class Profile:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """One profile on one die: winners (-1: none at the deadline), times (s) and the model's margin."""
+    """One profile on one die, decided by the circuit (`solved`) and by the model (`modelled`).
+
+    solved, modelled: winners, -1 where none has won at the deadline; solved_time, modelled_time: s; margin:
+    of the model.
+    """
 
     die: int
     solved: int
@@ -70,7 +74,10 @@ class Pair:
 
 
 def random_profile(generator: np.random.Generator, cells: int = CELLS, scale: float = 50e-9) -> Profile:
-    """Desirability of a random situation; `scale`: A of the constant excitation. All its numbers are ours."""
+    """Return the desirability of a random situation; scale: A, of the constant excitation.
+
+    All its numbers are ours.
+    """
     k = np.arange(cells)
     goal, path = generator.integers(0, cells, 2)
     group = generator.integers(0, cells - _GROUP + 1)
@@ -84,7 +91,7 @@ def random_profile(generator: np.random.Generator, cells: int = CELLS, scale: fl
 
 
 def selection_machine(silicon: Silicon, params: Params | None = None) -> Machine:
-    """The circuit at the silicon's temperature, with currents that `with_profile` sets."""
+    """Return the circuit on a silicon lowered for the solver, with currents that `with_profile` sets."""
     params = params or Params(CELLS)
     n = int(params.cells)
     bench = decision_testbench(
@@ -94,7 +101,7 @@ def selection_machine(silicon: Silicon, params: Params | None = None) -> Machine
 
 
 def with_profile(machine: Machine, profile: Profile) -> Machine:
-    """The machine with a profile's currents."""
+    """Return the machine with the currents of a profile."""
     given = {f"excite[{k}]": -float(i) for k, i in enumerate(profile.excite)}
     given |= {f"risk[{k}]": float(i) for k, i in enumerate(profile.risk)}
     lines = tuple(
@@ -107,7 +114,7 @@ def with_profile(machine: Machine, profile: Profile) -> Machine:
 def solved_decision(
     machine: Machine, profile: Profile, near: OperatingPoint, rtol: float = RTOL
 ) -> tuple[int, float]:
-    """Winner and time (s) of the transistor level; -1 and inf where no line is high alone at the deadline.
+    """Return the winner and the time (s) of the circuit, -1 and inf where no line is high alone at the end.
 
     near: the rest of the machine with any other profile, on any die.
     """
@@ -139,7 +146,7 @@ def _rest(machine: Machine, near: OperatingPoint) -> OperatingPoint:
 def modelled_decision(
     chip: Selection, profile: Profile, deadline: float = DEADLINE
 ) -> tuple[int, float, float]:
-    """Winner, time (s) and margin of the model; -1 and inf where it takes longer than the deadline."""
+    """Return the winner, the time (s) and the margin of the model, -1 and inf beyond the deadline (s)."""
     found = decision(chip, profile.excite, profile.risk)
     if not found.time <= deadline:
         return UNDECIDED, np.inf, found.margin
@@ -147,7 +154,7 @@ def modelled_decision(
 
 
 def measure() -> Record:
-    """The record, without errors: the model is a closed form of its devices, with no table of them in it."""
+    """Return the record without its errors: the model is a closed form of its devices, and has no table."""
     shifts = (0.0,)
     tables = {"deadline_s": Table((), np.array(DEADLINE))}
     key = board_key(circuits(), AMI_1500, shifts)
@@ -155,7 +162,7 @@ def measure() -> Record:
 
 
 def held_out_errors() -> dict[str, float]:
-    """Of `pair_errors`, over all temperatures and dies."""
+    """Return `pair_errors` over all temperatures and dies on which the model is judged."""
     return pair_errors([pair for t in JUDGED_AT for pair in measure_pairs(HELD_OUT, PROFILES, t)])
 
 
@@ -163,7 +170,11 @@ def measure_pairs(
     dies: Sequence[int], profiles: int, temperature_c: float = 27.0, *, seed: int = 1000,
     scale: float = 50e-9, process: bool = True,
 ) -> list[Pair]:  # fmt: skip
-    """Both levels on every die with `profiles` random profiles each, of the generator (seed, die)."""
+    """Decide random profiles on every die at both levels; profiles: how many a die.
+
+    The generator of a die's profiles is seeded with (seed, die); scale: as in `random_profile`; process:
+    whether dies have process variation beside mismatch.
+    """
     nominal = selection_machine(Silicon(AMI_1500, temperature_c))
     near = operating_point(nominal)
     pairs = []
@@ -181,10 +192,10 @@ def measure_pairs(
 
 
 def pair_errors(pairs: Sequence[Pair]) -> dict[str, float]:
-    """How far the model is from the transistors, by name with the unit at its end.
+    """Return how far the model is from the transistors, by name with the unit at its end.
 
-    Times are of the pairs that both levels decide alike; `margin_wrong` is the greatest margin at which they
-    decide differently.
+    Errors of time are of the pairs that both decide alike; `margin_wrong` is the greatest margin at which
+    they decide differently.
     """
     both = [p for p in pairs if UNDECIDED not in (p.solved, p.modelled)]
     same = [p for p in both if p.solved == p.modelled]

@@ -1,4 +1,4 @@
-"""Behavioural selection: which direction a winner-take-all circuit chooses on a die, and how long it takes.
+"""Behavioural model of a winner-take-all selection: which direction it chooses on a die, and how fast.
 
 Every mirror multiplies by a gain of its own pair of devices, at the inversion of its own current:
 
@@ -73,7 +73,10 @@ MEASURED = -20.0, 85.0  # degC
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """`winner`: a cell, or -1; `time`: from the release, s, or inf; `margin`: ln of the best two merits."""
+    """A decision: the winner, a cell or -1 for nobody; its time from the release, s, or inf; its margin.
+
+    The margin is the logarithm of the ratio of the two greatest merits.
+    """
 
     winner: int
     time: float
@@ -86,12 +89,12 @@ class Decision:
 
 
 def circuits() -> tuple[Circuit, ...]:
-    """What the record of the model's errors is of."""
+    """Return the circuit that the record of the model's errors is of."""
     return (circuit_of.build(Params(CELLS)),)
 
 
 def selection_errors() -> Mapping[str, float]:
-    """The model's errors by the record; raises `DataError` where that is of another circuit."""
+    """Return the model's errors from the record; raises `DataError` where that is of another circuit."""
     return tables_of("winner_take_all", circuits, AMI_1500).errors
 
 
@@ -107,11 +110,11 @@ def _check_temperature(temperature_c: float) -> None:
 def selection(
     silicon: Silicon, params: Params | None = None, circuit: Circuit | None = None, *, area: float = 1.0
 ) -> Selection:
-    """Gains of a selection of `CELLS` cells (or of `params`) on the silicon's die.
+    """Return the selection's gains on the silicon's die, for `CELLS` cells or as `params` says.
 
     circuit: with biases of its own, else as built; area: of the drawn devices over the circuit's. Raises
-    `ParameterError` for an area that is none, a process whose law is not the model's, or a temperature at
-    which the model was not measured.
+    `ParameterError` for an area that is not above 0, a process whose law is not the model's, and a
+    temperature at which the model was not measured.
     """
     if not (math.isfinite(area) and area > 0.0):
         raise ParameterError(f"selection.area: {area:g} times the circuit's, must be > 0")
@@ -161,7 +164,10 @@ def selection(
 
 
 def decision(chip: Selection, excite: F64, risk: F64) -> Decision:
-    """One decision; excite, risk: float64[N], A, as the circuit's ports take them."""
+    """Decide once; excite, risk: currents at the circuit's ports, A, float64[N].
+
+    Raises `ParameterError` for arrays of another size.
+    """
     n = chip.excite_beta.size
     if excite.shape != (n,) or risk.shape != (n,):
         raise ParameterError(f"selection.currents: {excite.shape} and {risk.shape}, must be ({n},) both")

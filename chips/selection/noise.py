@@ -1,4 +1,4 @@
-"""Noise of the selection: the currents that its cells compare, off by what their devices make in a decision.
+"""Noise of the selection: by how much the currents that its cells compare are off in a decision.
 
 From the release on each v_in integrates its cell's currents for the decision's time t, so that their means
 are off, in squares, by
@@ -45,11 +45,11 @@ _compiled = compiled()
 
 
 class SelectionNoise(NamedTuple):
-    """Noise of a selection of N cells; without draws there is none.
+    """Noise of a selection of N cells, none if its arrays are empty.
 
-    draws: of 2 N places, cells then risks; thermal: k T C of a v_in, C^2; knots: float64[k], ln(t / 1 s);
-    excite, own, risk, projected: float64[k], relative variances of currents by the flicker of mx and my
-    together, of m1, of mk and of an mg of weight 1; moved: float64[2, N], scratch.
+    draws: of 2 N places, cells and then risks; thermal: k T C of a v_in, C^2; knots: ln(time / 1 s),
+    float64[k]; excite, own, risk, projected: relative variances of currents by flicker there, float64[k], of
+    mx and my together, of m1, of mk, and of an mg of weight 1; moved: working space, float64[2, N].
     """
 
     draws: Draws
@@ -63,7 +63,7 @@ class SelectionNoise(NamedTuple):
 
 
 def no_selection_noise() -> SelectionNoise:
-    """Of a selection without noise."""
+    """Return the noise of a selection that has none."""
     none = np.zeros(0)
     return SelectionNoise(new_draws(0, 0, "", 0), 0.0, none, none, none, none, none, np.zeros((2, 0)))
 
@@ -71,9 +71,10 @@ def no_selection_noise() -> SelectionNoise:
 def selection_noise(
     chip: Selection, silicon: Silicon, noise: SiliconNoise | None, area: float = 1.0
 ) -> SelectionNoise:
-    """Noise of a selection on `silicon`, none for None; area: of the drawn devices, for flicker.
+    """Return the noise of a selection on a silicon, or none where `noise` is None.
 
-    Raises `ParameterError` for an area that is none.
+    area: of the drawn devices over the circuit's, for flicker. Raises `ParameterError` for an area that is
+    not above 0.
     """
     if not (math.isfinite(area) and area > 0.0):
         raise ParameterError(f"selection.area: {area:g} times the circuit's, must be > 0")
@@ -105,7 +106,7 @@ def selection_noise(
 def noisy_decide(
     s: Selection, n: SelectionNoise, number: int, excite: F64, risk: F64, scratch: F64
 ) -> tuple[int, float, float]:
-    """Decision `number` as of `chips.selection.kernel.decide`, with noise if there is any."""
+    """Return decision `number` as `chips.selection.kernel.decide` does, with noise if there is any."""
     winner, time, margin = decide(s, excite, risk, scratch)
     cells = n.moved.shape[1]
     if cells == 0 or winner == NOBODY:

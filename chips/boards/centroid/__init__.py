@@ -1,1 +1,1 @@
-"""The centroid board: the range at which most of the array answers, as a voltage."""
+"""The centroid board, whose output voltage is the range at which most of the ranging array answers."""

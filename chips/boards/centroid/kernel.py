@@ -1,4 +1,4 @@
-"""Compiled equations of the centroid board's behavioural model.
+"""Compiled equations of the centroid board: the hold node, the follower and the low-pass behind it.
 
 While the gates of a set S of neurons are on, the hold node and the low-pass behind it obey
 
@@ -23,7 +23,13 @@ LONGEST_SLEWING = 0.2e-3
 
 
 class Centroid(NamedTuple):
-    """A centroid board: share, entry: float64[neurons], 1/s and V; far, offset: V; leak, filter, slew: s."""
+    """Numbers of a centroid board on a die.
+
+    share: how strongly a neuron's gate pulls the hold node, 1/s, float64[neurons]; entry: look-up voltage of
+    each neuron, V, float64[neurons]; far: voltage that the node leaks to, V; offset: of the output from the
+    low-pass, V; leak, filter, slew: time constants of the leak, the low-pass and the slewing follower, s;
+    v_dd: supply, V.
+    """
 
     share: F64
     entry: F64
@@ -37,9 +43,10 @@ class Centroid(NamedTuple):
 
 @compiled()
 def centroid_step(m: Centroid, ends: F64, y: F64, until: float) -> None:
-    """Advance y = (time, hold, follower, filtered) exactly by one stretch, at most to `until` (s).
+    """Advance y exactly by one stretch, at most to `until` (s).
 
-    ends: float64[neurons], s, when each gate goes off.
+    y: time (s), hold node, follower and low-pass (V), overwritten; ends: when each neuron's gate goes off, s,
+    float64[neurons].
     """
     now, hold, follower = y[0], y[1], y[2]
     stop = min(until, now + LONGEST)
@@ -87,9 +94,10 @@ def _filtered(m: Centroid, before: float, start: float, target: float, rate: flo
 
 @compiled()
 def centroid_run(m: Centroid, ends: F64, y: F64, until: float, out: F64) -> int:
-    """Advance to `until` (s); out: float64[room, 2], time and proximity at every vertex. Returns how many.
+    """Advance y to `until` (s), or until `out` is full, and return how many vertices were written.
 
-    It stops early where there is no more room.
+    out: time (s) and output voltage (V) at every vertex, float64[room, 2]; the other arguments are those of
+    `centroid_step`.
     """
     n = 0
     while y[0] < until and n < out.shape[0]:

@@ -1,4 +1,4 @@
-"""Measurement of the centroid board's record with the transistor-level solver.
+"""Measurement of the centroid board's record with the transistor-level solver, and of its model's errors.
 
 | quantity | measured as |
 |---|---|
@@ -47,18 +47,18 @@ TRAIN_SPIKES = 60
 
 
 def measure() -> Record:
-    """Measure the record; takes half a minute on one core."""
+    """Measure the record without its errors; it takes half a minute on one core."""
     return measure_over(_at, circuits(), SHIFTS, {"log_share": ("neuron",)})
 
 
 def held_out_errors() -> dict[str, float]:
-    """Largest and rms error (V) of the proximity voltage on other dies, under random spike trains."""
+    """Return errors of the output voltage on dies that were not measured, under random trains of spikes."""
     difference = [train_error(s, random_train(np.random.default_rng(die))) for die, s in every_silicon()]
     return rms_and_max("proximity", np.concatenate(difference), "V")
 
 
 def random_train(rng: np.random.Generator) -> list[Event]:
-    """Spikes of random neurons in random volleys, some of them overlapping."""
+    """Return spikes of random neurons in random volleys, in the order of their times; some overlap."""
     first = rng.uniform(0.0, 0.7 * TRAIN, TRAIN_SPIKES)
     close = first[rng.integers(0, TRAIN_SPIKES, TRAIN_SPIKES // 3)] + rng.uniform(0, 20e-6, TRAIN_SPIKES // 3)
     time = np.sort(np.concatenate([first, close]))
@@ -66,7 +66,7 @@ def random_train(rng: np.random.Generator) -> list[Event]:
 
 
 def train_error(silicon: Silicon, train: Sequence[Event]) -> F64:
-    """Proximity voltage of the model less that of the circuit, after every spike and at the end, V."""
+    """Return the model's output voltage less that of the circuit, V, after every spike and at the end."""
     cell = Cell(centroid_board.build(), silicon, ("proximity",), rtol=RTOL)
     model = CentroidModel(silicon)
     one, other = cell.begin(), model.begin()

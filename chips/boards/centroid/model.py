@@ -1,4 +1,4 @@
-"""The centroid board at behavioural level, as a part of a running system.
+"""Behavioural model of the centroid board, as a part of a running system.
 
 Same ports as the circuit: events spike[k] in, proximity (analog) out. A spike opens its neuron's gate for one
 event's width; open gates pull the hold node towards their look-up voltages, each with the strength that was
@@ -30,7 +30,11 @@ _ROOM = 64  # vertices worked out at once
 
 @dataclass(frozen=True, slots=True)
 class CentroidState:
-    """board: time (s), hold node, follower, filtered node (V); ends: when each gate goes off, s."""
+    """State of a centroid board.
+
+    board: time (s), hold node, follower and low-pass (V), float64[4]; ends: when each gate goes off, s,
+    float64[neurons]; merged: events lost in the pulse of the one before.
+    """
 
     board: F64
     ends: F64
@@ -38,20 +42,22 @@ class CentroidState:
 
     @property
     def time(self) -> float:
-        """Time reached, s."""
+        """Time that was reached, s."""
         return float(self.board[0])
 
 
 @cache
 def circuits() -> tuple[Circuit, ...]:
-    """The circuit that the model stands for."""
+    """Return the circuit that the model stands for."""
     return (centroid_board.build(),)
 
 
 class CentroidModel:
-    """A centroid board on `silicon`; `lookup`: V by neuron, the board's own unless given.
+    """A centroid board on a silicon.
 
-    Raises `ParameterError` outside the record and `DataError` where the record is stale.
+    lookup: voltage for which each neuron stands, V, the board's own unless given; path: the instance path
+    named in errors. Raises `ParameterError` for silicon outside the record's box, and `DataError` where the
+    record is of another circuit.
     """
 
     def __init__(
@@ -74,18 +80,18 @@ class CentroidModel:
         self._path = path
 
     def begin(self, time: float = 0.0) -> CentroidState:
-        """At the far default at `time` s."""
+        """Return the state at `time` s, with the hold node where it leaks to."""
         far = self.numbers.far
         return CentroidState(np.array([time, far, far, far]), np.full(self.numbers.entry.size, -math.inf))
 
     def next_time(self, state: CentroidState) -> float:
-        """The board makes no events; inf."""
+        """Return inf, as the board makes no events."""
         return math.inf
 
     def advance(
         self, state: CentroidState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[CentroidState, float, Output]:
-        """Advance to `until` (s); the output has a vertex at least every 2 ms."""
+        """Advance to `until` s; the output has a vertex at least every 2 ms."""
         board, ends, merged = state.board.copy(), state.ends.copy(), state.merged
         pieces = [np.array([[board[0], board[3] + self.numbers.offset]])]
         for port, time in sorted(events, key=lambda e: e[1]):

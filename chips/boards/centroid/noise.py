@@ -1,4 +1,4 @@
-"""Noise of the centroid board's proximity voltage: k T C of its hold capacitor and of its low-pass.
+"""Noise of the centroid board's output voltage: k T / C of its hold capacitor and of its low-pass.
 
 A gate leaves `sqrt(k T / C_hold)` on the hold node, and the leak keeps it; the filter's resistor makes
 `sqrt(k T / C_filter)`. The followers are noiseless (`circuits.devices.noise`). It is some microvolts, which
@@ -15,6 +15,6 @@ from circuits.silicon.silicon import Silicon
 
 
 def proximity_noise(silicon: Silicon) -> float:
-    """Deviation of the proximity voltage, V."""
+    """Return the standard deviation of the output voltage, V."""
     p, thermal = Params(), BOLTZMANN * kelvin(silicon.temperature_c)
     return math.sqrt(thermal / p.hold_capacitance + thermal / p.filter_capacitance)

@@ -1,1 +1,1 @@
-"""Isolation of the first target: only the first echo of a call passes."""
+"""The first-target isolation board: after a call it lets only the first echo excite the ranging array."""

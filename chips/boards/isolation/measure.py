@@ -1,4 +1,4 @@
-"""Measurement of the first-target isolation's record with the transistor-level solver.
+"""Measurement of the first-target isolation's record, and of its model's errors on other dies.
 
 | quantity | measured as |
 |---|---|
@@ -53,12 +53,16 @@ class _Board(Protocol[S]):
 
 
 def measure() -> Record:
-    """Measure the record; takes half a minute on one core."""
+    """Measure the record without its errors; it takes half a minute on one core."""
     return measure_over(_at, circuits(), SHIFTS, {})
 
 
 def held_out_errors() -> dict[str, float]:
-    """Errors on other dies: times of changes (s), levels (V), and the share of changes on one level only."""
+    """Return the model's errors on dies that were not measured, under random trains.
+
+    They are errors of the output's changes (s) and levels (V), and the shares of changes that only one level
+    of description has, and of events that the model leaves undecided.
+    """
     late: list[float] = []
     off: list[float] = []
     tie: list[float] = []
@@ -80,7 +84,7 @@ def held_out_errors() -> dict[str, float]:
 
 
 def random_train(rng: np.random.Generator) -> list[Event]:
-    """Spikes of random neurons and calls, a third of them within 12 us of the one before."""
+    """Return spikes of random neurons and calls, a third of them within 12 us of the one before, in order."""
     near = rng.random(TRAIN) < 1.0 / 3.0
     gaps = np.where(near, rng.uniform(0.0, 12e-6, TRAIN), rng.uniform(25e-6, SETTLE, TRAIN))
     ports = [f"spike[{rng.integers(0, NEURONS)}]" if spikes else "call" for spikes in rng.random(TRAIN) < 0.6]
@@ -88,13 +92,13 @@ def random_train(rng: np.random.Generator) -> list[Event]:
 
 
 def circuit_output(silicon: Silicon, train: Sequence[Event]) -> Polyline:
-    """The circuit's output under a train: time (s) and voltage (V)."""
+    """Return the circuit's output under a train of events: times (s) and voltages (V)."""
     cell = _cell(silicon)
     return _output(cell, cell.begin(), train)[0]
 
 
 def model_output(silicon: Silicon, train: Sequence[Event]) -> tuple[Polyline, int]:
-    """The same of the model, and how many events were undecided."""
+    """Return the model's output under a train, likewise, and how many events it left undecided."""
     model = IsolationModel(silicon)
     line, state = _output(model, model.begin(), train)
     return line, state.undecided
@@ -112,7 +116,7 @@ def _output(part: _Board[S], state: S, train: Sequence[Event]) -> tuple[Polyline
 
 
 def compare(one: Polyline, other: Polyline) -> tuple[list[float], list[float], int]:
-    """Differences of the changes' times (s) and of the settled levels (V), and changes on one level only."""
+    """Compare two outputs: return errors of changes (s) and of settled levels (V), and unmatched changes."""
     threshold = _half(other[1])
     left = crossings(*other, threshold)
     late, alone = [], 0
@@ -131,7 +135,7 @@ def compare(one: Polyline, other: Polyline) -> tuple[list[float], list[float], i
 
 
 def crossings(time: F64, voltage: F64, threshold: float) -> list[float]:
-    """Times (s) at which a polyline passes a voltage (V), either way."""
+    """Return the times (s) at which a polyline passes a voltage (V), in either direction."""
     above = voltage > threshold
     k = np.flatnonzero(above[1:] != above[:-1])
     share = (threshold - voltage[k]) / (voltage[k + 1] - voltage[k])

@@ -1,4 +1,4 @@
-"""First-target isolation at behavioural level: from the array's first spike to the next call no excitation.
+"""Behavioural model of the first-target isolation board, which stops excitation after the first echo.
 
 Same ports as the circuit: events spike[k] and call in, v_ex_max (analog) out. A latch with measured delays:
 isolated from `spike + set_delay` on, open from `call + reset_delay` on. A call wins while its pulse lasts; a
@@ -30,9 +30,11 @@ UNSURE = 20e-9  # s, about the tie; ours, above twice its error on dies that the
 
 @dataclass(frozen=True, slots=True)
 class IsolationState:
-    """Time reached (s), whether the array is isolated, and what is to come: (time s, isolated), in order.
+    """State of a first-target isolation board.
 
-    call, spike: s, of the last of each; undecided: spikes so near to the tie with a call that either may win.
+    time: reached, s; isolated: whether echoes are blocked; pending: changes to come in order, as times (s)
+    and whether the array is isolated then; call, spike: times of the last of each, s; undecided: spikes so
+    near to a tie with a call that either may win.
     """
 
     time: float
@@ -45,14 +47,15 @@ class IsolationState:
 
 @cache
 def circuits() -> tuple[Circuit, ...]:
-    """The circuit that the model stands for."""
+    """Return the circuit that the model stands for."""
     return (first_target_isolation.build(),)
 
 
 class IsolationModel:
-    """A first-target isolation board on `silicon`.
+    """A first-target isolation board on a silicon; path: the instance path named in errors.
 
-    Raises `ParameterError` outside the record and `DataError` where the record is stale.
+    Raises `ParameterError` for silicon outside the record's box, and `DataError` where the record is of
+    another circuit.
     """
 
     def __init__(self, silicon: Silicon, path: str = "first_target_isolation") -> None:
@@ -65,17 +68,17 @@ class IsolationModel:
         self.analog: tuple[str, ...] = ("v_ex_max",)
 
     def begin(self, time: float = 0.0) -> IsolationState:
-        """Open at `time` s."""
+        """Return the state at `time` s, open for echoes."""
         return IsolationState(time)
 
     def next_time(self, state: IsolationState) -> float:
-        """The board makes no events; inf."""
+        """Return inf, as the board makes no events."""
         return math.inf
 
     def advance(
         self, state: IsolationState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[IsolationState, float, Output]:
-        """Advance to `until` (s); the output jumps at each change."""
+        """Advance to `until` s; the output voltage jumps at each change."""
         time, level = [state.time], [self._level(state)]
         for port, moment in sorted(events, key=lambda e: (e[1], e[0] != "call")):
             state = self._called(state, moment) if port == "call" else self._spiked(state, moment)

@@ -1,1 +1,1 @@
-"""The vocalization controller: how long a bat waits until its next call."""
+"""The vocalization controller: an oscillator that makes a bat's calls, the faster the nearer a target is."""

@@ -1,4 +1,4 @@
-"""Compiled equations of the vocalization controller's behavioural model.
+"""Compiled equations of the vocalization controller: the phase of its oscillator, and its next call.
 
 From the end of a call's dead time the phase grows as `a + b p` with the proximity voltage p; the next call
 comes when it reaches one, solved exactly where p is a straight line.
@@ -16,7 +16,12 @@ from circuits.compiled import compiled
 
 
 class Vocalization(NamedTuple):
-    """base: 1/s; slope: 1/(V s); dead: s; first: phase lacking before the first call; amplitude: V, V/V."""
+    """Numbers of a vocalization controller on a die.
+
+    base, slope: rate of the phase without proximity voltage, 1/s, and over it, 1/(V s); dead: time after a
+    call in which the phase stands still, s; first: phase that lacks more than 1 before the first call;
+    amplitude_base, amplitude_slope: of a call over its control voltage, V and V/V; v_dd: supply, V.
+    """
 
     base: float
     slope: float
@@ -29,7 +34,7 @@ class Vocalization(NamedTuple):
 
 @compiled()
 def crossing(rate: float, bend: float, missing: float) -> float:
-    """Smallest t >= 0 at which `rate t + bend t^2 / 2` reaches `missing`; inf where it never does."""
+    """Return the least t >= 0 at which `rate t + bend t^2 / 2` reaches `missing`, inf where it never does."""
     under = rate * rate + 2.0 * bend * missing
     if under < 0.0:
         return np.inf
@@ -40,9 +45,10 @@ def crossing(rate: float, bend: float, missing: float) -> float:
 
 @compiled()
 def vocalization_line(m: Vocalization, y: F64, start: float, stop: float, first: float, last: float) -> float:
-    """Advance y = (phase, free from s) along a straight proximity, V, from start to stop (s).
+    """Advance y along a straight line of the proximity voltage; return the time of a call (s), inf for none.
 
-    Returns the time of the call that it meets, and has then begun the next interval; else inf.
+    y: phase, and when it is free to grow (s), overwritten; start, stop: of the line, s; first, last: its
+    voltages, V. Where there is a call, the next interval has begun.
     """
     slope = (last - first) / (stop - start)
     begin = max(start, y[1])
@@ -62,7 +68,11 @@ def vocalization_line(m: Vocalization, y: F64, start: float, stop: float, first:
 
 @compiled()
 def vocalization_run(m: Vocalization, y: F64, time: F64, value: F64, start: float, until: float) -> float:
-    """Advance along a polyline, held beyond its ends, to `until` (s) or to a call: its time, or inf."""
+    """Advance y along a polyline of the proximity voltage; return the time of the first call (s), or inf.
+
+    time (s), value (V): vertices of the polyline, which is held beyond its ends; start, until: s; y: as in
+    `vocalization_line`.
+    """
     now = start
     k = 0
     while now < until:
@@ -87,5 +97,5 @@ def _value(time: F64, value: F64, k: int, t: float) -> float:
 
 @compiled()
 def amplitude_at(m: Vocalization, control: float) -> float:
-    """Call amplitude, V, at a control voltage (V)."""
+    """Return the amplitude of a call, V, at a control voltage (V)."""
     return min(max(m.amplitude_base + m.amplitude_slope * control, 0.0), m.v_dd)

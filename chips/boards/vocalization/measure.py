@@ -1,4 +1,4 @@
-"""Measurement of the vocalization controller's record with the transistor-level solver.
+"""Measurement of the vocalization controller's record, and of its model's errors on other dies.
 
 | quantity | measured as |
 |---|---|
@@ -45,14 +45,17 @@ QUANTITIES = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplit
 
 
 def measure() -> Record:
-    """Measure the record; takes half a minute on one core."""
+    """Measure the record without its errors; it takes half a minute on one core."""
     mirror = np.array([_mirror(t) for t in TEMPERATURES])
     record = measure_over(_at, circuits(), SHIFTS, {})
     return record.extended({"mirror": Table(("temperature", "rate", "difference"), mirror)})
 
 
 def held_out_errors() -> dict[str, float]:
-    """Largest error of a call interval (share) and of the amplitude (V) on other dies, under random ramps."""
+    """Return the largest errors on dies that were not measured, under random ramps of the proximity voltage.
+
+    They are of a call's interval, relative, and of its amplitude, V.
+    """
     interval, amplitude = [], []
     for die, silicon in every_silicon():
         ramp = random_ramp(np.random.default_rng(die))
@@ -65,12 +68,12 @@ def held_out_errors() -> dict[str, float]:
 
 
 def random_ramp(rng: np.random.Generator) -> Polyline:
-    """A proximity voltage of straight pieces between 0 and 3 V."""
+    """Return a proximity voltage of straight pieces between 0 and 3 V: times (s) and voltages (V)."""
     return np.linspace(0.0, RAMP, 7), rng.uniform(0.0, 3.0, 7)
 
 
 def circuit_calls(silicon: Silicon, proximity: Polyline) -> F64:
-    """Calls of the circuit, float64[calls, 2]: time (s) and amplitude (V); enabled at 0 s."""
+    """Return the calls of the circuit, enabled at 0 s: times (s) and amplitudes (V), float64[calls, 2]."""
     cell = _cell(silicon)
     state = cell.begin()
     enable = np.array([0.0, 1e-6]), np.array([0.0, silicon.process.v_dd])
@@ -79,7 +82,7 @@ def circuit_calls(silicon: Silicon, proximity: Polyline) -> F64:
 
 
 def model_calls(silicon: Silicon, proximity: Polyline) -> F64:
-    """Calls of the model, as `circuit_calls` has them."""
+    """Return the calls of the model, as `circuit_calls` does those of the circuit."""
     model = VocalizationModel(silicon)
     lines = {"proximity": proximity, "amplitude_control": proximity}
     return _calls(model, model.begin(), lines, float(proximity[0][-1]))

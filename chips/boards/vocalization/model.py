@@ -1,4 +1,4 @@
-"""The vocalization controller at behavioural level, as a part of a running system.
+"""Behavioural model of the vocalization controller, as a part of a running system.
 
 Same ports as the circuit, which is enabled from the start on: proximity and amplitude_control (analog) in,
 call (event) and amplitude (analog) out. The phase grows with the measured linear rate; a call comes when it
@@ -33,9 +33,10 @@ _SILENT: Polyline = (np.zeros(1), np.zeros(1))
 
 @dataclass(frozen=True, slots=True)
 class VocalizationState:
-    """phase: 1 at a call; free: s, when the next interval begins; lines: analog inputs in force.
+    """State of a vocalization controller.
 
-    calls: so far.
+    time: reached, s; phase: of the oscillator, 1 at a call; free: when the phase begins to grow, s; lines:
+    polylines of the analog inputs in force; calls: that were made so far.
     """
 
     time: float
@@ -47,15 +48,15 @@ class VocalizationState:
 
 @cache
 def circuits() -> tuple[Circuit, ...]:
-    """The circuit that the model stands for."""
+    """Return the circuit that the model stands for."""
     return (vocalization_controller.build(),)
 
 
 class VocalizationModel:
-    """A vocalization controller on `silicon`; of its mismatch that of the current mirror counts.
+    """A vocalization controller on a silicon, with the mismatch of its current mirror alone.
 
-    noise: of its devices, none unless given. Raises `ParameterError` outside the record and `DataError` where
-    the record is stale.
+    path: the instance path named in errors; noise: of its devices, none unless given. Raises `ParameterError`
+    for silicon outside the record's box, and `DataError` where the record is of another circuit.
     """
 
     def __init__(
@@ -77,17 +78,17 @@ class VocalizationModel:
         self.analog: tuple[str, ...] = ("amplitude",)
 
     def begin(self, time: float = 0.0) -> VocalizationState:
-        """Enabled at `time` s."""
+        """Return the state of a controller that is enabled at `time` s."""
         return VocalizationState(time, -self.numbers.first, time)
 
     def next_time(self, state: VocalizationState) -> float:
-        """The next call depends on the proximity voltage to come; inf."""
+        """Return inf, as the next call depends on the proximity voltage to come."""
         return math.inf
 
     def advance(
         self, state: VocalizationState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[VocalizationState, float, Output]:
-        """Advance to `until` (s) or to the first call."""
+        """Advance to `until` s or to the first call."""
         lines = {**state.lines, **(analog or {})}
         oscillator = np.array([state.phase, state.free])
         time, value = lines.get("proximity", _SILENT)
@@ -108,7 +109,7 @@ class VocalizationModel:
 
 
 def mirror_mismatch(silicon: Silicon) -> F64:
-    """Difference of the current mirror's transistors, output less input: V_T0 (V) and ln beta."""
+    """Return how the current mirror's output transistor differs from its input: V_T0 (V) and ln beta."""
     (circuit,) = circuits()
     d = on_die(circuit, silicon, ("m_out", "m_in"))
     return d.offset("m_out") - d.offset("m_in")

@@ -1,4 +1,4 @@
-"""Jitter of the vocalization controller's call interval T from the noise of its devices.
+"""Jitter of the vocalization controller's call interval T, from the noise of its devices.
 
 An interval's phase deviates, relative, by the root of the sum of
 
@@ -59,7 +59,11 @@ SETTLE = 2e-6  # s, and by how much sooner: time constants of its nodes are belo
 
 
 class OscillatorNoise(NamedTuple):
-    """Spread of an interval's phase over ln(rate / 1 Hz); draws: of an interval, none without noise."""
+    """Noise of call intervals, none if its arrays are empty.
+
+    knots: ln(rate / 1 Hz), float64[k]; spread: relative standard deviation of an interval's phase there,
+    float64[k]; draws: of each interval.
+    """
 
     knots: F64
     spread: F64
@@ -67,12 +71,12 @@ class OscillatorNoise(NamedTuple):
 
 
 def no_oscillator_noise() -> OscillatorNoise:
-    """Of a controller without noise."""
+    """Return the noise of a controller that has none."""
     return OscillatorNoise(np.zeros(0), np.zeros(0), new_draws(0, 0, "", 0))
 
 
 def oscillator_noise(numbers: Vocalization, silicon: Silicon, noise: SiliconNoise | None) -> OscillatorNoise:
-    """Noise of a controller of these numbers on `silicon`; None for none."""
+    """Return the noise of a controller of these numbers on a silicon, or none where `noise` is None."""
     if noise is None:
         return no_oscillator_noise()
     rate = np.geomspace(numbers.base, numbers.base + numbers.slope * numbers.v_dd, KNOTS)
@@ -82,7 +86,7 @@ def oscillator_noise(numbers: Vocalization, silicon: Silicon, noise: SiliconNois
 
 
 def interval_spread(numbers: Vocalization, silicon: Silicon, noise: SiliconNoise, rate: F64) -> F64:
-    """Relative deviation of call intervals at these rates (1/s), white and flicker, in their shape."""
+    """Return the relative standard deviation of call intervals at rates (1/s), white noise and flicker."""
     p, v_dd, thermal = board.Params(), silicon.process.v_dd, BOLTZMANN * kelvin(silicon.temperature_c)
     low, high = board.thresholds(p, v_dd)
     time, charge = 1.0 / rate, p.ramp_capacitance * (high - low)
@@ -106,7 +110,11 @@ def interval_spread(numbers: Vocalization, silicon: Silicon, noise: SiliconNoise
 
 @lru_cache(maxsize=64)
 def comparator_jitter(slope: float, silicon: Silicon) -> float:
-    """Deviation (s) of when a ramp of `slope` V/s makes the comparator call, by its resistors' noise."""
+    """Return the standard deviation (s) of when the comparator reacts to a ramp of `slope` V/s.
+
+    It is the noise of the comparator's resistors. Raises `ParameterError` for a ramp at which it does not
+    call.
+    """
     p, v_dd = board.Params(), silicon.process.v_dd
     top, feedback = 1.0 / p.threshold_top_resistance, 1.0 / p.threshold_feedback_resistance
     total = top + feedback + 1.0 / p.threshold_bottom_resistance
@@ -155,7 +163,10 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
 
 @compiled()
 def phase_after_call(n: OscillatorNoise, number: int, rate: float) -> float:
-    """Phase with which the interval after call `number` begins, at a rate (1/s); 0 without noise."""
+    """Return the phase with which the interval after call `number` begins at a rate (1/s).
+
+    It is 0 without noise.
+    """
     if n.knots.size == 0:
         return 0.0
     draw(n.draws, number, 0)
