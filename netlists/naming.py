@@ -61,15 +61,16 @@ _UNDERSCORE = _Style(
     "__x{:02x}x",
     re.compile(r"__([0-9]+)"),
 )
-STYLES = {"hash": _HASH, "underscore": _UNDERSCORE, "angle": _ANGLE}
+_STYLES = {"hash": _HASH, "underscore": _UNDERSCORE, "angle": _ANGLE}
 
 
 def make_naming(style: str, reserved: frozenset[str] = frozenset()) -> Naming:
-    """Naming of one of `STYLES`; `reserved` names, in lower case, mean something else in the dialect.
+    """Make the naming of a style: `hash`, `underscore` or `angle`.
 
-    A name that is no reference makes `node` raise `TopologyError`.
+    `reserved` names, in lower case, mean something else in the dialect. A name that is no reference makes
+    `node` raise `TopologyError`.
     """
-    form = STYLES[style]
+    form = _STYLES[style]
 
     @functools.lru_cache(_CACHED)
     def node(reference: str) -> str:
@@ -92,7 +93,7 @@ def make_naming(style: str, reserved: frozenset[str] = frozenset()) -> Naming:
     return Naming(node, lambda name: _reference(form, name), form.plain, part, text)
 
 
-def reference_text(name: str, index: Shape) -> str:
+def element(name: str, index: Shape) -> str:
     """Reference to one element of an array, `spike[3]`; the name alone for an index ()."""
     return f"{name}[{','.join(map(str, index))}]" if index else name
 
@@ -104,7 +105,7 @@ def _reference(form: _Style, name: str) -> str:
     first = form.indices.search(bare)
     end = first.start() if first else len(bare)
     index = tuple(int(i) for i in form.indices.findall(bare[end:]))
-    return reference_text(form.unplain(bare[:end]), index)
+    return element(form.unplain(bare[:end]), index)
 
 
 def _text(form: _Style, name: str) -> str:

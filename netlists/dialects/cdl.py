@@ -13,21 +13,15 @@ Written to the Cadence and Calibre manuals' description of the format. Not run h
 
 from __future__ import annotations
 
-import functools
-from dataclasses import replace
-from typing import Any
-
 from circuits.circuit import Port
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
-from circuits.silicon.die import NOMINAL
 from circuits.silicon.silicon import Deviation, Silicon
-from circuits.testbench import Testbench
 from netlists.dialects.spice import open_definition
 from netlists.naming import make_naming
-from netlists.registry import NO_DEVIATION, Dialect, Settings
 from netlists.write.annotation import Annotation, format_annotation
-from netlists.write.deck import NOT_RUN, Writer, format_deck, no_control, wrap
+from netlists.write.deck import NOT_RUN, Writer, no_control, wrap
+from netlists.write.dialect import make_dialect, make_formatter
 from netlists.write.traversal import Definition, Design
 
 _AMPLIFIER, _TRANSCONDUCTOR = "black_box_amplifier", "black_box_transconductor"
@@ -41,43 +35,19 @@ _BOXES: dict[type[Device], list[str]] = {
 _NAMING = make_naming("angle", frozenset({_AMPLIFIER, _TRANSCONDUCTOR}))
 
 
-@functools.singledispatch
-def _format_device(device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    raise TypeError(f"{type(device).__name__}: no lowering to cdl text")
-
-
-@_format_device.register
-def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _transistor(device: Transistor, silicon: Silicon, deviation: Deviation) -> list[str]:
     size = f"w={float(device.width)!r} l={float(device.length)!r} m={float(device.multiplicity)!r}"
     return [f"{_element('m', device)} {device.polarity}mos {size}"]
 
 
-@_format_device.register
-def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _capacitor(device: Capacitor) -> list[str]:
     begin = "" if device.ic is None else f" ic={float(device.ic)!r}"
     return [f"{_element('c', device)} {float(device.capacitance)!r}{begin}"]
 
 
-@_format_device.register
-def _(device: Resistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return [f"{_element('r', device)} {float(device.resistance)!r}"]
-
-
-@_format_device.register
-def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _transconductor(device: ControlledSource) -> list[str]:
     note = format_annotation(Annotation("transconductor", device))
     return [*note, f"{_element('x', device)} {_TRANSCONDUCTOR}"]
-
-
-@_format_device.register
-def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return [f"{_element('x', device)} {_AMPLIFIER}"]
-
-
-@_format_device.register
-def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    """Write nothing: a source is no part of the layout."""
-    return []
 
 
 def _element(letter: str, device: Device) -> str:
@@ -101,7 +71,7 @@ def _pin(port: Port) -> str:
     return "B" if port.kind == "supply" else "O" if port.direction == "out" else "I"
 
 
-def _boxes(design: Design) -> list[str]:
+def _boxes(silicon: Silicon, design: Design) -> list[str]:
     used = {type(device) for definition in design.definitions for device, _ in definition.devices}
     return [line for kind, lines in _BOXES.items() if kind in used for line in lines]
 
@@ -125,24 +95,18 @@ _WRITER = Writer(
     top=_no_call,
 )
 
-_any: Any = _format_device
-format_device = _any
+_FORMATTER = make_formatter(
+    "cdl",
+    _transistor,
+    {
+        Capacitor: _capacitor,
+        Resistor: lambda device: [f"{_element('r', device)} {float(device.resistance)!r}"],
+        ControlledSource: _transconductor,
+        OperationalAmplifier: lambda device: [f"{_element('x', device)} {_AMPLIFIER}"],
+        Source: lambda _: [],  # no part of the layout
+    },
+)
 
-
-def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
-    """Netlist of a testbench's circuit on the nominal die; sources and analysis are notes alone."""
-    formatter = DIALECT.formatter(settings.models)
-    nominal = replace(silicon, die=NOMINAL)
-    return format_deck(_WRITER, formatter, _boxes, testbench, nominal, settings, title)
-
-
-DIALECT = Dialect(
-    name="cdl",
-    summary="for LVS: M, C and R as drawn; not run here",
-    runs=False,
-    comment="*",
-    naming=_NAMING,
-    devices={"ekv": format_device},
-    write=write,
-    drawing=True,
+DIALECT = make_dialect(
+    _WRITER, "for LVS: M, C and R as drawn; not run here", {"ekv": (_FORMATTER, _boxes)}, drawing=True
 )

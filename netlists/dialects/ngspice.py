@@ -14,20 +14,23 @@ ngspice's own are 200 us off.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists.dialects.spice import Syntax, format_mos, make_formatter, make_writer, tolerances
+from netlists.dialects.spice import (
+    Syntax,
+    analysis_card,
+    make_writer,
+    mos_form,
+    spice_dialect,
+    tolerances,
+)
 from netlists.naming import make_naming
-from netlists.registry import DEFAULT_RELTOL, POINTS, Analysis, Dialect, Method, Settings
+from netlists.registry import DEFAULT_RELTOL, Analysis, Method, Settings
 from netlists.write import deck
-from netlists.write.bsim3 import Form, make_cards, make_transistors
-from netlists.write.deck import Control, format_deck, format_voltages, no_cards, wrap
+from netlists.write.deck import Control, wrap
 from netlists.write.traversal import Definition
-
-__all__ = ["DEFAULT_RELTOL", "DIALECT", "POINTS", "Method", "format_device", "format_testbench", "node_name"]
 
 # gnd is ground; time is the axis of a run; the others crash ngspice's parser inside v(...)
 _RESERVED = frozenset({"gnd", "time", "temper", "hertz", "limit", "agauss", "aunif", "gauss", "unif"})
@@ -37,31 +40,26 @@ def _current(name: str, start: str, end: str, expression: str) -> list[str]:
     return [f"b{name} {start} {end} i={expression}"]
 
 
-def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]:
-    return wrap([".model", name, f"{polarity}mos", "level=8", "version=3.3.0", *parameters])
-
-
 def _control(control: Control) -> list[str]:
-    temperature = repr(control.silicon.temperature_c)
-    step, uic = repr(control.step), " uic" if control.uic else ""
+    temperature, step = repr(control.silicon.temperature_c), repr(control.step)
     return [
-        *format_voltages(".nodeset", [(name.lower(), v) for name, v in control.starts]),
-        *format_voltages(".ic", [(name.lower(), v) for name, v in control.held]),
         f".options temp={temperature} tnom={temperature}",
         f".options {tolerances(control.models)} trtol=1.0 reltol={control.reltol!r} method={control.method}",
-        *wrap([".save", *(f"v({name.lower()})" for name in control.saved)]),
-        ".op" if control.analysis == "op" else f".tran {step} {control.stop!r} 0 {step}{uic}",
-        ".end",
+        *wrap([".save", *(f"v({name})" for name in control.saved)]),
+        analysis_card(control, "0", step),
     ]
 
 
 _NAMING = make_naming("hash", _RESERVED)
-_SYNTAX = Syntax("ngspice", _NAMING, _current, _control, runs=True)
+_SYNTAX = Syntax("ngspice", _NAMING, _current, _control, runs=True, case=str.lower)
 _WRITER = make_writer(_SYNTAX)
 
-_BSIM3 = Form(_NAMING, _card, format_mos, instance=True)
-
-format_device = make_formatter(_SYNTAX)
+DIALECT = spice_dialect(
+    _SYNTAX,
+    "B sources or BSIM3; run here",
+    mos_form(_NAMING, "level=8", "version=3.3.0", instance=True),
+)
+format_device = DIALECT.devices["ekv"]
 node_name = _NAMING.node
 
 
@@ -100,33 +98,15 @@ def format_testbench(
     TopologyError
         Two names of one circuit, or of two sources, differ in case only.
     """
-    return write(testbench, silicon, Settings("ekv", analysis, reltol, tmax, method, nodes), title)
-
-
-def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
-    """Complete deck of a testbench with any choice of models, and with parasitic capacitances."""
-    formatter = DIALECT.formatter(settings.models)
-    cards = make_cards(_BSIM3, silicon) if settings.models == "bsim3" else no_cards
-    return format_deck(_WRITER, formatter, cards, testbench, silicon, settings, title)
+    return DIALECT.write(testbench, silicon, Settings("ekv", analysis, reltol, tmax, method, nodes), title)
 
 
 def run_name(path: str, top: Definition) -> str:
     """Name, in lower case, by which a run of circuit `top` knows the node at `path`."""
-    return deck.run_name(_WRITER, path, top).lower()
+    return deck.run_name(_WRITER, path, top)
 
 
 def node_path(name: str) -> str:
     """Our path of a node by its name in a run, in lower case; the inverse of `run_name`."""
     *instances, node = name.split(".")
     return ".".join(_NAMING.reference(part) for part in (*(i.removeprefix("x") for i in instances[1:]), node))
-
-
-DIALECT = Dialect(
-    name="ngspice",
-    summary="B sources or BSIM3; run here",
-    runs=True,
-    comment="*",
-    naming=_NAMING,
-    devices={"ekv": format_device, "bsim3": make_formatter(_SYNTAX, make_transistors(_BSIM3))},
-    write=write,
-)

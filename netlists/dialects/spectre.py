@@ -9,21 +9,19 @@ line. Not run here.
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from circuits.circuit import GROUND
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source
 from circuits.devices.device import Device
 from circuits.silicon.process import Polarity
-from circuits.silicon.silicon import Deviation, Silicon
-from circuits.testbench import Testbench
 from netlists.dialects.spice import Syntax, corners, ekv_transistors, format_amplifier
 from netlists.naming import make_naming
 from netlists.read.notes.syntax import SpectreSyntax
-from netlists.registry import NO_DEVIATION, Dialect, Settings
 from netlists.write.bsim3 import Form, make_cards, make_transistors
-from netlists.write.deck import NOT_RUN, Control, Writer, format_deck, no_cards, no_control, wrap
+from netlists.write.deck import NOT_RUN, Control, Writer, no_control, wrap
+from netlists.write.dialect import make_dialect, make_formatter, no_cards
 from netlists.write.traversal import Definition
 
 # words of the language and its functions, as names of nodes or definitions
@@ -57,7 +55,6 @@ def _element(letter: str, device: Device, master: str) -> str:
 
 
 _SYNTAX = Syntax("spectre", _NAMING, _current, no_control, capacitor=_charge)
-_transistor = ekv_transistors(_SYNTAX)
 
 
 def _card(name: str, polarity: Polarity, parameters: Sequence[str]) -> list[str]:
@@ -69,42 +66,14 @@ def _mos(name: str, nodes: Sequence[str], model: str, parameters: Sequence[str])
 
 
 _BSIM3 = Form(_NAMING, _card, _mos, instance=False)
-_bsim3 = make_transistors(_BSIM3)
 
 
-@functools.singledispatch
-def _format_device(device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    raise TypeError(f"{type(device).__name__}: no lowering to spectre text")
-
-
-@_format_device.register
-def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return _transistor(device, silicon, deviation)
-
-
-@_format_device.register
-def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _capacitor(device: Capacitor) -> list[str]:
     begin = "" if device.ic is None else f" ic={float(device.ic)!r}"
     return [_element("c", device, f"capacitor c={float(device.capacitance)!r}{begin}")]
 
 
-@_format_device.register
-def _(device: Resistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return [_element("r", device, f"resistor r={float(device.resistance)!r}")]
-
-
-@_format_device.register
-def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return [_element("g", device, f"vccs gm={float(device.transconductance)!r}")]
-
-
-@_format_device.register
-def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    return format_amplifier(_SYNTAX, device)
-
-
-@_format_device.register
-def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _source(device: Source) -> list[str]:
     pairs = corners(device)
     head = "v" if device.quantity == "voltage" else "i"
     ends = (device.node, GROUND) if head == "v" else (GROUND, device.node)
@@ -113,6 +82,15 @@ def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> 
     if len(pairs) > 1:
         words += ["type=pwl", "wave=[", *(f"{t!r} {v!r}" for t, v in pairs), "]"]
     return wrap(words)
+
+
+_OTHERS: dict[type[Device], Callable[[Any], list[str]]] = {
+    Capacitor: _capacitor,
+    Resistor: lambda device: [_element("r", device, f"resistor r={float(device.resistance)!r}")],
+    ControlledSource: lambda device: [_element("g", device, f"vccs gm={float(device.transconductance)!r}")],
+    OperationalAmplifier: functools.partial(format_amplifier, _SYNTAX),
+    Source: _source,
+}
 
 
 def _open(name: str, definition: Definition) -> list[str]:
@@ -152,35 +130,12 @@ _WRITER = Writer(
 )
 
 
-@functools.singledispatch
-def _format_with_cards(device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    raise TypeError(f"{type(device).__name__}: no lowering to spectre text")
-
-
-for _kind in (Capacitor, Resistor, ControlledSource, OperationalAmplifier, Source):
-    _format_with_cards.register(_kind, _format_device.dispatch(_kind))
-_format_with_cards.register(Transistor, _bsim3)
-
-_any: Any = _format_device
-format_device = _any
-_any = _format_with_cards
-format_with_cards = _any
-
-
-def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
-    """Complete netlist of a testbench; raises `ParameterError` for models that Spectre's text lacks."""
-    formatter = DIALECT.formatter(settings.models)
-    cards = make_cards(_BSIM3, silicon) if settings.models == "bsim3" else no_cards
-    return format_deck(_WRITER, formatter, cards, testbench, silicon, settings, title)
-
-
-DIALECT = Dialect(
-    name="spectre",
-    summary="bsource elements, or BSIM3; not run here",
-    runs=False,
-    comment="//",
-    naming=_NAMING,
-    devices={"ekv": format_device, "bsim3": format_with_cards},
-    write=write,
+DIALECT = make_dialect(
+    _WRITER,
+    "bsource elements, or BSIM3; not run here",
+    {
+        "ekv": (make_formatter("spectre", ekv_transistors(_SYNTAX), _OTHERS), no_cards),
+        "bsim3": (make_formatter("spectre", make_transistors(_BSIM3), _OTHERS), make_cards(_BSIM3)),
+    },
     syntax=SpectreSyntax,
 )

@@ -22,9 +22,11 @@ from circuits.devices.transistor import capacitances
 from circuits.silicon.process import Polarity, TransistorAtTemperature, TransistorModel
 from circuits.silicon.silicon import Deviation, Silicon
 from netlists.naming import Naming
-from netlists.registry import NO_DEVIATION, DeviceFormatter
+from netlists.registry import DeviceFormatter, Dialect
 from netlists.write import law
+from netlists.write.bsim3 import Form, make_cards, make_transistors
 from netlists.write.deck import NOT_RUN, Control, Writer, wrap
+from netlists.write.dialect import Cards, Transistors, make_dialect, make_formatter, no_cards
 from netlists.write.traversal import Definition
 
 TERMINALS = "dgsb"
@@ -32,8 +34,6 @@ TERMINALS = "dgsb"
 # with a timestep too small at 1e-15, none from 1e-14 to 1e-12; at 1e-13 spikes are within 0.5 us of 1e-14.
 _ABSTOL = {"ekv": "1e-15", "bsim3": "1e-13"}
 _CACHED = 1 << 14
-
-Transistors = Callable[[Transistor, Silicon, Deviation], list[str]]
 
 
 def _capacitor(name: str, a: str, b: str, value: float) -> str:
@@ -45,8 +45,9 @@ class Syntax:
     """How a dialect of the family differs.
 
     `current(name, start, end, expression)`: lines of a behavioural current that leaves node `start`, passes
-    the source and enters node `end` (the dialect's names). `control`: analysis, options, what is saved.
-    `capacitor(name, a, b, value)`: line of a capacitance between two nodes.
+    the source and enters node `end` (the dialect's names). `control`: the cards of analysis and options, and
+    of what is saved. `runs`: whether it is run here. `separator`: between the names of a path in a run.
+    `case`: case of names in a run. `capacitor(name, a, b, value)`: line of a capacitance between two nodes.
     """
 
     dialect: str
@@ -55,22 +56,48 @@ class Syntax:
     control: Callable[[Control], list[str]]
     runs: bool = False
     separator: str = "."
+    case: Callable[[str], str] = str
     capacitor: Callable[[str, str, str, float], str] = _capacitor
 
 
+def spice_dialect(syntax: Syntax, summary: str, bsim3: Form | None = None) -> Dialect:
+    """Make a dialect of the family; without `bsim3` transistors are EKV currents alone."""
+    others = _others(syntax)
+    ekv = make_formatter(syntax.dialect, ekv_transistors(syntax), others)
+    models: dict[str, tuple[DeviceFormatter, Cards]] = {"ekv": (ekv, no_cards)}
+    if bsim3 is not None:
+        with_cards = make_formatter(syntax.dialect, make_transistors(bsim3), others)
+        models["bsim3"] = (with_cards, make_cards(bsim3))
+    return make_dialect(make_writer(syntax), summary, models)
+
+
 def make_writer(syntax: Syntax) -> Writer:
-    """The dialect's part in the walk over a design."""
+    """Make the dialect's part in the walk over a design."""
     return Writer(
-        syntax.dialect,
-        "" if syntax.runs else NOT_RUN,
-        "*",
-        syntax.naming,
-        syntax.separator,
-        functools.partial(open_definition, syntax.naming),
-        lambda name: [f".ends {name}"],
-        lambda name, nodes, definition: wrap([name, *nodes, definition]),
-        list,
-        syntax.control,
+        dialect=syntax.dialect,
+        remark="" if syntax.runs else NOT_RUN,
+        comment="*",
+        naming=syntax.naming,
+        separator=syntax.separator,
+        open=functools.partial(open_definition, syntax.naming),
+        close=lambda name: [f".ends {name}"],
+        call=lambda name, nodes, definition: wrap([name, *nodes, definition]),
+        head=list,
+        control=functools.partial(_control, syntax),
+        case=syntax.case,
+    )
+
+
+def mos_form(naming: Naming, *version: str, instance: bool) -> Form:
+    """Give M elements and their `.model` cards; `version`: the words by which a simulator knows BSIM3 3.3.
+
+    `instance`: whether a transistor takes `delvto` and `mulu0` (`netlists.write.bsim3`).
+    """
+    return Form(
+        naming,
+        lambda name, polarity, words: wrap([".model", name, f"{polarity}mos", *version, *words]),
+        lambda name, nodes, model, words: wrap([name, *nodes, model, *words]),
+        instance,
     )
 
 
@@ -79,67 +106,32 @@ def tolerances(models: str) -> str:
     return f"gmin=1e-15 abstol={_ABSTOL[models]} chgtol=1e-17"
 
 
+def analysis_card(control: Control, *times: str) -> str:
+    """The card of the analysis; `times` stand behind step and stop time of a transient."""
+    if control.analysis == "op":
+        return ".op"
+    uic = ["uic"] if control.uic else []
+    return " ".join([".tran", repr(control.step), repr(control.stop), *times, *uic])
+
+
 def open_definition(naming: Naming, name: str, definition: Definition) -> list[str]:
     """The `.subckt` card."""
     return wrap([".subckt", name, *map(naming.node, definition.ports)])
 
 
-def make_formatter(syntax: Syntax, transistors: Transistors | None = None) -> DeviceFormatter:
-    """Formatter of all device types; `transistors` writes transistors, else they are EKV currents."""
-    naming = syntax.naming
-
-    def element(letter: str, name: str, terminals: tuple[str, ...], value: float) -> str:
-        return f"{letter}{naming.plain(name)} {' '.join(map(naming.node, terminals))} {float(value)!r}"
-
-    @functools.singledispatch
-    def format_device(device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        raise TypeError(f"{type(device).__name__}: no lowering to {syntax.dialect} text")
-
-    @format_device.register
-    def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        line = element("c", device.name, device.terminals(), device.capacitance)
-        return [line if device.ic is None else f"{line} ic={float(device.ic)!r}"]
-
-    @format_device.register
-    def _(device: Resistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        return [element("r", device.name, device.terminals(), device.resistance)]
-
-    @format_device.register
-    def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        return [element("g", device.name, device.terminals(), device.transconductance)]
-
-    @format_device.register
-    def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        return format_amplifier(syntax, device)
-
-    @format_device.register
-    def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        return format_source(naming, device)
-
-    own = ekv_transistors(syntax) if transistors is None else transistors
-
-    @format_device.register
-    def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-        return own(device, silicon, deviation)
-
-    formatter: Any = format_device
-    typed: DeviceFormatter = formatter
-    return typed
-
-
 def ekv_transistors(syntax: Syntax) -> Transistors:
-    """Transistors as currents of the law, and capacitances."""
+    """Make the formatter of transistors as currents of the law, and capacitances."""
     naming, between = syntax.naming, difference(syntax.naming)
 
     @functools.lru_cache(_CACHED)
     def charges(device: Transistor, model: TransistorModel) -> tuple[str, ...]:
         return tuple(
             syntax.capacitor(naming.part(device.name, tag), naming.node(a), naming.node(b), value)
-            for tag, a, b, value in device_capacitances(device, model)
+            for tag, a, b, value in _capacitances(device, model)
         )
 
     def transistor(device: Transistor, silicon: Silicon, deviation: Deviation) -> list[str]:
-        at = law_of(silicon, device.polarity, deviation)
+        at = _law_of(silicon, device.polarity, deviation)
         drain, source, bulk = map(naming.node, (device.drain, device.source, device.bulk))
         turn = device.polarity == "p"
 
@@ -167,12 +159,7 @@ def format_amplifier(syntax: Syntax, device: OperationalAmplifier) -> list[str]:
     ]
 
 
-def format_mos(name: str, nodes: Sequence[str], model: str, parameters: Sequence[str]) -> list[str]:
-    """M element of a transistor with a card."""
-    return wrap([name, *nodes, model, *parameters])
-
-
-def law_of(silicon: Silicon, polarity: Polarity, deviation: Deviation) -> TransistorAtTemperature:
+def _law_of(silicon: Silicon, polarity: Polarity, deviation: Deviation) -> TransistorAtTemperature:
     """Law of a transistor: what the die shares, and what its place adds."""
     shared = _shared_law(silicon, polarity)
     return replace(
@@ -187,7 +174,7 @@ def _shared_law(silicon: Silicon, polarity: Polarity) -> TransistorAtTemperature
     return silicon.law(polarity)
 
 
-def device_capacitances(device: Transistor, model: TransistorModel) -> list[tuple[str, str, str, float]]:
+def _capacitances(device: Transistor, model: TransistorModel) -> list[tuple[str, str, str, float]]:
     """Capacitances of a transistor that are between two nodes: tag, our two nodes, F."""
     size = (np.array([device.width]), np.array([device.length]), np.array([device.multiplicity]))
     ends = device.terminals()
@@ -220,8 +207,44 @@ def corners(source: Source) -> list[tuple[float, float]]:
     return [(0.0, first), *zip(time[kept].tolist(), value[kept].tolist(), strict=True)]
 
 
-def format_source(naming: Naming, source: Source) -> list[str]:
-    """Card of a source of one node."""
+def _control(syntax: Syntax, control: Control) -> list[str]:
+    """What stands at the end: voltages to begin with, the dialect's own cards, `.end`."""
+    return [
+        *_voltages(".nodeset", control.starts),
+        *_voltages(".ic", control.held),
+        *syntax.control(control),
+        ".end",
+    ]
+
+
+def _voltages(word: str, voltages: Sequence[tuple[str, float]]) -> list[str]:
+    """A card of voltages, as `.ic v(a)=1.0`; none without any."""
+    return wrap([word, *(f"v({name})={v!r}" for name, v in voltages)]) if voltages else []
+
+
+def _others(syntax: Syntax) -> dict[type[Device], Callable[[Any], list[str]]]:
+    """Lines of all devices but transistors."""
+    naming = syntax.naming
+
+    def element(letter: str, device: Device, value: float) -> str:
+        nodes = map(naming.node, device.terminals())
+        return " ".join((letter + naming.plain(device.name), *nodes, repr(float(value))))
+
+    def capacitor(device: Capacitor) -> list[str]:
+        begin = "" if device.ic is None else f" ic={float(device.ic)!r}"
+        return [element("c", device, device.capacitance) + begin]
+
+    return {
+        Capacitor: capacitor,
+        Resistor: lambda device: [element("r", device, device.resistance)],
+        ControlledSource: lambda device: [element("g", device, device.transconductance)],
+        OperationalAmplifier: functools.partial(format_amplifier, syntax),
+        Source: functools.partial(_source, naming),
+    }
+
+
+def _source(naming: Naming, source: Source) -> list[str]:
+    """The card of a source of one node."""
     pairs = corners(source)
     head = "v" if source.quantity == "voltage" else "i"
     ends = (source.node, GROUND) if head == "v" else (GROUND, source.node)

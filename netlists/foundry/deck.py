@@ -32,11 +32,13 @@ from circuits.errors import ParameterError, TopologyError, UnknownNameError
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists.dialects.ngspice import POINTS, format_device, node_name, run_name
+from netlists.dialects.ngspice import format_device, node_name, run_name
 from netlists.foundry.process import DeviceMapping, choose_cards
+from netlists.naming import element
 from netlists.ngspice import run as ngspice
+from netlists.registry import POINTS
 from netlists.write.deck import held_at_start
-from netlists.write.traversal import Definition, element, to_design
+from netlists.write.traversal import Definition, to_design
 
 _OPTIONS = "gmin=1e-15 abstol=1e-15 chgtol=1e-17 method=gear"
 _STEP = 1e-3  # V, of the gate's sweep

@@ -25,10 +25,11 @@ from circuits.solver.outcome import Outcome
 from circuits.solver.swing import uncrossed
 from circuits.solver.transient import Result, Steps
 from circuits.testbench import Testbench
-from netlists.dialects.ngspice import DEFAULT_RELTOL, Method, format_testbench, run_name
+from netlists.dialects.ngspice import format_testbench, run_name
 from netlists.ngspice import run as ngspice
 from netlists.ngspice.deadline import DEADLINE
 from netlists.ngspice.library import NoOperatingPointError
+from netlists.registry import DEFAULT_RELTOL, Method
 from netlists.write.traversal import Definition, to_design
 
 _HOLD = 1e-17  # S, ours: with 5 V a twentieth of the current that ngspice takes for nothing (abstol)

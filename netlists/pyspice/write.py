@@ -25,10 +25,12 @@ from PySpice.Spice.NgSpice.Simulation import NgSpiceCircuitSimulator
 from circuits.devices import Source
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists.dialects.ngspice import DEFAULT_RELTOL, POINTS, format_device, node_name, run_name
+from netlists.dialects.ngspice import format_device, node_name, run_name
+from netlists.naming import element
 from netlists.ngspice import run as ngspice
+from netlists.registry import DEFAULT_RELTOL, POINTS
 from netlists.write.deck import held_at_start
-from netlists.write.traversal import Definition, element, to_design
+from netlists.write.traversal import Definition, to_design
 
 OPTIONS = {"gmin": 1e-15, "abstol": 1e-15, "chgtol": 1e-17, "trtol": 1.0, "method": "gear"}
 

@@ -9,19 +9,15 @@ note: they belong to the simulator. Written to the Verilog-AMS Language Referenc
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from circuits.circuit import GROUND
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.silicon.silicon import Deviation, Silicon
-from circuits.testbench import Testbench
 from netlists.dialects.spice import corners
 from netlists.naming import make_naming
 from netlists.read.notes.syntax import VerilogSyntax
-from netlists.registry import NO_DEVIATION, Dialect, Settings
 from netlists.verilog_a.law import (
     AMPLIFIER,
     CAPACITOR,
@@ -33,7 +29,8 @@ from netlists.verilog_a.law import (
 )
 from netlists.write.annotation import Annotation, format_annotation
 from netlists.write.bsim3 import total_deviation
-from netlists.write.deck import WIDTH, Control, Writer, format_deck
+from netlists.write.deck import WIDTH, Control, Writer
+from netlists.write.dialect import make_dialect, make_formatter
 from netlists.write.traversal import Definition, Design
 
 _TESTBENCH, _GROUND = "testbench", "gnd"
@@ -64,13 +61,7 @@ _KEYWORDS = {
 _NAMING = make_naming("underscore", frozenset({*_KEYWORDS, *MODULES, _TESTBENCH, _GROUND}))
 
 
-@functools.singledispatch
-def _format_device(device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    raise TypeError(f"{type(device).__name__}: no lowering to verilog-a text")
-
-
-@_format_device.register
-def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _transistor(device: Transistor, silicon: Silicon, deviation: Deviation) -> list[str]:
     size = {"w": device.width, "l": device.length, "m": device.multiplicity}
     total = total_deviation(silicon, device.polarity, deviation)
     own = (
@@ -79,31 +70,26 @@ def _(device: Transistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION)
     return _instance("m", device, TRANSISTORS[device.polarity], size | own)
 
 
-@_format_device.register
-def _(device: Capacitor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _capacitor(device: Capacitor) -> list[str]:
     return [*_note("capacitor", device), *_instance("c", device, CAPACITOR, {"c": device.capacitance})]
 
 
-@_format_device.register
-def _(device: Resistor, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _resistor(device: Resistor) -> list[str]:
     return [*_note("resistor", device), *_instance("r", device, RESISTOR, {"r": device.resistance})]
 
 
-@_format_device.register
-def _(device: ControlledSource, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _transconductor(device: ControlledSource) -> list[str]:
     parameters = {"gm": device.transconductance}
     return [*_note("transconductor", device), *_instance("g", device, TRANSCONDUCTOR, parameters)]
 
 
-@_format_device.register
-def _(device: OperationalAmplifier, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
+def _amplifier(device: OperationalAmplifier) -> list[str]:
     parameters = {"gain": device.gain, "resistance": device.output_resistance, "offset": device.offset}
     return _instance("u", device, AMPLIFIER, parameters)
 
 
-@_format_device.register
-def _(device: Source, silicon: Silicon, deviation: Deviation = NO_DEVIATION) -> list[str]:
-    """Write contributions inside the testbench's analog block."""
+def _source(device: Source) -> list[str]:
+    """Contributions inside the testbench's analog block."""
     pairs, node = corners(device), format_node(device.node)
     branch = f"V({node}, {_GROUND})" if device.quantity == "voltage" else f"I({_GROUND}, {node})"
     if len(pairs) == 1:
@@ -224,24 +210,21 @@ _WRITER = Writer(
     top=_top,
 )
 
-_any: Any = _format_device
-format_device = _any
+_FORMATTER = make_formatter(
+    "verilog-a",
+    _transistor,
+    {
+        Capacitor: _capacitor,
+        Resistor: _resistor,
+        ControlledSource: _transconductor,
+        OperationalAmplifier: _amplifier,
+        Source: _source,
+    },
+)
 
-
-def write(testbench: Testbench, silicon: Silicon, settings: Settings, title: str | None = None) -> str:
-    """Complete netlist of a testbench; raises `ParameterError` for models other than our law."""
-    formatter = DIALECT.formatter(settings.models)
-    modules = functools.partial(_modules, silicon)
-    return format_deck(_WRITER, formatter, modules, testbench, silicon, settings, title)
-
-
-DIALECT = Dialect(
-    name="verilog-a",
-    summary="the laws as modules, circuits structural; not run here",
-    runs=False,
-    comment="//",
-    naming=_NAMING,
-    devices={"ekv": format_device},
-    write=write,
+DIALECT = make_dialect(
+    _WRITER,
+    "the laws as modules, circuits structural; not run here",
+    {"ekv": (_FORMATTER, _modules)},
     syntax=VerilogSyntax,
 )

@@ -59,13 +59,13 @@ from circuits.silicon.process import (
 )
 from circuits.silicon.silicon import Deviation, Silicon
 from netlists.naming import Naming
+from netlists.registry import NO_DEVIATION
 from netlists.write.traversal import Design
 
 DIFFUSION = 3.75e-6  # m, length of drain and source
 
 _EPS_OX, _EPS_SI = 3.453133e-11, 1.03594e-10  # F/m, the model's own
 _OFF = 1e-12
-_NONE = Deviation(0.0, 0.0)
 _SHARE = 0.01  # of k1, where the body effect is linear
 _STEPS = 50
 
@@ -158,9 +158,9 @@ class Form:
 
 
 def make_transistors(form: Form) -> Callable[[Transistor, Silicon, Deviation], list[str]]:
-    """Formatter of transistors."""
+    """Make the formatter of transistors."""
 
-    def transistor(device: Transistor, silicon: Silicon, local: Deviation = _NONE) -> list[str]:
+    def transistor(device: Transistor, silicon: Silicon, local: Deviation = NO_DEVIATION) -> list[str]:
         polarity, name = device.polarity, form.naming.plain(device.name)
         deviation = total_deviation(silicon, polarity, local)
         changes, model, own = deviating(polarity, deviation), model_name(polarity), []
@@ -173,10 +173,10 @@ def make_transistors(form: Form) -> Callable[[Transistor, Silicon, Deviation], l
     return transistor
 
 
-def make_cards(form: Form, silicon: Silicon) -> Callable[[Design], list[str]]:
-    """Cards of the polarities that a design has."""
+def make_cards(form: Form) -> Callable[[Silicon, Design], list[str]]:
+    """Make the writer of the cards of the polarities that a design has."""
 
-    def cards(design: Design) -> list[str]:
+    def cards(silicon: Silicon, design: Design) -> list[str]:
         devices = (device for definition in design.definitions for device, _ in definition.devices)
         used = {device.polarity for device in devices if isinstance(device, Transistor)}
         parameters = {p: _words(card(silicon, p)) for p in POLARITIES if p in used}

@@ -19,7 +19,7 @@ from circuits.lowering.flatten import flatten
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.beginning import held_voltages
 from circuits.testbench import Testbench
-from netlists.naming import Naming
+from netlists.naming import Naming, element
 from netlists.registry import POINTS, Analysis, DeviceFormatter, Method, Settings
 from netlists.write.annotation import (
     FORMAT_VERSION,
@@ -35,7 +35,7 @@ from netlists.write.annotation import (
     silicon_notes,
     source_notes,
 )
-from netlists.write.traversal import Call, Definition, Design, Drive, element, split_path, to_design
+from netlists.write.traversal import Call, Definition, Design, Drive, split_path, to_design
 
 WIDTH = 100
 NOT_RUN = "not run here: written to the simulator's manual, checked by reading it back"
@@ -77,11 +77,7 @@ class Writer:
     top: Callable[[str, list[str], str], list[str]] | None = (
         None  # calls the testbench's circuit; else `call`
     )
-
-
-def no_cards(design: Design) -> list[str]:
-    """Lines of no models."""
-    return []
+    case: Callable[[str], str] = str  # of names in a run
 
 
 def no_control(control: Control) -> list[str]:
@@ -135,9 +131,9 @@ def run_name(writer: Writer, path: str, top: Definition) -> str:
     parts = split_path(path)
     *instances, node = (writer.naming.node(element(*part)) for part in parts)
     if not instances and any(port.name == parts[0][0] for port in top.circuit.ports):
-        return node
+        return writer.case(node)
     outer = (f"x{writer.naming.node(top.name)}", *(f"x{name}" for name in instances))
-    return writer.separator.join((*outer, node))
+    return writer.case(writer.separator.join((*outer, node)))
 
 
 def wrap(words: Iterable[str], width: int = WIDTH) -> list[str]:
@@ -242,9 +238,3 @@ def has_charged(circuit: Circuit) -> bool:
     """Whether a capacitor of the circuit, or of one inside it, has an initial voltage."""
     own = any(isinstance(d, Capacitor) and d.ic is not None for d in circuit.devices)
     return own or any(map(has_charged, {id(i.circuit): i.circuit for i in circuit.instances}.values()))
-
-
-def format_voltages(word: str, voltages: Iterable[tuple[str, float]]) -> list[str]:
-    """A card of voltages in the SPICE family, as `.ic v(a)=1.0`; none without any."""
-    words = [f"v({name})={v!r}" for name, v in voltages]
-    return wrap([word, *words]) if words else []

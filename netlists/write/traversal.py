@@ -27,13 +27,13 @@ from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
+from netlists.naming import element
+from netlists.registry import NO_DEVIATION
 from netlists.write.annotation import circuit_notes, format_annotation, instance_notes
 
 Overrides = Mapping[str, F64]
 Names = tuple[str, ...]
 References = NDArray[np.object_]
-
-_NONE = Deviation(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,11 +130,6 @@ def split_path(path: str) -> tuple[tuple[str, Shape], ...]:
     return tuple(split_reference(part) for part in path.split("."))
 
 
-def element(name: str, index: Shape) -> str:
-    """Reference to one element of an array, `spike[3]`; the name alone for an index ()."""
-    return f"{name}[{','.join(map(str, index))}]" if index else name
-
-
 class Load(NamedTuple):
     """A capacitance to ground (F) at a node of a circuit."""
 
@@ -181,7 +176,7 @@ class _Walk:
     def _visit(self, circuit: Circuit, path: Names, overrides: Overrides, places: int) -> I64:
         parts = [self._part(circuit, i, path, overrides, places) for i in circuit.instances]
         changes = [_changes(d, overrides) for d in circuit.devices]
-        shifts = [self.deviations.get((*path, d.name), _NONE) for d in circuit.devices]
+        shifts = [self.deviations.get((*path, d.name), NO_DEVIATION) for d in circuit.devices]
         loads = self.parasitics.get(path, {})
         columns = [
             _numbered(loads, places),
@@ -295,8 +290,8 @@ def _changed(device: Device, change: Mapping[str, F64], place: int) -> Device:
 
 
 def _at(shift: Deviation, place: int) -> Deviation:
-    if shift is _NONE:
-        return _NONE
+    if shift is NO_DEVIATION:
+        return shift
     return Deviation(*(float(x[place]) if isinstance(x, np.ndarray) else x for x in shift))
 
 

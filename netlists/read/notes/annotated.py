@@ -21,6 +21,7 @@ from circuits.devices import Capacitor, Device, Source
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
+from netlists.naming import element
 from netlists.read.card import Card, shown
 from netlists.read.limits import Limits
 from netlists.read.notes.rebuild import Build, Called, Definition
@@ -43,7 +44,6 @@ from netlists.write.annotation import (
     to_silicon,
     to_source,
 )
-from netlists.write.traversal import element
 
 _SILICON = {"process", "variation", "nmos", "pmos", "silicon", "die", "plan"}
 _WAVEFORMS = {"constant", "pulse", "polyline", "sampled", "driven"}

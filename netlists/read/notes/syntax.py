@@ -27,6 +27,7 @@ from netlists.read.text.lines import joined, spectre_line, spice_line, verilog_l
 from netlists.registry import Dialect, Settings, dialect_names, load_dialect
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_READ_OF_SPECTRE = {"stop", "maxstep", "temp", "lang", "skipdc"}
 _CIRCUIT_CARDS = {".subckt", ".ends", ".nodeset", ".ic", ".model"}
 _MODULE = re.compile(r"module ([A-Za-z_]\w*)\(")  # the testbench's has no ports
 _MODULE_INSTANCE = re.compile(r"([A-Za-z_]\w*) (x\w+)\(")
@@ -203,8 +204,9 @@ class SpectreSyntax(Syntax):
                 controls.temperature_c = scope.number(card, "temp", given["temp"])
             elif card.text.split(maxsplit=1)[0] != "simulator":
                 notes.add(f"{shown(card.text.split(maxsplit=1)[0])} statement", card.place)
-            for name in set(given) - {"stop", "maxstep", "temp", "lang", "skipdc"}:
-                read_option(name.lower(), card, notes)
+            for name in given:
+                if name not in _READ_OF_SPECTRE:
+                    read_option(name.lower(), card, notes)
         return controls
 
 

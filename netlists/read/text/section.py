@@ -9,7 +9,7 @@ Sections may stand in one another; a name is looked up from the inside out.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from circuits.errors import DataError
@@ -44,20 +44,19 @@ class Section:
     children: dict[str, Section] = field(default_factory=dict)
 
     def find_section(self, name: str) -> Section | None:
-        """Sub-circuit of that name as seen from here."""
-        found: Section | None = None
-        each: Section | None = self
-        while each is not None and found is None:
-            found, each = each.children.get(name), each.parent
-        return found
+        """Return the sub-circuit of that name as seen from here, None where there is none."""
+        return next((each.children[name] for each in self.outwards() if name in each.children), None)
 
     def find_model(self, name: str) -> Model | None:
-        """Model of that name as seen from here."""
-        found: Model | None = None
+        """Return the model of that name as seen from here, None where there is none."""
+        return next((each.models[name] for each in self.outwards() if name in each.models), None)
+
+    def outwards(self) -> Iterator[Section]:
+        """Yield this section and all that it stands in, from the inside out."""
         each: Section | None = self
-        while each is not None and found is None:
-            found, each = each.models.get(name), each.parent
-        return found
+        while each is not None:
+            yield each
+            each = each.parent
 
 
 @dataclass(slots=True)
@@ -104,10 +103,7 @@ def _open(here: Section, card: Card, words: list[str]) -> Section:
     twice = next((p for p, count in Counter(ports).items() if count > 1), None)
     if twice is not None:
         raise card.error(f".subckt {shown(name)}: port {shown(twice)} given twice; remove one")
-    depth, outer = 0, here
-    while outer.parent is not None:
-        depth, outer = depth + 1, outer.parent
-    if depth >= _NESTING:
+    if sum(1 for _ in here.outwards()) > _NESTING:
         raise card.error(
             f".subckt {shown(name)}: deeper than {_NESTING} sub-circuits, the limit; move it out"
         )

@@ -8,9 +8,10 @@ from circuits.devices import OperationalAmplifier, Transistor
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from netlists.dialects import ngspice as ngspice_text
-from netlists.dialects.hspice import format_device
+from netlists.dialects.hspice import DIALECT
 
 LONGEST = 1024
+format_device = DIALECT.devices["ekv"]
 GAMMA = Silicon(replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early=0.02)))
 
 

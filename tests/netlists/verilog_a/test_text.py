@@ -15,8 +15,10 @@ from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.registry import NO_DEVIATION, Settings
 from netlists.verilog_a.law import MODULES
-from netlists.verilog_a.text import DIALECT, format_device
+from netlists.verilog_a.text import DIALECT
 from netlists.write.bsim3 import total_deviation
+
+format_device = DIALECT.devices["ekv"]
 
 
 def block_testbench(name: str) -> Testbench:
