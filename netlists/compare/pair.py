@@ -18,7 +18,7 @@ from circuits.silicon.silicon import Deviation
 from netlists.compare.refinement import Colours, Sides, Structure, label, labels, sides
 from netlists.read.text.name import original_name
 
-MOST_DEVICES = 2_000_000
+_MOST_DEVICES = 2_000_000
 
 Deviations = Mapping[str, Deviation]
 
@@ -73,15 +73,15 @@ def _count(circuit: Circuit, known: dict[int, int]) -> int:
 
 
 def pair_of(a: Circuit, b: Circuit, deviations: tuple[Deviations, Deviations]) -> Pair:
-    """Flatten two circuits; raises `ParameterError` for one of more than `MOST_DEVICES` devices."""
+    """Flatten two circuits; raises `ParameterError` for one of more than `_MOST_DEVICES` devices."""
     devices: list[FlatDevice] = []
     names: list[str] = []
     ports: list[dict[str, int]] = []
     starts = [(0, 0)]
     for circuit, own in zip((a, b), deviations, strict=True):
         count = count_devices(circuit)
-        if count > MOST_DEVICES:
-            raise ParameterError(f"{circuit.name}: {count} devices, at most {MOST_DEVICES} can be compared")
+        if count > _MOST_DEVICES:
+            raise ParameterError(f"{circuit.name}: {count} devices, at most {_MOST_DEVICES} can be compared")
         flat, first = flatten(circuit), len(names)
         devices += _devices(flat, own, first)
         references = [r for p in circuit.ports for r in p.elements()]

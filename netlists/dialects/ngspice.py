@@ -1,7 +1,7 @@
 """ngspice: one `.subckt` a definition, EKV transistors as B sources with constants folded, or BSIM3 cards.
 
 Names. ngspice ignores case, and a node array has no form of its own: `v_mem[3]` is written `v_mem#3`,
-`w[1,2]` is `w#1#2`. Our names have no `#`, so nothing collides and `node_path` reads them back. Names that
+`w[1,2]` is `w#1#2`. Our names have no `#`, so nothing collides. Names that
 ngspice gives a meaning wherever they stand (`gnd`, `time`, `limit`, ...) get a `#` at the end. An instance
 `neuron[2]` is `xneuron#2` and a device `mi5` is `bmi5` or `rmi5`, its capacitances `cmi5#gb` and so on.
 Node `neuron[2].v_r` of circuit `chip` is known to a run as `xchip.xneuron#2.v_r`, ports of the chip by their
@@ -104,9 +104,3 @@ def format_testbench(
 def run_name(path: str, top: Definition) -> str:
     """Name, in lower case, by which a run of circuit `top` knows the node at `path`."""
     return deck.run_name(_WRITER, path, top)
-
-
-def node_path(name: str) -> str:
-    """Our path of a node by its name in a run, in lower case; the inverse of `run_name`."""
-    *instances, node = name.split(".")
-    return ".".join(_NAMING.reference(part) for part in (*(i.removeprefix("x") for i in instances[1:]), node))

@@ -101,7 +101,7 @@ def format_foundry(testbench: Testbench, mapping: DeviceMapping, temperature_c: 
     return "\n".join(lines) + "\n"
 
 
-def format_transistor(device: Transistor, mapping: DeviceMapping) -> str:
+def _format_transistor(device: Transistor, mapping: DeviceMapping) -> str:
     """`M` element of a device that has the foundry's size; areas by the mapping's diffusion."""
     fingers, d = _fingers(device, mapping), mapping.sizes.diffusion
     width, parallel = device.width / fingers, device.multiplicity * fingers
@@ -150,7 +150,7 @@ def sweep_gate(
         n = device.polarity == "n"
         gate, s, bulk = ("g", "sn", "0") if n else ("gp", "sp", "rail")
         placed = replace(device, name=f"m{k}", drain=f"d{k}", gate=gate, source=s, bulk=bulk)
-        lines += [f"vd{k} d{k} 0 dc {mapping.v_dd if n else 0.0!r}", format_transistor(placed, mapping)]
+        lines += [f"vd{k} d{k} 0 dc {mapping.v_dd if n else 0.0!r}", _format_transistor(placed, mapping)]
     lines += [f".options temp={temperature_c!r} {_OPTIONS} reltol=1e-6"]
     lines += [f".dc vg {voltage[0]!r} {voltage[1]!r} {voltage[2]!r}", ".end"]
     found = ngspice.run("\n".join(lines) + "\n", vectors=tuple(f"vd{k}#branch" for k in range(len(devices))))
@@ -273,5 +273,5 @@ def _definition(definition: Definition, mapping: DeviceMapping, silicon: Silicon
 
 def _device(device: Device, mapping: DeviceMapping, silicon: Silicon) -> list[str]:
     if isinstance(device, Transistor):
-        return [format_transistor(device, mapping)]
+        return [_format_transistor(device, mapping)]
     return format_device(device, silicon)

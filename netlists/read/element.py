@@ -32,7 +32,7 @@ _NOTED = {"ic", "ac", "noise", "noisy"}
 _DEGREES = {"temp", "dtemp"}  # of an element, which has the circuit's
 _COEFFICIENTS = {"tc", "tc1", "tc2"}
 _SHOWN = 6  # parameters of a model that an error names
-KNOWN = "RCGBMVIX"
+_KNOWN = "RCGBMVIX"
 _SIGNS: dict[Polarity, float] = {"n": 1.0, "p": -1.0}
 
 
@@ -64,11 +64,11 @@ def read_element(card: Card, context: Context) -> Element:
     """Device of a card; raises `DataError` for an element that no device stands for."""
     letter = card.text[0].lower()
     if letter not in _READERS:
-        raise card.error(f"{shown(card.text.split()[0])}: unknown element; known are {', '.join(KNOWN)}")
+        raise card.error(f"{shown(card.text.split()[0])}: unknown element; known are {', '.join(_KNOWN)}")
     return _READERS[letter](card, context)
 
 
-def nodes_and_value(
+def _nodes_and_value(
     card: Card, name: str, words: Arguments, count: int, key: str, form: str
 ) -> tuple[list[str], str]:
     """Nodes and value word of element `name` of `count` nodes; the value may be named `key`."""
@@ -86,7 +86,7 @@ def nodes_and_value(
 def _two_nodes(
     card: Card, name: str, words: Arguments, context: Context, key: str, what: str
 ) -> tuple[str, str, str, float]:
-    nodes, word = nodes_and_value(card, name, words, 2, key, "a b VALUE")
+    nodes, word = _nodes_and_value(card, name, words, 2, key, "a b VALUE")
     _note_unused(card, name, words, what, context.notes)
     a, b = map(context.node, nodes)
     return circuit_name(name), a, b, context.scope.number(card, shown(name), word)
@@ -113,7 +113,7 @@ def _controlled_source(card: Card, context: Context) -> Element:
     if _CURRENT.search(card.text):
         return _behavioural_source(card, context)
     name, words = element_arguments(card)
-    nodes, word = nodes_and_value(card, name, words, 4, "gm", "n+ n- c+ c- VALUE")
+    nodes, word = _nodes_and_value(card, name, words, 4, "gm", "n+ n- c+ c- VALUE")
     if "poly" in nodes:
         raise card.error(f"{shown(name)}: POLY is not supported; write a linear G")
     _note_unused(card, name, words, "controlled source", context.notes)

@@ -135,7 +135,7 @@ _FIGURES = (
 )  # fmt: skip
 
 
-def transistor_module(silicon: Silicon, polarity: Polarity) -> str:
+def _transistor_module(silicon: Silicon, polarity: Polarity) -> str:
     """Module of a polarity's transistors, with the process's figures."""
     model = silicon.process.model(polarity)
     figures = {name: getattr(model, name) for name in _FIGURES}
@@ -155,4 +155,4 @@ def transistor_module(silicon: Silicon, polarity: Polarity) -> str:
 def module_text(name: str, silicon: Silicon) -> str:
     """Text of one of `MODULES`."""
     polarity = next((p for p, module in TRANSISTORS.items() if module == name), None)
-    return _OTHERS[name] if polarity is None else transistor_module(silicon, polarity)
+    return _OTHERS[name] if polarity is None else _transistor_module(silicon, polarity)

@@ -61,7 +61,7 @@ from circuits.testbench import Begin, Testbench
 from netlists.write.field_text import NumberPairs, Pairs, format_fields, parse_fields
 
 FORMAT_VERSION = 1
-BEGINS, CONTINUES = "% ", "%+ "  # after the comment sign
+_BEGINS, _CONTINUES = "% ", "%+ "  # after the comment sign
 
 _WIDTH = 100
 _EXPLICIT = frozenset({"variation", "nmos", "pmos"})  # a later default must not change an old netlist
@@ -236,11 +236,11 @@ class Annotation(NamedTuple):
 
 def format_annotation(note: Annotation, comment: str = "*") -> list[str]:
     """Comment lines of a note; `comment` is the dialect's sign."""
-    lines, line = [], f"{comment}{BEGINS}{note.kind}"
+    lines, line = [], f"{comment}{_BEGINS}{note.kind}"
     for word in format_fields(note.value, all_fields=note.kind in _EXPLICIT):
         if len(line) + len(word) >= _WIDTH:
             lines.append(line)
-            line = f"{comment}{CONTINUES}{word}"
+            line = f"{comment}{_CONTINUES}{word}"
         else:
             line += f" {word}"
     return [*lines, line]

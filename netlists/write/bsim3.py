@@ -62,7 +62,7 @@ from netlists.naming import Naming
 from netlists.registry import NO_DEVIATION
 from netlists.write.traversal import Design
 
-DIFFUSION = 3.75e-6  # m, length of drain and source
+_DIFFUSION = 3.75e-6  # m, length of drain and source
 
 _EPS_OX, _EPS_SI = 3.453133e-11, 1.03594e-10  # F/m, the model's own
 _OFF = 1e-12
@@ -95,8 +95,8 @@ def card(silicon: Silicon, polarity: Polarity, deviation: Deviation | None = Non
         "pdiblc2": law.early * u_t,
         "cgdo": model.overlap_capacitance,
         "cgso": model.overlap_capacitance,
-        "cj": model.junction_capacitance / DIFFUSION,
-        "js": law.junction_leakage / DIFFUSION,
+        "cj": model.junction_capacitance / _DIFFUSION,
+        "js": law.junction_leakage / _DIFFUSION,
         "kt1": model.v_t0_drift * t,
         "ute": model.mobility_exponent,
         "tnom": silicon.temperature_c,
@@ -122,7 +122,7 @@ def _shared_deviation(silicon: Silicon, polarity: Polarity) -> Deviation:
 def size(device: Transistor) -> dict[str, float]:
     """Parameters of an M element: size, parallel devices, areas and perimeters by the layout rule."""
     width = float(device.width)
-    area, perimeter = width * DIFFUSION, 2.0 * (width + DIFFUSION)
+    area, perimeter = width * _DIFFUSION, 2.0 * (width + _DIFFUSION)
     return {
         "w": width,
         "l": float(device.length),
@@ -163,7 +163,7 @@ def make_transistors(form: Form) -> Callable[[Transistor, Silicon, Deviation], l
     def transistor(device: Transistor, silicon: Silicon, local: Deviation = NO_DEVIATION) -> list[str]:
         polarity, name = device.polarity, form.naming.plain(device.name)
         deviation = total_deviation(silicon, polarity, local)
-        changes, model, own = deviating(polarity, deviation), model_name(polarity), []
+        changes, model, own = deviating(polarity, deviation), _model_name(polarity), []
         if changes and not form.instance:
             changes, model = {}, f"bsim3_{name}"
             own = form.card(model, polarity, _words(card(silicon, polarity, deviation)))
@@ -180,12 +180,12 @@ def make_cards(form: Form) -> Callable[[Silicon, Design], list[str]]:
         devices = (device for definition in design.definitions for device, _ in definition.devices)
         used = {device.polarity for device in devices if isinstance(device, Transistor)}
         parameters = {p: _words(card(silicon, p)) for p in POLARITIES if p in used}
-        return [line for p, words in parameters.items() for line in form.card(model_name(p), p, words)]
+        return [line for p, words in parameters.items() for line in form.card(_model_name(p), p, words)]
 
     return cards
 
 
-def model_name(polarity: Polarity) -> str:
+def _model_name(polarity: Polarity) -> str:
     """Name of a polarity's card."""
     return f"bsim3_{polarity}"
 

@@ -99,7 +99,7 @@ def format_deck(
     top = Call(design.top.name, (), design.top.name, design.top.ports)
     walk = _Walk(writer, format_device, silicon)
     lines = [
-        format_title(writer, title or testbench.title, testbench.circuit.name, silicon),
+        _format_title(writer, title or testbench.title, testbench.circuit.name, silicon),
         *writer.head(),
         *([f"{writer.comment} {writer.dialect}: {writer.remark}"] if writer.remark else []),
         *walk.notes([Annotation("noctule", Header(FORMAT_VERSION, writer.dialect, settings.models))]),
@@ -114,7 +114,7 @@ def format_deck(
     return "\n".join(lines) + "\n"
 
 
-def format_title(writer: Writer, what: str, circuit: str, silicon: Silicon) -> str:
+def _format_title(writer: Writer, what: str, circuit: str, silicon: Silicon) -> str:
     """First line of a netlist; `what` is folded into one line."""
     return f"{writer.comment} {format_position(what, circuit, silicon)}"
 
@@ -229,12 +229,12 @@ def held_at_start(testbench: Testbench, silicon: Silicon) -> Mapping[str, float]
 
     With `uic` these are the testbench's own alone: a capacitor's stands in its line.
     """
-    if testbench.begin == "uic" or not (testbench.initial or has_charged(testbench.circuit)):
+    if testbench.begin == "uic" or not (testbench.initial or _has_charged(testbench.circuit)):
         return testbench.initial
     return held_voltages(testbench, flatten(testbench.circuit), silicon)
 
 
-def has_charged(circuit: Circuit) -> bool:
+def _has_charged(circuit: Circuit) -> bool:
     """Whether a capacitor of the circuit, or of one inside it, has an initial voltage."""
     own = any(isinstance(d, Capacitor) and d.ic is not None for d in circuit.devices)
-    return own or any(map(has_charged, {id(i.circuit): i.circuit for i in circuit.instances}.values()))
+    return own or any(map(_has_charged, {id(i.circuit): i.circuit for i in circuit.instances}.values()))

@@ -23,7 +23,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "sin": (1, math.sin), "sinh": (1, math.sinh), "sqrt": (1, math.sqrt), "tan": (1, math.tan),
     "tanh": (1, math.tanh),
 }  # fmt: skip
-CONSTANTS = {"pi": math.pi, "e": math.e, "true": 1.0, "false": 0.0}
+_CONSTANTS = {"pi": math.pi, "e": math.e, "true": 1.0, "false": 0.0}
 
 Lookup = Callable[[str], "float | None"]
 
@@ -69,12 +69,12 @@ def voltage(inside: str) -> Expression:
 
 
 def parameter(name: str) -> Expression:
-    """Value of a parameter, or of a constant of `CONSTANTS`."""
+    """Value of a parameter, or of a constant of `_CONSTANTS`."""
 
     def value(lookup: Lookup) -> Value:
         found = lookup(name)
         if found is None:
-            found = CONSTANTS.get(name)
+            found = _CONSTANTS.get(name)
         if found is None:
             raise ExpressionError(f"{name[:40]}: unknown parameter; define it in a .param card")
         return found

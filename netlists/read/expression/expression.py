@@ -54,21 +54,12 @@ class _Token(NamedTuple):
 _END = _Token("", "")
 
 
-def evaluate(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> float:
-    """Value of an expression without node voltages; `lookup` gives a parameter's value, None if unknown.
-
-    Raises `ExpressionError`: not an expression, an unknown name, too long or deep, or not finite.
-    """
-    return number_of(parse(text, limits), lookup)
-
-
-def evaluate_linear(text: str, lookup: Lookup, limits: Limits = DEFAULT_LIMITS) -> Linear:
-    """Value of an expression that is linear in node voltages; errors as of `evaluate`."""
-    return linear_of(parse(text, limits), lookup)
-
-
 def number_of(expression: Expression, lookup: Lookup) -> float:
-    """Finite value of a parsed expression without node voltages."""
+    """Finite value of a parsed expression without node voltages.
+
+    `lookup` gives a parameter's value, None for one that it does not know. Raises `ExpressionError` for an
+    unknown name, a node voltage, or a value that is not finite.
+    """
     found = expression(lookup)
     if isinstance(found, Linear):
         if found.slopes:
@@ -78,7 +69,7 @@ def number_of(expression: Expression, lookup: Lookup) -> float:
 
 
 def linear_of(expression: Expression, lookup: Lookup) -> Linear:
-    """Finite value of a parsed expression that is linear in node voltages."""
+    """Finite value of a parsed expression that is linear in node voltages; raises as `number_of` does."""
     found = expression(lookup)
     linear = found if isinstance(found, Linear) else Linear(found)
     for number in (linear.constant, *linear.slopes.values()):
@@ -87,7 +78,10 @@ def linear_of(expression: Expression, lookup: Lookup) -> Linear:
 
 
 def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
-    """Function of the parameters' values that a text is; raises `ExpressionError`."""
+    """Parse a text into a function of the parameters' values.
+
+    Raises `ExpressionError` for what is no expression, or is too long or too deep.
+    """
     if len(text) > limits.expression:
         raise ExpressionError(
             f"{len(text)} characters, an expression may have {limits.expression}; shorten it"

@@ -67,7 +67,7 @@ def read_text(
         count(files, text, name)
     language = _language(text[:_HEAD])
     if language != "spice":
-        own = joined(text, name, 1, limits.card, READ_LINE[language])
+        own = joined(text, name, 1, limits.card, _READ_LINE[language])
         return Text(text.partition("\n")[0].strip(), list(own), tuple(files.names), language)
     title, _, rest = text.partition("\n") if has_title else ("", "", text)
     if re.match(r"\s*\.[a-z]", title, re.IGNORECASE):
@@ -162,7 +162,7 @@ def verilog_line(raw: str) -> tuple[str, str]:
     return (" ", line) if line else ("", "")
 
 
-READ_LINE: dict[Language, ReadLine] = {
+_READ_LINE: dict[Language, ReadLine] = {
     "spice": spice_line,
     "spectre": spectre_line,
     "verilog-a": verilog_line,

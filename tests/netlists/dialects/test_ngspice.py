@@ -26,7 +26,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists.dialects.ngspice import format_device, format_testbench, node_name, node_path, run_name
+from netlists.dialects.ngspice import DIALECT, format_device, format_testbench, node_name, run_name
 from netlists.write.traversal import to_design
 
 SILICON = Silicon()
@@ -236,6 +236,13 @@ def test_wrong_parameters_of_an_array_are_named() -> None:
         to_design(Testbench("t", array(**{"r.resistance": -1.0}), (), 1.0), SILICON)
     with pytest.raises(UnknownNameError, match=r"low_pass parameter r.length: unknown"):
         to_design(Testbench("t", array(**{"r.length": 1.0}), (), 1.0), SILICON)
+
+
+def node_path(name: str) -> str:
+    """Our path of a node by its name in a run, in lower case."""
+    *instances, node = name.split(".")
+    parts = (*(i.removeprefix("x") for i in instances[1:]), node)
+    return ".".join(map(DIALECT.naming.reference, parts))
 
 
 @pytest.mark.parametrize("name", block_names())

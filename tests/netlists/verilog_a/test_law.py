@@ -12,7 +12,7 @@ import pytest
 from circuits.devices.transistor import capacitances, drain_current
 from circuits.silicon.process import AMI_1500, POLARITIES, Polarity, Process
 from circuits.silicon.silicon import Silicon
-from netlists.verilog_a.law import MODULES, TRANSISTORS, module_text, transistor_module
+from netlists.verilog_a.law import MODULES, TRANSISTORS, module_text
 
 WIDTH, LENGTH, MULTIPLICITY = 3e-6, 1.5e-6, 2.0
 VOLTAGES = [(5.0, 0.4, 0.0, 0.0), (0.02, 0.9, 0.1, 0.0), (1.0, 3.0, 4.0, 0.5), (-0.1, 0.3, 0.2, 0.0)]
@@ -47,13 +47,13 @@ def test_a_module_is_whole_and_uses_what_it_declares(name: str) -> None:
 
 @pytest.mark.parametrize("polarity", POLARITIES)
 def test_parameters_are_the_process_s(polarity: Polarity) -> None:
-    text = transistor_module(Silicon(PROCESSES["ekv-gamma"], 40.0), polarity)
+    text = module_text(TRANSISTORS[polarity], Silicon(PROCESSES["ekv-gamma"], 40.0))
     given = dict(re.findall(r"parameter real (\w+) = (\S+?);", text))
     model = PROCESSES["ekv-gamma"].model(polarity)
     assert float(given["v_t0"]) == model.v_t0
     assert float(given["gamma"]) == model.gamma
     assert float(given["temperature_c"]) == 40.0
-    assert "parameter real gamma = 0.0;" in transistor_module(Silicon(), polarity)
+    assert "parameter real gamma = 0.0;" in module_text(TRANSISTORS[polarity], Silicon())
 
 
 @pytest.mark.parametrize("voltage", VOLTAGES)
@@ -66,7 +66,7 @@ def test_compiled_modules_have_our_currents_and_charges(
     compiler = pytest.importorskip("openvaf_py", reason="no Verilog-A compiler: pip install openvaf-py")
     silicon = Silicon(PROCESSES[process], 40.0)
     path = tmp_path / "law.va"
-    path.write_text('`include "disciplines.vams"\n' + transistor_module(silicon, polarity))
+    path.write_text('`include "disciplines.vams"\n' + module_text(TRANSISTORS[polarity], silicon))
     (module,) = compiler.compile_va(str(path))
     sign = 1.0 if polarity == "n" else -1.0
     v = dict(zip("dgsb", (sign * x for x in voltage), strict=True))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from netlists.read.expression.expression import ExpressionError, evaluate, evaluate_linear
+from netlists.read.expression.expression import ExpressionError, linear_of, number_of, parse
 from netlists.read.limits import Limits
 
 PARAMETERS = {"a": 2.0, "w0": 3e-6}
@@ -36,7 +36,7 @@ PARAMETERS = {"a": 2.0, "w0": 3e-6}
     ],
 )
 def test_value(text: str, value: float) -> None:
-    assert evaluate(text, PARAMETERS.get) == pytest.approx(value, rel=1e-15)
+    assert number_of(parse(text), PARAMETERS.get) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -61,18 +61,18 @@ def test_value(text: str, value: float) -> None:
 )
 def test_refused(text: str, says: str) -> None:
     with pytest.raises(ExpressionError, match=says):
-        evaluate(text, PARAMETERS.get)
+        number_of(parse(text), PARAMETERS.get)
 
 
 @pytest.mark.parametrize("text", ["(" * 100 + "1" + ")" * 100, "2^" * 100 + "1", "1?" * 100 + "1"])
 def test_depth_has_a_limit(text: str) -> None:
     with pytest.raises(ExpressionError, match="more than 32"):
-        evaluate(text, PARAMETERS.get)
+        number_of(parse(text), PARAMETERS.get)
 
 
 def test_length_has_a_limit() -> None:
     with pytest.raises(ExpressionError, match="an expression may have 10"):
-        evaluate("1+1+1+1+1+1", PARAMETERS.get, Limits(expression=10))
+        parse("1+1+1+1+1+1", Limits(expression=10))
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_length_has_a_limit() -> None:
     ],
 )
 def test_linear_in_voltages(text: str, constant: float, slopes: dict[str, float]) -> None:
-    found = evaluate_linear(text, PARAMETERS.get)
+    found = linear_of(parse(text), PARAMETERS.get)
     assert found.constant == constant
     assert dict(found.slopes) == slopes
 
@@ -94,13 +94,13 @@ def test_linear_in_voltages(text: str, constant: float, slopes: dict[str, float]
 @pytest.mark.parametrize("text", ["v(a)*v(b)", "v(a)^2", "exp(v(a))", "1/v(a)", "v(a)>1 ? 1 : 2"])
 def test_not_linear(text: str) -> None:
     with pytest.raises(ExpressionError, match="not linear"):
-        evaluate_linear(text, PARAMETERS.get)
+        linear_of(parse(text), PARAMETERS.get)
 
 
 @given(st.text(alphabet="0123456789.+-*/^()?:<>=!&|,ave \t\x00é'\"", max_size=60))
 def test_any_text_gives_a_finite_number_or_an_error(text: str) -> None:
     try:
-        value = evaluate(text, PARAMETERS.get)
+        value = number_of(parse(text), PARAMETERS.get)
     except ExpressionError as error:
         value, text = 0.0, str(error)
     assert math.isfinite(value)
