@@ -16,6 +16,7 @@ from circuits.units import parse_quantity
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import words_of
 from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
+from system.cli.study_output import share_document
 from system.cli.study_verbs import Centre
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
@@ -27,10 +28,11 @@ from system.study.engine import on_threads, run_study
 from system.study.manifest import Study
 from system.study.metric import with_named
 from system.study.plan import Plan
+from system.study.report.result import judge_table
 from system.study.search.behavioural_target import BehaviouralTarget, has_model
 from system.study.search.centre import Budget, Centred, Problem, centre
 from system.study.search.knob import Knob, knobs_of, moved_subject, options_of
-from system.study.specification import Specification, judge, limited_metrics, parse_spec
+from system.study.specification import Specification, limited_metrics, parse_spec
 from system.study.statistics.comparison import YieldDifference, compare_yields
 from system.study.statistics.summary import Yield, summarise_yield
 from system.study.table import Condition, Table
@@ -200,7 +202,7 @@ def _report(
         ):
             tables.append(run_study(study, workers=workers, progress=progress).table)
     first, second = tables
-    verdicts = [judge(specifications, t.outcome, {m: t.column(m) for m in t.metrics}) for t in tables]
+    verdicts = [judge_table(t, specifications) for t in tables]
     return Report(
         _varied(silicon),
         summarise_yield(verdicts[0]),
@@ -256,14 +258,8 @@ def document(result: Result) -> dict[str, Any]:
 
 
 def _yield_document(found: Yield) -> dict[str, Any]:
-    return {
-        "samples": found.samples,
-        "passed": found.passed,
-        "value": found.estimate.value,
-        "interval": asdict(found.estimate.interval),
-        "kind": "Clopper-Pearson",
-        "causes": dict(found.causes),
-    }
+    shares = share_document(found, "Clopper-Pearson")
+    return {"samples": found.samples, **shares, "causes": dict(found.causes)}
 
 
 def _print(result: Result) -> None:

@@ -47,7 +47,7 @@ OPTIONAL = {
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class _Finding:
     """One piece: what was found, None where it is missing, and then what that costs."""
 
     name: str
@@ -57,8 +57,8 @@ class Finding:
 
 def doctor_command(asked: Doctor) -> int:
     """Print what was found; returns `NO` where a required piece is missing."""
-    required = [Finding(name, _version(name), cost) for name, cost in REQUIRED.items()]
-    optional = [Finding(name, _version(name), cost) for name, cost in OPTIONAL.items()]
+    required = [_Finding(name, _version(name), cost) for name, cost in REQUIRED.items()]
+    optional = [_Finding(name, _version(name), cost) for name, cost in OPTIONAL.items()]
     engine, cache = _ngspice(), _kernel_cache()
     document: dict[str, Any] = {
         "noctule": _version("noctule"),

@@ -40,7 +40,7 @@ from system.study.report.result import Result, groups, judge_table
 from system.study.search.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.specification import Specification, limited_metrics, parse_spec
 from system.study.statistics.confidence_sequence import StopRule, ended, sequence_interval
-from system.study.table import FAILED, Condition, Table, empty, join, to_csv
+from system.study.table import FAILED, Condition, Table, empty, join, place_text, to_csv
 from system.study.target import BlockTarget, Subject, Target, open_target
 from system.system import SUCCEEDED
 
@@ -127,9 +127,9 @@ def measure(asked: Montecarlo, subject: Subject) -> int:
 
 def _status(result: Result) -> int:
     """Say where no die could be measured."""
-    silent = [(where, part) for *where, part in groups(result) if set(part.outcome) <= {FAILED}]
-    for (corner, celsius), part in silent:
-        at = f"{celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
+    silent = [group for group in groups(result) if set(group[2].outcome) <= {FAILED}]
+    for corner, celsius, part in silent:
+        at = place_text(corner, celsius)
         say(f"montecarlo: all {len(part)} samples at {at} failed, the first: {part.reason[0]}")
     return NO if silent else DONE
 

@@ -59,7 +59,7 @@ def op_command(asked: Op) -> None:
         _check_start(given, machine.names[1:])
         point = operating_point(machine, start=given or None)
     if asked.csv is not None:
-        write_text_atomic(asked.csv, device_csv(point))
+        write_text_atomic(asked.csv, _device_csv(point))
     if asked.as_json:
         print_json(
             {
@@ -75,7 +75,7 @@ def op_command(asked: Op) -> None:
         _print(point)
 
 
-def device_rows(point: OperatingPoint) -> list[Row]:
+def _device_rows(point: OperatingPoint) -> list[Row]:
     """Rows by device: transistors with all columns, resistors with their current; nan where undefined."""
     t, r = transistor_table_at(point), resistor_table_at(point)
     numbers = (
@@ -90,12 +90,12 @@ def device_rows(point: OperatingPoint) -> list[Row]:
     return rows
 
 
-def device_csv(point: OperatingPoint) -> str:
+def _device_csv(point: OperatingPoint) -> str:
     """The table by device as CSV; an empty cell where a column has no meaning."""
     text = io.StringIO()
     writer = comma_separated.DictWriter(text, list(_COLUMNS), restval="", lineterminator="\n")
     writer.writeheader()
-    writer.writerows(plain(device_rows(point)))
+    writer.writerows(plain(_device_rows(point)))
     return text.getvalue()
 
 
@@ -115,7 +115,7 @@ def _state(point: OperatingPoint) -> dict[str, object]:
         "stable": point.stable,
         "disturbance": left,
         "voltages_V": voltages,
-        "devices": plain(device_rows(point)),
+        "devices": plain(_device_rows(point)),
     }
 
 
@@ -129,7 +129,7 @@ def _print(point: OperatingPoint) -> None:
     print_table(
         title, headings, [(n, *(f"{v:.6f}" for v in row)) for n, *row in zip(nodes, *table, strict=True)]
     )
-    _print_devices(device_rows(point))
+    _print_devices(_device_rows(point))
     print_line(f"the state is {_stability(point)}")
     for other in point.others:
         print_line(f"without the start another state is found, which is {_stability(other)}")

@@ -13,6 +13,7 @@ from system.study.manifest import Study
 from system.study.search.rare_die import METHODS, rare_failure
 from system.study.specification import Specification
 from system.study.statistics.rare import RareFailure
+from system.study.table import place_text
 from system.study.target import SystemTarget, open_target
 
 
@@ -46,9 +47,7 @@ def print_rare(
     if as_json:
         print_json(_document(study, specifications, found))
         return
-    where = f"{condition.temperature_c:g} degC" + (
-        "" if condition.corner == "random" else f", corner {condition.corner}"
-    )
+    where = place_text(condition.corner, condition.temperature_c)
     ends = found.interval
     print_line(f"{study.subject.target} at {where}: failure of {' and '.join(map(str, specifications))}")
     print_line(f"probability {found.probability:.3g}, 95 % interval {ends.low:.3g} to {ends.high:.3g}")

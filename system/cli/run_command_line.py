@@ -66,7 +66,7 @@ def run(context: typer.Context) -> None:
 
 def command_of(system: System[Any, Any]) -> Any:
     """The command that runs a system, with its options."""
-    said, own = names_of(system), list(_options(system))
+    said, own = _names_of(system), list(_options(system))
 
     def command(**given: Any) -> None:
         options = {p.name: given[p.name] for p in own if given[p.name] not in (None, [])}
@@ -80,7 +80,7 @@ def command_of(system: System[Any, Any]) -> Any:
     return typer.main.get_command(alone)
 
 
-def names_of(system: System[Any, Any]) -> dict[str, str]:
+def _names_of(system: System[Any, Any]) -> dict[str, str]:
     """Names of a system's fields, options and outputs, and the options that stand for them here."""
     found = {name: option_of(name) for name in (*system.settings, *system.outputs)}
     fields = {one.field: found[name] for name, one in system.settings.items()}
@@ -91,7 +91,7 @@ def names_in_study(given: Mapping[str, Any]) -> dict[str, str]:
     """Names of the fields and options of a study's system, and what stands for them in `montecarlo`."""
     if given.get("target") not in system_names():
         return {}
-    found = names_of(load_system(given["target"]))
+    found = _names_of(load_system(given["target"]))
     return {name: f"{PARAM}{option.removeprefix('--')}" for name, option in found.items()}
 
 

@@ -14,7 +14,7 @@ from system.option import option
 from system.options.begin import BeginChoice, begin_choice
 from system.options.silicon import SiliconChoice
 
-SpokenKind = Literal["gate", "generator"]  # kinds of bias that a user can ask for
+_SpokenKind = Literal["gate", "generator"]  # kinds of bias that a user can ask for
 Engine = Literal["native", "ngspice"]
 Level = Literal["transistor", "behavioural"]
 
@@ -27,11 +27,11 @@ class BlockValues:
     bias: tuple[str, ...] = option((), "Bias, as i_lim=6.3uA, repeatable", metavar="NAME=VALUE")
     bias_set: str | None = option(None, "Named set of the block's biases; --bias goes on top", metavar="NAME")
     bias_file: str | None = option(None, "Of rolls: rolls_default, rolls_parallella or a CSV", metavar="FILE")
-    bias_kind: SpokenKind | None = option(None, "Fixed gate voltages, or the bias generator")
+    bias_kind: _SpokenKind | None = option(None, "Fixed gate voltages, or the bias generator")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BeginOptions:
+class _BeginOptions:
     """Where runs begin, as the command line has it."""
 
     ic: tuple[str, ...] = option(
@@ -63,7 +63,7 @@ def silicon_part(*without: str) -> Any:
 
 def begin_part(*without: str) -> Any:
     """The field of where runs begin (`BeginChoice`)."""
-    return part(BeginOptions, *without, made=_beginning)
+    return part(_BeginOptions, *without, made=_beginning)
 
 
 def deadline_option() -> Any:
@@ -102,5 +102,5 @@ def _of_study(chosen: SiliconChoice) -> SiliconChoice:
     return replace(chosen, study=die_of(Path(chosen.study), chosen.die))
 
 
-def _beginning(chosen: BeginOptions) -> BeginChoice:
+def _beginning(chosen: _BeginOptions) -> BeginChoice:
     return begin_choice(chosen.ic, uic=chosen.uic, at_rest=chosen.at_rest)

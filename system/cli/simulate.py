@@ -62,7 +62,7 @@ def simulate_command(asked: Simulate) -> None:
 def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
     """Write the waveforms and the picture that are asked for."""
     if asked.csv is not None:
-        write_text_atomic(asked.csv, waveform_table(result))
+        write_text_atomic(asked.csv, _waveform_table(result))
     if asked.raw is not None:
         with replace_atomic(asked.raw) as temporary:
             write_raw(result, temporary)
@@ -70,7 +70,7 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
     save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure))
 
 
-def waveform_table(result: Result) -> str:
+def _waveform_table(result: Result) -> str:
     """Waveforms as CSV: `time_s`, then `NODE_V` for every node; a row an accepted point."""
     text = io.StringIO()
     names = ["time_s", *(f'"{n}_V"' if "," in n else f"{n}_V" for n in result.nodes)]

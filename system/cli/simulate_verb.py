@@ -6,20 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from circuits.errors import ParameterError
+from system.cli import shared_options as shared
 from system.cli.option_names import option_of
-from system.cli.shared_options import (
-    BlockValues,
-    Engine,
-    begin_part,
-    block_argument,
-    deadline_option,
-    file_option,
-    json_option,
-    plot_option,
-    silicon_part,
-    stimulus_option,
-    values_part,
-)
+from system.cli.shared_options import BlockValues, Engine
 from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
@@ -32,17 +21,17 @@ ANALYSES: tuple[Analysis, ...] = ("tran", "ac", "noise", "tran-noise")
 class Simulate:
     """Simulate a block under its testbench: a transient, small signals, or noise."""
 
-    block: str = block_argument()
+    block: str = shared.block_argument()
     analysis: Analysis = option("tran", "What is simulated")
-    stimulus: tuple[str, ...] = stimulus_option()
-    values: BlockValues = values_part("bias_file")
-    silicon: SiliconChoice = silicon_part()
+    stimulus: tuple[str, ...] = shared.stimulus_option()
+    values: BlockValues = shared.values_part("bias_file")
+    silicon: SiliconChoice = shared.silicon_part()
     rtol: float | None = option(None, "Local error a step relative to 1 V or more; 5e-7 unless given")
     engine: Engine = option("native", "What solves it")
-    deadline: str | None = deadline_option()
+    deadline: str | None = shared.deadline_option()
     source: str | None = option(None, "ac: which source moves; noise: refer the noise to it", metavar="NAME")
     node: tuple[str, ...] = option((), "ac: nodes to print, repeatable; noise: the output", metavar="PATH")
-    begin: BeginChoice = begin_part()
+    begin: BeginChoice = shared.begin_part()
     low: str | None = option(None, "ac, noise: 1Hz unless given", name="from", metavar="FREQUENCY")
     high: str | None = option(None, "ac, noise: 1MHz unless given", name="to", metavar="FREQUENCY")
     points: int | None = option(None, "ac, noise: frequencies a decade, 20 unless given")
@@ -55,11 +44,11 @@ class Simulate:
     trials: int | None = option(None, "tran-noise: runs, 1 unless given")
     step: str | None = option(None, "tran-noise: a noise current stands for this long", metavar="TIME")
     workers: int | None = option(None, "tran-noise: threads, all cores unless given")
-    plot: str | None = plot_option()
-    csv: str | None = file_option("Write all waveforms, or the table")
-    netcdf: str | None = file_option("ac, noise, tran-noise: write a netCDF file")
-    raw: str | None = file_option("Write all waveforms as ngspice's rawfile")
-    as_json: bool = json_option()
+    plot: str | None = shared.plot_option()
+    csv: str | None = shared.file_option("Write all waveforms, or the table")
+    netcdf: str | None = shared.file_option("ac, noise, tran-noise: write a netCDF file")
+    raw: str | None = shared.file_option("Write all waveforms as ngspice's rawfile")
+    as_json: bool = shared.json_option()
 
 
 _NAMES = {"low": "from", "high": "to"}  # of options that are not called as their fields

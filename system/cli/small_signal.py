@@ -44,7 +44,7 @@ def ac_command(asked: Simulate) -> None:
     if asked.engine == "native":
         runs = runs_of(asked, lambda point, _: ac(point, source, frequency, nodes))
     else:
-        runs = runs_of(asked, lambda point, _: by_ngspice(point, source, asked, nodes))
+        runs = runs_of(asked, lambda point, _: _by_ngspice(point, source, asked, nodes))
     found = [(run, run.answer) for run in runs if run.answer is not None]
     if asked.csv is not None:
         write_text_atomic(asked.csv, _ac_csv(found))
@@ -64,7 +64,7 @@ def ac_command(asked: Simulate) -> None:
         print_failures(runs)
 
 
-def by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:
+def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:
     """The same by ngspice, on its grid: whole decades have both ends."""
     column = source_column(point, source) - point.machine.kernel.unknowns
     unit = "V/V" if point.machine.source_quantities[column] == "voltage" else "V/A"

@@ -55,7 +55,7 @@ def frequencies_of(asked: Simulate) -> F64:
     return frequency_grid(*grid_of(asked))
 
 
-def silicons_of(asked: Simulate) -> list[SiliconChoice]:
+def _silicons_of(asked: Simulate) -> list[SiliconChoice]:
     """Every temperature with every die."""
     one = asked.silicon
     if asked.dies is not None and one.die is not None:
@@ -82,7 +82,7 @@ def runs_of(asked: Simulate, solve: Callable[[OperatingPoint, Choice], Answer]) 
     runs: list[Run[Answer]] = []
     errors: list[SolverError] = []
     with working(f"analysing {asked.block} (the first run compiles its kernels)"):
-        for silicon in silicons_of(asked):
+        for silicon in _silicons_of(asked):
             choice = choose_block(asked.block, asked.values, silicon, asked.stimulus, asked.begin)
             try:
                 point = operating_point(choice.testbench(), choice.silicon)

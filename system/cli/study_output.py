@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import asdict
 from typing import Any
 
 from system.cli.output import print_line, print_table, quantity_cell
-from system.study.report.result import Result, groups, study_yield, summary, varied
+from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
-from system.study.table import Table
+from system.study.table import Table, counted, place_text
 from system.study.target import Quantity
 
 SHOWN = (0.025, 0.25, 0.5, 0.75, 0.975)  # quantiles of the printed table
@@ -64,11 +63,9 @@ def document(result: Result) -> dict[str, Any]:
 
 
 def _statistics(result: Result, table: Table) -> dict[str, Any]:
-    words = Counter(table.outcome)
     total = max(len(table), 1)
-    ordered = sorted(words.items(), key=lambda item: (-item[1], item[0]))
     return {
-        "classes": {word: {"count": n, "share": n / total} for word, n in ordered},
+        "classes": {word: {"count": n, "share": n / total} for word, n in counted(table.outcome).items()},
         "metrics": {q.name: _metric(result, table, q) for q in result.quantities},
         "yield": _yield_document(result, table),
     }
@@ -81,7 +78,7 @@ def _metric(result: Result, table: Table, quantity: Quantity) -> dict[str, Any]:
         "defined": s.defined,
         "undefined": s.undefined,
         "infinite": s.infinite,
-        "share": None if s.share is None else _share_document(result, s.share),
+        "share": None if s.share is None else share_document(s.share, result.interval_kind),
         **{n: getattr(s, n).value for n in ("mean", "sigma", "skew")},
         **{f"{n}_interval": asdict(getattr(s, n).interval) for n in ("mean", "sigma", "skew")},
         "quantiles": {str(q.p): q.estimate.value for q in s.quantiles},
@@ -95,18 +92,15 @@ def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
         return None
     return {
         "specifications": [str(s) for s in result.specifications],
-        **_share_document(result, found),
+        **share_document(found, result.interval_kind),
         "causes": dict(found.causes),
     }
 
 
-def _share_document(result: Result, share: Proportion | Yield) -> dict[str, Any]:
-    return {
-        "passed": share.passed,
-        "value": share.estimate.value,
-        "interval": asdict(share.estimate.interval),
-        "kind": result.interval_kind,
-    }
+def share_document(share: Proportion | Yield, kind: str) -> dict[str, Any]:
+    """How many samples passed as JSON has it; `kind`: of the interval of their share."""
+    interval = asdict(share.estimate.interval)
+    return {"passed": share.passed, "value": share.estimate.value, "interval": interval, "kind": kind}
 
 
 def print_study(result: Result) -> None:
@@ -118,8 +112,7 @@ def print_study(result: Result) -> None:
         f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}\n"
     )
     for corner, celsius, part in groups(result):
-        where = f" at {celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
-        _print_group(result, part, where)
+        _print_group(result, part, f" at {place_text(corner, celsius)}")
     failed = [k for k in range(len(table)) if table.reason[k]]
     for k in failed[:LISTED]:
         print_line(f"die {table.die[k]} failed: {table.reason[k]}")
@@ -128,9 +121,8 @@ def print_study(result: Result) -> None:
 
 
 def _print_group(result: Result, table: Table, where: str) -> None:
-    words = sorted(Counter(table.outcome).items(), key=lambda item: (-item[1], item[0]))
-    rows = [(word, n, f"{100.0 * n / len(table):.1f} %") for word, n in words]
-    print_table(f"outcome{where}", ("class", "samples:", "share:"), rows)
+    classes = shares_of(counted(table.outcome), len(table))
+    print_table(f"outcome{where}", ("class", "samples:", "share:"), classes)
     heads = ("metric", "defined:", "undefined:", "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
     shares = [_share_cells(result, table, q) for q in result.quantities if q.yes_no]
     if shares:
@@ -167,6 +159,6 @@ def _print_yield(result: Result, found: Yield) -> None:
     share = f"{100.0 * found.estimate.value:.2f} %" if found.samples else "not defined"
     bounds = f"{100.0 * low:.2f} to {100.0 * high:.2f} % ({result.interval_kind})"
     print_line(f"yield {share}, 95 % interval {bounds}: {specs}")
-    rows = [(cause, n, f"{100.0 * n / found.samples:.1f} %") for cause, n in found.causes.items()]
-    if rows:
-        print_table("does not pass because of", ("cause", "samples:", "share:"), rows)
+    if found.causes:
+        causes = shares_of(found.causes, found.samples)
+        print_table("does not pass because of", ("cause", "samples:", "share:"), causes)

@@ -5,21 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from system.cli.shared_options import (
-    BlockValues,
-    Engine,
-    Level,
-    begin_part,
-    block_argument,
-    deadline_option,
-    file_option,
-    json_option,
-    plot_option,
-    silicon_part,
-    stimulus_option,
-    threads_option,
-    values_part,
-)
+from system.cli import shared_options as shared
+from system.cli.shared_options import BlockValues, Engine, Level
 from system.cli.verb import argument, like, required
 from system.option import option
 from system.options.begin import BeginChoice
@@ -41,7 +28,7 @@ class Montecarlo:
     first_die: int = option(1000, "Number of the first die")
     lot: str = like(SiliconChoice, "lot")
     corner: tuple[Corner, ...] = option(("random",), "Process corner; n first, then p; repeatable")
-    variation: SiliconChoice = silicon_part("temperature", "lot", "die", "study", "corner")
+    variation: SiliconChoice = shared.silicon_part("temperature", "lot", "die", "study", "corner")
     temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable", metavar="DEGC")
     trials: int = option(1, "Runs of a system on each die, with seeds of their own")
     plan: Literal["random", "lhs", "sobol"] = option("random", "How the dies are drawn")
@@ -49,27 +36,27 @@ class Montecarlo:
     spec: tuple[str, ...] = option((), 'As "best_delay in 5.9ms:6.8ms", repeatable', metavar="TEXT")
     until: str | None = option(None, "Stop when the yield is known to +- this, as 2%", metavar="SHARE")
     require: str | None = option(None, "Stop when the yield is surely above or below", metavar="SHARE")
-    values: BlockValues = values_part("bias_file")
-    stimulus: tuple[str, ...] = stimulus_option()
-    begin: BeginChoice = begin_part()
+    values: BlockValues = shared.values_part("bias_file")
+    stimulus: tuple[str, ...] = shared.stimulus_option()
+    begin: BeginChoice = shared.begin_part()
     level: Level = option("behavioural", "Of a system")
     duration: str | None = option(None, "Of a system's run; the system's own", metavar="TIME")
-    threads: int | None = threads_option()
+    threads: int | None = shared.threads_option()
     workers: int | None = option(None, "Processes of a local Dask cluster")
     scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
     chunk: int = option(32, "Dies that are measured and kept together")
     output: str | None = option(None, "Keep samples and manifest there", short="o", metavar="FOLDER")
     resume: bool = option(default=False, about="Go on with the study in --output")
-    csv: str | None = file_option("Write a row a sample")
-    plot: str | None = plot_option()
+    csv: str | None = shared.file_option("Write a row a sample")
+    plot: str | None = shared.plot_option()
     contributions: str | None = option(
         None, "What its variance comes from, by device and so on", metavar="METRIC"
     )
-    pareto: str | None = file_option("Draw contributions into a .png, .svg or .pdf file")
+    pareto: str | None = shared.file_option("Draw contributions into a .png, .svg or .pdf file")
     rare: Literal["scaled-sigma", "mean-shift"] | None = option(
         None, "Estimate how seldom a die fails --spec, by this method"
     )
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
     @property
     def silicon(self) -> SiliconChoice:
@@ -90,18 +77,18 @@ class Replay:
         (), "MODULE:FUNCTION of the study's, which is code; repeatable", metavar="NAME"
     )
     engine: Engine = option("native", "What solves the testbench")
-    deadline: str | None = deadline_option()
-    plot: str | None = plot_option()
-    csv: str | None = file_option("Write all waveforms")
-    raw: str | None = file_option("Write all waveforms as ngspice's rawfile")
-    as_json: bool = json_option()
+    deadline: str | None = shared.deadline_option()
+    plot: str | None = shared.plot_option()
+    csv: str | None = shared.file_option("Write all waveforms")
+    raw: str | None = shared.file_option("Write all waveforms as ngspice's rawfile")
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Centre:
     """Move biases so that more dies pass, and report on fresh dies."""
 
-    block: str = block_argument()
+    block: str = shared.block_argument()
     spec: tuple[str, ...] = option((), 'What should pass, as "class is works", repeatable', metavar="TEXT")
     metric: tuple[str, ...] = option((), "Measured besides those of the specs, repeatable", metavar="NAME")
     move: tuple[str, ...] = option((), "Moved; every current unless given; repeatable", metavar="BIAS")
@@ -116,14 +103,14 @@ class Centre:
     )
     generations: int = option(10, "Of the search's first stage")
     seed: int = option(0, "Of the search; a die has its own key")
-    variation: SiliconChoice = silicon_part("temperature", "die", "study", "corner")
+    variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
     temperature: str = like(SiliconChoice, "temperature")
-    values: BlockValues = values_part("bias_file")
-    stimulus: tuple[str, ...] = stimulus_option()
-    threads: int | None = threads_option()
-    output: str | None = file_option("Write the result as JSON", short="o")
-    plot: str | None = plot_option()
-    as_json: bool = json_option()
+    values: BlockValues = shared.values_part("bias_file")
+    stimulus: tuple[str, ...] = shared.stimulus_option()
+    threads: int | None = shared.threads_option()
+    output: str | None = shared.file_option("Write the result as JSON", short="o")
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()
 
     @property
     def silicon(self) -> SiliconChoice:

@@ -52,7 +52,7 @@ def tran_noise_command(asked: Simulate) -> None:
     if not 1 <= count <= MOST_TRIALS:
         raise ParameterError(f"--trials: {count}, must be 1 to {MOST_TRIALS}; 200 know a jitter to 5 %")
     check_picture(asked.plot)
-    machine, run = to_kernel(choice.testbench(), choice.silicon), read_run(asked)
+    machine, run = to_kernel(choice.testbench(), choice.silicon), _read_run(asked)
     shown = choice.block.plotted or machine.testbench.watch or machine.names[1:5]
 
     def keep(result: Result) -> Trial:
@@ -67,12 +67,12 @@ def tran_noise_command(asked: Simulate) -> None:
         trials = map_trials(keep, machine, run, range(count), asked.workers)
     table = summary(trials)
     if asked.csv is not None:
-        write_text_atomic(asked.csv, trial_csv(trials))
+        write_text_atomic(asked.csv, _trial_csv(trials))
     if asked.netcdf is not None:
         write_netcdf_atomic(
-            asked.netcdf, trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
+            asked.netcdf, _trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
         )
-    save_picture(asked.plot, lambda figure: draw_trials(trials, shown, figure))
+    save_picture(asked.plot, lambda figure: _draw_trials(trials, shown, figure))
     grid = grid_step(machine, run)
     if asked.as_json:
         print_json(_document(choice, trials, table, run, grid))
@@ -80,7 +80,7 @@ def tran_noise_command(asked: Simulate) -> None:
         _print(choice, trials, table, run, grid)
 
 
-def read_run(asked: Simulate) -> NoiseRun:
+def _read_run(asked: Simulate) -> NoiseRun:
     """Seed, grid step and flicker that the options ask for."""
     return NoiseRun(
         0 if asked.seed is None else asked.seed,
@@ -89,7 +89,7 @@ def read_run(asked: Simulate) -> NoiseRun:
     )
 
 
-def columns_of(trials: Sequence[Trial]) -> dict[str, list[float | None]]:
+def _columns_of(trials: Sequence[Trial]) -> dict[str, list[float | None]]:
     """Every measure, and the time of every spike where all trials have equally many at a port."""
     columns = {n: [t.measures[n] for t in trials] for n in trials[0].measures}
     for port in trials[0].spikes:
@@ -102,7 +102,7 @@ def columns_of(trials: Sequence[Trial]) -> dict[str, list[float | None]]:
 def summary(trials: Sequence[Trial]) -> dict[str, dict[str, float]]:
     """Number of trials, mean and standard deviation of every column; one trial has no deviation (NaN)."""
     found = {}
-    for name, values in columns_of(trials).items():
+    for name, values in _columns_of(trials).items():
         kept = np.array([v for v in values if v is not None], dtype=np.float64)
         spread = float(kept.std(ddof=1)) if kept.size > 1 else np.nan
         mean = float(kept.mean()) if kept.size else np.nan
@@ -110,7 +110,7 @@ def summary(trials: Sequence[Trial]) -> dict[str, dict[str, float]]:
     return found
 
 
-def trial_csv(trials: Sequence[Trial]) -> str:
+def _trial_csv(trials: Sequence[Trial]) -> str:
     """A row a trial: outcome, spikes in all, measures; an empty cell where one is not defined."""
     names = list(trials[0].measures)
     lines = [",".join(["trial", "outcome", "spikes", *names])]
@@ -120,7 +120,7 @@ def trial_csv(trials: Sequence[Trial]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def trial_dataset(trials: Sequence[Trial]) -> xr.Dataset:
+def _trial_dataset(trials: Sequence[Trial]) -> xr.Dataset:
     """Measures and spike times over `trial`; NaN where there is none."""
     data = xr.Dataset(coords={"trial": np.arange(len(trials))})
     data["outcome"] = ("trial", np.array([t.outcome for t in trials], dtype=object))
@@ -137,7 +137,7 @@ def trial_dataset(trials: Sequence[Trial]) -> xr.Dataset:
     return data
 
 
-def draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure) -> None:
+def _draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure) -> None:
     """Fill `figure` with a panel a node, the first trials over one another, and how times are spread."""
     spread = deviations(trials)
     figure.set_size_inches(7.0, 1.05 * len(nodes) + 0.8 + (2.2 if spread else 0.0))
@@ -166,7 +166,7 @@ def draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure) -
 def deviations(trials: Sequence[Trial]) -> dict[str, F64]:
     """What every time is away from its mean, s: measures in seconds and spikes that all trials have."""
     found = {}
-    for name, values in columns_of(trials).items():
+    for name, values in _columns_of(trials).items():
         times = np.array([v for v in values if v is not None], dtype=np.float64)
         if name.endswith("_s") and times.size == len(trials) > 1:
             found[name] = times - times.mean()

@@ -57,12 +57,12 @@ def like(kind: type, name: str) -> Any:
     return field(default=found.default, metadata=found.metadata)
 
 
-def itself(value: Any) -> Any:
+def _itself(value: Any) -> Any:
     """What is made of a part whose dataclass is what the verb's function takes."""
     return value
 
 
-def part(kind: type, *without: str, made: Callable[[Any], Any] = itself) -> Any:
+def part(kind: type, *without: str, made: Callable[[Any], Any] = _itself) -> Any:
     """The field of a `Part`; its default is what is made where none of its options is given."""
     return field(default_factory=lambda: made(kind()), metadata={PART: Part(kind, without, made)})
 
@@ -78,12 +78,12 @@ def verb(place: str, options: type) -> Command:
     """
 
     def command(**given: Any) -> None:
-        end_with(loaded(f"system.cli.{place}")(made_of(options, given)))
+        _end_with(loaded(f"system.cli.{place}")(made_of(options, given)))
 
     return with_parameters(command, parameters_of(options), options.__doc__ or "")
 
 
-def end_with(status: int | None) -> None:
+def _end_with(status: int | None) -> None:
     """End the command with an exit status, None for that of success."""
     if status:
         raise typer.Exit(status)

@@ -5,18 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from system.cli.shared_options import (
-    BlockValues,
-    Level,
-    begin_part,
-    block_argument,
-    file_option,
-    json_option,
-    plot_option,
-    silicon_part,
-    stimulus_option,
-    values_part,
-)
+from system.cli import shared_options as shared
+from system.cli.shared_options import BlockValues, Level
 from system.cli.verb import argument, like, part, required
 from system.option import option
 from system.options.begin import BeginChoice
@@ -27,50 +17,50 @@ from system.options.silicon import SiliconChoice
 class List:
     """List blocks, chips, systems, experiments, metrics and dialects."""
 
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Show:
     """Show ports, devices, biases and stimuli, or draw the graph; of rolls, what a die is like."""
 
-    block: str = block_argument()
-    values: BlockValues = values_part()
-    silicon: SiliconChoice = silicon_part()
-    plot: str | None = plot_option()
-    as_json: bool = json_option()
+    block: str = shared.block_argument()
+    values: BlockValues = shared.values_part()
+    silicon: SiliconChoice = shared.silicon_part()
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Op:
     """Solve for the operating point: voltages, and currents, inversion and headroom by device."""
 
-    block: str = block_argument()
-    values: BlockValues = values_part("bias_file")
-    silicon: SiliconChoice = silicon_part()
-    stimulus: tuple[str, ...] = stimulus_option()
+    block: str = shared.block_argument()
+    values: BlockValues = shared.values_part("bias_file")
+    silicon: SiliconChoice = shared.silicon_part()
+    stimulus: tuple[str, ...] = shared.stimulus_option()
     start: tuple[str, ...] = option((), "Voltage to start from, repeatable", metavar="NODE=V")
-    csv: str | None = file_option("Write a row a device")
-    as_json: bool = json_option()
+    csv: str | None = shared.file_option("Write a row a device")
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Export:
     """Write a block, a chip or a row of rolls with its testbench as a netlist."""
 
-    block: str = block_argument()
+    block: str = shared.block_argument()
     output: str = required("File, or - for stdout", short="o", metavar="FILE")
-    stimulus: tuple[str, ...] = stimulus_option()
-    values: BlockValues = values_part()
-    silicon: SiliconChoice = silicon_part()
-    program: str | None = file_option("Of rolls: a CSV of post,pre,level, or pushbot")
+    stimulus: tuple[str, ...] = shared.stimulus_option()
+    values: BlockValues = shared.values_part()
+    silicon: SiliconChoice = shared.silicon_part()
+    program: str | None = shared.file_option("Of rolls: a CSV of post,pre,level, or pushbot")
     dialect: str = option("ngspice", "What to write, as spectre; see noctule list", metavar="NAME")
     models: Literal["ekv", "bsim3"] = option("ekv", "What transistors are")
-    begin: BeginChoice = begin_part("at_rest")
-    parasitics: str | None = file_option("CSV of node and capacitance, merged in")
+    begin: BeginChoice = shared.begin_part("at_rest")
+    parasitics: str | None = shared.file_option("CSV of node and capacitance, merged in")
     mapping: str | None = option(None, "A foundry's process, as gf180mcu, or a TOML file", metavar="NAME")
     level: Level = option("transistor", "Devices, or a chip's neurons by their reduced equations")
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +82,7 @@ class Import:
     file: str = argument("FILE", "A netlist")
     reading: NetlistReading = part(NetlistReading)
     allow_implausible: bool = like(SiliconChoice, "allow_implausible")
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,18 +92,18 @@ class Compare:
     first: str = argument("A", "A netlist")
     second: str = argument("B", "Another netlist")
     reading: NetlistReading = part(NetlistReading)
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Characterise:
     """Measure a block's behavioural model from its circuit; takes minutes."""
 
-    block: str = block_argument()
-    output: str | None = file_option("Record to write; in the caches unless given", short="o")
+    block: str = shared.block_argument()
+    output: str | None = shared.file_option("Record to write; in the caches unless given", short="o")
     bias_set: str | None = like(BlockValues, "bias_set")
     update_package: bool = option(default=False, about="Write the package's own record, in a checkout")
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,26 +112,26 @@ class Reproduce:
 
     experiment: str = argument("EXPERIMENT", "An experiment: see noctule list")
     param: tuple[str, ...] = option((), "Of a campaign, as forests=20", metavar="NAME=COUNT")
-    output: str | None = file_option("Keeps a campaign's runs as it goes", short="o")
+    output: str | None = shared.file_option("Keeps a campaign's runs as it goes", short="o")
     resume: bool = option(default=False, about="Go on with the campaign in --output")
     workers: int | None = option(None, "Processes of a campaign")
     scheduler: str | None = option(None, "Dask cluster of a campaign", metavar="ADDRESS")
-    plot: str | None = plot_option()
-    as_json: bool = json_option()
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
     """Show versions, ngspice, and what is missing."""
 
-    as_json: bool = json_option()
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
     """Options that `noctule run` has for every system."""
 
-    silicon: SiliconChoice = silicon_part("at", "allow_implausible")
+    silicon: SiliconChoice = shared.silicon_part("at", "allow_implausible")
     seed: int = option(0, "Of noise and worlds")
-    plot: str | None = plot_option()
-    as_json: bool = json_option()
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()

@@ -46,7 +46,7 @@ class Outcome:
     stopped: bool
 
 
-def measure_dies(study: Study, dies: range) -> Table:
+def _measure_dies(study: Study, dies: range) -> Table:
     """Measure one chunk, its samples in order."""
     target = open_target(study.subject)
     quantities = tuple(q.name for q in target.quantities)
@@ -122,7 +122,7 @@ def run_study(
     tables: list[Table] = []
     stopped, chunks = False, study.chunks()
     with kept as files:
-        with closing(in_order(partial(measure_dies, study), chunks, files, workers)) as measured:
+        with closing(in_order(partial(_measure_dies, study), chunks, files, workers)) as measured:
             for _, table in measured:
                 tables.append(table)
                 if progress is not None:

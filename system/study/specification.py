@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -21,7 +20,7 @@ import numpy as np
 from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, UnknownNameError, unknown_name
 from circuits.units import format_quantity, parse_quantity
-from system.study.table import FAILED
+from system.study.table import FAILED, counted
 from system.system import SUCCEEDED
 
 CLASS = "class"
@@ -80,8 +79,7 @@ class Verdict:
     @property
     def counts(self) -> dict[str, int]:
         """Samples by cause, the most frequent first; those that pass are not listed."""
-        counts = Counter(cause for cause in self.causes if cause)
-        return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+        return counted(cause for cause in self.causes if cause)
 
 
 def parse_spec(

@@ -10,7 +10,8 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ from system.files.writing import write_bytes_atomic
 
 FAILED = "failed"
 MOST = 1_000_000  # samples of a table; ours
+_ARRAYS, _WORDS = ("die", "temperature_c", "trial", "values"), ("corner", "outcome", "reason")  # of a table
 _FORMAT = 2  # 1 had no key of its study
 _BROKEN = (
     OSError, KeyError, ValueError, RuntimeError, TypeError, AttributeError, OverflowError, MemoryError,
@@ -86,31 +88,28 @@ def empty(metrics: Sequence[str]) -> Table:
 
 def join(tables: Sequence[Table]) -> Table:
     """Put tables of one study one after the other."""
-    return Table(
-        tables[0].metrics,
-        np.concatenate([t.die for t in tables]),
-        tuple(x for t in tables for x in t.corner),
-        np.concatenate([t.temperature_c for t in tables]),
-        np.concatenate([t.trial for t in tables]),
-        tuple(x for t in tables for x in t.outcome),
-        tuple(x for t in tables for x in t.reason),
-        np.concatenate([t.values for t in tables]),
-    )
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(t, name) for t in tables]) for name in _ARRAYS}
+    words: dict[str, Any] = {name: tuple(x for t in tables for x in getattr(t, name)) for name in _WORDS}
+    return Table(tables[0].metrics, **arrays, **words)
 
 
 def select(table: Table, mask: Bools) -> Table:
     """Give the samples that `mask` keeps."""
     keep = np.flatnonzero(mask)
-    return Table(
-        table.metrics,
-        table.die[keep],
-        tuple(table.corner[k] for k in keep),
-        table.temperature_c[keep],
-        table.trial[keep],
-        tuple(table.outcome[k] for k in keep),
-        tuple(table.reason[k] for k in keep),
-        table.values[keep],
-    )
+    arrays: dict[str, Any] = {name: getattr(table, name)[keep] for name in _ARRAYS}
+    words: dict[str, Any] = {name: tuple(getattr(table, name)[k] for k in keep) for name in _WORDS}
+    return Table(table.metrics, **arrays, **words)
+
+
+def counted(words: Iterable[str]) -> dict[str, int]:
+    """How often each word is there, the most frequent first, those that are as frequent by the alphabet."""
+    return dict(sorted(Counter(words).items(), key=lambda item: (-item[1], item[0])))
+
+
+def place_text(corner: str, *temperatures_c: float) -> str:
+    """Temperatures and a corner in words, as `27 degC, corner ss`; a corner that is drawn is not told."""
+    celsius = ", ".join(f"{t:g}" for t in temperatures_c)
+    return f"{celsius} degC" + ("" if corner == "random" else f", corner {corner}")
 
 
 def to_dataset(table: Table, units: Sequence[str], key: str = "") -> xr.Dataset:

@@ -123,7 +123,7 @@ def measure_safely(target: Target, die: Die, condition: Condition) -> Measuremen
 
 @lru_cache(maxsize=8)
 def _opened(text: str) -> Target:
-    return _open(read_subject(text))
+    return _open(_read_subject(text))
 
 
 def open_target(subject: Subject) -> Target:
@@ -131,16 +131,16 @@ def open_target(subject: Subject) -> Target:
 
     Raises `UnknownNameError` and `ParameterError` naming the option.
     """
-    return _opened(write_subject(subject))
+    return _opened(_write_subject(subject))
 
 
-def write_subject(subject: Subject) -> str:
+def _write_subject(subject: Subject) -> str:
     """A subject as text, the same for equal ones."""
     return repr(asdict(subject))
 
 
-def read_subject(text: str) -> Subject:
-    """What `write_subject` wrote."""
+def _read_subject(text: str) -> Subject:
+    """What `_write_subject` wrote."""
     fields = ast.literal_eval(text)
     return Subject(**{**fields, "silicon": SiliconChoice(**fields["silicon"])})
 

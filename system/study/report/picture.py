@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.special import ndtri
 
 from system.plot import COLOURS, INK, PALE
 from system.study.specification import Limits, Specification
-from system.study.table import Table
+from system.study.table import Table, counted
 from system.study.target import Quantity
 
 MOST_BINS = 60
@@ -35,8 +34,8 @@ def draw_study(
 
 def outcomes(table: Table, ax: Axes) -> None:
     """Draw the samples by class, the most frequent on top."""
-    counts = sorted(Counter(table.outcome).items(), key=lambda item: (-item[1], item[0]))
-    ax.barh([word for word, _ in counts], [n for _, n in counts], color=COLOURS[0])
+    counts = counted(table.outcome)
+    ax.barh(list(counts), list(counts.values()), color=COLOURS[0])
     ax.invert_yaxis()
     ax.set_xlabel(f"samples of {len(table)}")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -26,14 +25,14 @@ from system.study.folder import REPORT
 from system.study.manifest import read_manifest
 from system.study.report.page import add, add_picture, add_table, code, page, write
 from system.study.report.picture import histogram, normal_quantiles
-from system.study.report.result import Result, groups, study_yield, summary, varied
+from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.report.worst import replay_options, worst
 from system.study.search.breakdown import BY, Breakdown, share_rows
 from system.study.specification import Specification
 from system.study.statistics.contribution import grouped, pareto
 from system.study.statistics.interval import Estimate
 from system.study.statistics.summary import Summary
-from system.study.table import Table
+from system.study.table import Table, counted, place_text
 from system.study.target import Quantity
 
 WORST = 5  # samples of each kind at each condition
@@ -70,8 +69,7 @@ def report(
     add(body, "h1", title)
     _asked(body, result, manifest)
     for corner, celsius, part in groups(result):
-        where = f"{celsius:g} degC" + ("" if corner == "random" else f", corner {corner}")
-        add(body, "h2", f"At {where}")
+        add(body, "h2", f"At {place_text(corner, celsius)}")
         if not len(part):
             add(body, "p", "No samples.")
             continue
@@ -110,10 +108,8 @@ def _command(words: Sequence[str]) -> str:
 
 
 def _classes(body: Element, part: Table) -> None:
-    counts = sorted(Counter(part.outcome).items(), key=lambda item: (-item[1], item[0]))
     add(body, "h3", "Classes")
-    rows = [(word, n, f"{100.0 * n / len(part):.1f} %") for word, n in counts]
-    add_table(body, ("class", "samples:", "share:"), rows)
+    add_table(body, ("class", "samples:", "share:"), shares_of(counted(part.outcome), len(part)))
 
 
 def _yield(body: Element, result: Result, part: Table) -> None:
@@ -126,8 +122,8 @@ def _yield(body: Element, result: Result, part: Table) -> None:
     kind = f"{_INTERVAL} {low:.2f} to {high:.2f} % ({result.interval_kind})"
     add(body, "p", f"{found.passed} of {found.samples} samples pass, {kind}: {specs}.")
     if found.causes:
-        rows = [(cause, n, f"{100.0 * n / found.samples:.1f} %") for cause, n in found.causes.items()]
-        add_table(body, ("does not pass because of", "samples:", "share:"), rows)
+        causes = shares_of(found.causes, found.samples)
+        add_table(body, ("does not pass because of", "samples:", "share:"), causes)
 
 
 def _metric(body: Element, result: Result, part: Table, quantity: Quantity) -> None:

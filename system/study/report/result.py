@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -80,6 +80,11 @@ def _share_interval(result: Result, passed: int, samples: int) -> Interval:
     if result.rule is None or not samples:
         return clopper_pearson(passed, samples)
     return sequence_interval(passed, samples, result.rule.level)
+
+
+def shares_of(counts: Mapping[str, int], samples: int) -> list[tuple[str, int, str]]:
+    """Rows of a table: a word, how many samples it is of, and their share of all."""
+    return [(word, n, f"{100.0 * n / samples:.1f} %") for word, n in counts.items()]
 
 
 def varied(study: Study) -> str:

@@ -35,7 +35,7 @@ from system.study.statistics.contribution import (
     standardise,
 )
 from system.study.statistics.regression import SAMPLES_A_TERM, enough
-from system.study.table import Condition, Table, select
+from system.study.table import Condition, Table, place_text, select
 from system.study.target import BlockTarget, Target
 
 FEWEST = 20  # defined samples, ours: R^2 of fewer is known to no better than +-0.1 or so
@@ -64,8 +64,7 @@ class Breakdown:
     @property
     def where(self) -> str:
         """Condition of the contributions, in the form `27 degC, corner ss`."""
-        celsius = ", ".join(f"{t:g}" for t in self.temperatures_c)
-        return f"{celsius} degC" + ("" if self.corner == "random" else f", corner {self.corner}")
+        return place_text(self.corner, *self.temperatures_c)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,8 +1,7 @@
-"""Two designs on the same dies: what a die has in common cancels, and only the difference is left.
+"""Yields of two designs on the same dies: what a die has in common cancels, and only the difference is left.
 
-A metric: interval of the mean of the differences, die by die. A yield: McNemar's exact test on the dies where
-the designs disagree, binomial(n_10 + n_01, 1/2), and the interval of the difference d = (n_10 - n_01) / n
-that inverts the score test,
+McNemar's exact test looks at the dies where the designs disagree, binomial(n_10 + n_01, 1/2). The interval of
+the difference d = (n_10 - n_01) / n inverts the score test,
 
     |n_10 - n_01 - n d| = z sqrt(n (2 q + d (1 - d)))
 
@@ -22,9 +21,9 @@ from scipy.optimize import brentq
 from scipy.special import ndtri
 from scipy.stats import binomtest
 
-from circuits.arrays import F64, I64, Bools
+from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError
-from system.study.statistics.interval import LEVEL, Estimate, Interval, mean_interval
+from system.study.statistics.interval import LEVEL, Estimate, Interval
 
 _BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by itself
 
@@ -39,22 +38,6 @@ class Pairing:
 
 
 @dataclass(frozen=True, slots=True)
-class MeanDifference:
-    """Second minus first of a metric, in its unit, over the `defined` of the common dies.
-
-    first_undefined, second_undefined: common dies on which that design's value is not finite; those on which
-    neither is count in both. correlation: of the two designs over dies, NaN where it has no meaning.
-    """
-
-    pairing: Pairing
-    defined: int
-    first_undefined: int
-    second_undefined: int
-    mean: Estimate
-    correlation: float
-
-
-@dataclass(frozen=True, slots=True)
 class YieldDifference:
     """Second minus first of the yield over the common dies; p_value is McNemar's, of equal yields."""
 
@@ -65,34 +48,6 @@ class YieldDifference:
     neither_passes: int
     difference: Estimate
     p_value: float
-
-
-def compare_means(
-    first_dies: I64,
-    first: F64,
-    second_dies: I64,
-    second: F64,
-    rng: np.random.Generator,
-    level: float = LEVEL,
-) -> MeanDifference:
-    """Difference of a metric between two designs.
-
-    Dies are int64[n], each once, their values float64[n]. Raises `ParameterError` for a die that is
-    there twice.
-    """
-    pairing, here, there = _pair(first_dies, second_dies)
-    x, y = first[here], second[there]
-    defined = np.isfinite(x) & np.isfinite(y)
-    difference = (y - x)[defined] if defined.any() else np.empty(0)
-    mean = float(difference.mean()) if difference.size else math.nan
-    return MeanDifference(
-        pairing,
-        int(defined.sum()),
-        int((~np.isfinite(x)).sum()),
-        int((~np.isfinite(y)).sum()),
-        Estimate(mean, mean_interval(difference, rng, level)),
-        _correlation(x[defined], y[defined]),
-    )
 
 
 def compare_yields(
@@ -152,9 +107,3 @@ def _pair(first: I64, second: I64) -> tuple[Pairing, I64, I64]:
             raise ParameterError("dies: one is there twice, must be once; compare one condition at a time")
     common, here, there = np.intersect1d(first, second, assume_unique=True, return_indices=True)
     return Pairing(len(common), len(first) - len(common), len(second) - len(common)), here, there
-
-
-def _correlation(x: F64, y: F64) -> float:
-    if len(x) < 3 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
-        return math.nan
-    return float(np.corrcoef(x, y)[0, 1])
