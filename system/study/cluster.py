@@ -1,4 +1,7 @@
-"""Runs of a campaign, chunks of a study among them, on a Dask cluster: one elsewhere, or processes here."""
+"""Workers of a campaign on a Dask cluster, whose processes are on other machines or on this one.
+
+The chunks of a study are runs of a campaign too. A run whose process dies is made again by another process.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +27,23 @@ TIMEOUT = "10s"  # of a scheduler that does not answer
 
 @contextmanager
 def on_cluster(address: str | None, workers: int | None = None) -> Iterator[Workers]:
-    """Hand runs to the Dask cluster at `address`, or to a local one of `workers` processes.
+    """Give workers that make runs on a Dask cluster.
 
-    A run whose process dies is made again elsewhere. Raises `ParameterError` where no scheduler answers.
+    Parameters
+    ----------
+    address
+        Address of the cluster's scheduler, as `tcp://host:8786`; None for a cluster of processes that is
+        started here and ends with the campaign.
+    workers
+        Number of processes of that local cluster, one a core unless given.
+
+    Raises
+    ------
+    ParameterError
+        No scheduler answers at the address, the cluster has no workers, or their number is not from 1 to
+        `MOST_WORKERS`.
+    SolverError
+        A process was killed each time at one run, as where memory is too small for it.
     """
     with interrupts() as asked, _clients(address, workers) as (client, count):
 

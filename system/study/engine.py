@@ -1,8 +1,9 @@
-"""Running a study: a campaign whose keys are chunks of dies, kept in a folder as they are finished.
+"""The engine of studies measures many dies, in chunks, and keeps each chunk in the study's folder.
 
-What holds for every campaign (`system.study.campaign`) holds for its chunks: workers, order, interruptions
-and resumes change nothing, and a rule that stops early sees them in order. A chunk's file is there whole or
-not at all, and one that cannot be read is measured again and counted.
+A study is a campaign (`system.study.campaign`) whose keys are chunks of dies. The number of workers, the
+order in which chunks end, interruptions and resumes therefore change no sample, and a rule that ends the
+study early sees the chunks in order. A chunk's file is written whole or not at all. A file that cannot be
+read is measured again, and the outcome says so.
 """
 
 from __future__ import annotations
@@ -36,8 +37,12 @@ _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for th
 class Outcome:
     """What a study came to.
 
-    table: samples in order; chunks_read, chunks_redone: taken from disk, and measured again because their
-    file was broken; stopped: whether a rule ended the study before its last die.
+    Attributes
+    ----------
+    table : all samples, in the order of their dies and conditions.
+    chunks_read : how many chunks were taken from the folder and not measured.
+    chunks_redone : a line for each chunk that was measured again, since its file was broken.
+    stopped : whether a rule ended the study before its last die.
     """
 
     table: Table
@@ -70,7 +75,7 @@ def _measure_dies(study: Study, dies: range) -> Table:
 
 
 def dies_of(study: Study, target: Target, numbers: range) -> Iterator[Die]:
-    """The dies of some numbers, under the study's plan."""
+    """Give the dies with the given numbers; their deviations are drawn by the study's sampling plan."""
     base = read_die(study.subject.silicon)
     plan = study.plan
     labels = () if plan.method == "random" else target.labels()
@@ -94,19 +99,19 @@ def run_study(
     Parameters
     ----------
     study
-        What to measure.
+        What is measured, on which dies, under which conditions.
     folder
-        Where chunks, manifest and the final table go; nowhere unless given.
+        Folder for the manifest, the chunks and the final table; nothing is kept where it is None.
     workers
-        Who measures chunks (see `on_threads`, `on_cluster`).
+        What measures the chunks: `on_threads`, or `system.study.cluster.on_cluster`.
     resume
-        Go on in a folder that has the study already; without it such a folder is refused.
+        Whether to go on in a folder that has the study already; without it such a folder is refused.
     stop
-        Asked after every chunk, in order, with its samples; True ends the study.
+        Function that is called after each chunk, in order, with the chunk's samples; True ends the study.
     progress
-        Takes the share that is done.
+        Function that is told the share of the study that is done, 0 to 1.
     command
-        Kept in the manifest.
+        Words of the command that asked for the study; the manifest keeps them.
 
     Raises
     ------
@@ -159,7 +164,11 @@ class _Joined:
 
 @contextmanager
 def on_threads(workers: int | None = None) -> Iterator[Workers]:
-    """Hand chunks to threads of this process, all cores unless given; the solver lets them run at once."""
+    """Give workers that measure chunks on threads of this process: `workers` of them, else one a core.
+
+    The solver's kernels release Python's lock, so that threads measure at the same time. Raises
+    `ParameterError` for a number of threads below 1 or above `MOST_WORKERS`.
+    """
     threads = os.cpu_count() or 1 if workers is None else workers
     if not 1 <= threads <= MOST_WORKERS:
         raise ParameterError(f"threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")

@@ -1,7 +1,8 @@
-"""A study's folder: its manifest, a file a finished chunk, the table of all samples, the report.
+"""The folder of a study holds its manifest, a file for each finished chunk, and the final table.
 
-One process at a time writes a study's folder. A chunk is taken from it only where it is of this study and as
-it was written; what a killed process left half-made is removed when the study goes on.
+Only one process at a time writes into the folder. A chunk is read back only if it belongs to this study and
+is as it was written. When a study goes on, what a killed process left half-written is removed first. The
+report of a finished study (`system.study.report`) goes to the same folder.
 """
 
 from __future__ import annotations
@@ -24,10 +25,15 @@ CHUNKS, SAMPLES, REPORT = "chunks", "samples.nc", "report.html"
 
 @final
 class StudyFiles:
-    """A folder that this process writes: the store of a study's chunks (`system.study.campaign.Store`).
+    """A study's folder while this process writes it: a `system.study.campaign.Store` of its chunks.
 
-    key: of its study, units: of its metrics; read: how many chunks were taken from it, redone: why others
-    that are there were not.
+    Attributes
+    ----------
+    folder, study : the folder, and the study that it holds.
+    key : the study's key (`system.study.manifest.study_key`), which every table in the folder carries.
+    units : SI units of the metrics, in their order.
+    read : how many chunks were taken from the folder.
+    redone : for each chunk that is there but was not taken, the reason.
     """
 
     def __init__(self, folder: Path, study: Study, key: str, units: tuple[str, ...]) -> None:
@@ -37,7 +43,7 @@ class StudyFiles:
         self.redone: list[str] = []
 
     def find(self, dies: range) -> Table | None:
-        """A finished chunk, None where its file is not taken."""
+        """Give the samples of a chunk from its file, or None where there is no file that can be taken."""
         table, note = self._known(dies)
         if table is not None:
             self.read += 1
@@ -46,7 +52,7 @@ class StudyFiles:
         return table
 
     def keep(self, dies: range, table: Table) -> None:
-        """Keep a finished chunk; `DataError` where it cannot be written."""
+        """Write a finished chunk to its file; raises `DataError` where that cannot be written."""
         write_table(_file(self, dies), table, self.units, self.key)
 
     def _known(self, dies: range) -> tuple[Table | None, str | None]:
@@ -132,14 +138,14 @@ def _check_free(folder: Path) -> None:
 
 
 def keep_samples(files: StudyFiles, table: Table) -> None:
-    """Keep the table of all samples; `DataError` where it cannot be written."""
+    """Write the table of all samples to the folder; raises `DataError` where it cannot be written."""
     write_table(files.folder / SAMPLES, table, files.units, files.key)
 
 
 def study_table(folder: Path) -> Table:
-    """Samples of a study: the final table, or of an unfinished one the chunks that are there.
+    """Read the samples of a study: its final table, or all chunks that an unfinished study has so far.
 
-    Raises `DataError` where there are none, or one cannot be read or is not of this study.
+    Raises `DataError` where there are no samples, or a file cannot be read or belongs to another study.
     """
     key = study_key(read_manifest(folder))
     if (folder / SAMPLES).exists():

@@ -1,9 +1,11 @@
-"""A study's manifest: what was asked for, in a form that a resumed study can be held against.
+"""The manifest of a study says what the study measures; here it is written and read.
 
-`study.json` lies in the study's folder from its first moment. A resume compares everything that decides a
-sample: the target with its circuit's hash, lot, plan, conditions, chunks. Versions are kept for the record.
-What is read is data and never code: a study that was measured with the user's own functions names them, and
-is given out to whoever names them too.
+The manifest is the file `study.json`, which is written before the first sample. When a study is resumed, the
+new study is compared with it in everything that decides a sample: the target and the hash of its circuit, the
+lot, the sampling plan, the conditions and the chunks. Versions of packages are kept for the reader alone.
+
+A manifest is data and never loads code. A study that was measured with functions of the user's own names
+them, and its samples are measured again only for a user who names the same functions.
 """
 
 from __future__ import annotations
@@ -36,10 +38,17 @@ _OF_SAMPLES = ("format", "circuit", "subject", "plan", "conditions", "chunk")
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """Everything that decides the samples. `chunk`: dies that are measured and kept together.
+    """A study: everything that decides its samples.
 
-    Raises `ParameterError` for more samples than a table holds, a chunk of none, and a subject that is one
-    die already.
+    Attributes
+    ----------
+    subject : what is measured.
+    plan : the dies, and how their deviations are drawn.
+    conditions : corners, temperatures and trials under which every die is measured.
+    chunk : how many dies are measured and kept together.
+
+    Raises `ParameterError` for more samples than a table holds, for a chunk without dies, for no condition,
+    and for a subject that names one die already.
     """
 
     subject: Subject
@@ -62,16 +71,16 @@ class Study:
 
     @property
     def dies(self) -> range:
-        """Numbers of the dies."""
+        """Numbers of all dies of the study."""
         return range(self.plan.first, self.plan.first + self.plan.count)
 
     @property
     def samples(self) -> int:
-        """How many samples a whole study has."""
+        """Number of samples of the whole study: its dies times its conditions."""
         return self.plan.count * len(self.conditions)
 
     def chunks(self) -> list[range]:
-        """Dies of each chunk, in order."""
+        """Numbers of the dies of each chunk, in order; the last chunk may be shorter."""
         return [
             range(start, min(start + self.chunk, self.dies.stop))
             for start in range(self.dies.start, self.dies.stop, self.chunk)
@@ -79,7 +88,7 @@ class Study:
 
 
 def check_samples(dies: int, conditions: int) -> None:
-    """Raise `ParameterError` for more samples than a table holds."""
+    """Raise `ParameterError` where so many dies at so many conditions are more samples than a table holds."""
     if max(dies, 1) * conditions > MOST:
         raise ParameterError(
             f"samples: {dies} dies at {conditions} conditions (corners, temperatures, trials),"
@@ -105,7 +114,10 @@ class _Manifest(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def describe(study: Study, command: Sequence[str] = ()) -> dict[str, Any]:
-    """The manifest's document, as it is read back."""
+    """Give the manifest of a study as a document of JSON's own types, as `read_manifest` reads it back.
+
+    command: words of the command that asked for the study.
+    """
     return _plain(
         _Manifest(
             FORMAT,
@@ -121,20 +133,20 @@ def describe(study: Study, command: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def write_manifest(folder: Path, document: Mapping[str, Any]) -> None:
-    """Write what `describe` gave; `DataError` where the folder cannot be written."""
+    """Write a document of `describe` to a study's folder; raises `DataError` where that cannot be written."""
     write_text_atomic(folder / FILE, json.dumps(document, indent=2) + "\n")
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
-    """Read a manifest; raises `DataError` for a folder that has none, or a broken one."""
+    """Read the manifest of a study's folder; raises `DataError` for a folder without one, or a broken one."""
     return _plain(_read(folder))
 
 
 def read_study(folder: Path, own: Collection[str] = ()) -> Study:
-    """The study of a folder.
+    """Read the study of a folder.
 
-    own: functions of the user's that it may have been measured with (`MODULE:FUNCTION`). Raises `DataError`
-    for a folder that has no study, `ParameterError` naming a function that is not among them.
+    own: the user's functions (`MODULE:FUNCTION`) that may be loaded for it. Raises `DataError` for a folder
+    without a study, and `ParameterError` naming a function that the study needs and `own` does not have.
     """
     study = _read(folder).study()
     for name in filter(is_own, study.subject.metrics):
@@ -146,14 +158,17 @@ def read_study(folder: Path, own: Collection[str] = ()) -> Study:
 
 
 def read_dies(folder: Path) -> Study:
-    """The study of a folder for its dies alone: without functions of the user's, which decide none."""
+    """Read the study of a folder for its dies alone: without the user's own metrics, which decide no die."""
     study = _read(folder).study()
     registered = tuple(name for name in study.subject.metrics if not is_own(name))
     return replace(study, subject=replace(study.subject, metrics=registered))
 
 
 def study_key(document: Mapping[str, Any]) -> str:
-    """Key of a manifest's study, which its tables carry; more dies of a plan that can be extended keep it."""
+    """Give the key of a manifest's study, a SHA-256 digest, which every table of the study carries.
+
+    A study that is lengthened keeps its key, if its plan can be extended.
+    """
     kept = {name: document[name] for name in _OF_SAMPLES}
     if Plan(**document["plan"]).extensible:
         kept["plan"] = {**document["plan"], "count": None}
@@ -161,9 +176,9 @@ def study_key(document: Mapping[str, Any]) -> str:
 
 
 def check_same(folder: Path, study: Study, document: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` naming what differs between a folder's study and this one with its `document`.
+    """Raise `ParameterError` naming the first difference between a folder's study and another.
 
-    More dies of a plan that can be extended are no difference.
+    document: the manifest of the other study. More dies are no difference, if its plan can be extended.
     """
     old, new = read_manifest(folder), {name: document[name] for name in _OF_SAMPLES}
     if study.plan.extensible and study.plan.count >= old["plan"]["count"]:

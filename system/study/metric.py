@@ -1,8 +1,10 @@
-"""Metrics of a study by name: registered ones, what a testbench measures, and the user's own functions.
+"""Metrics of a study, which are found by their names.
 
-A registered metric belongs to circuits of its name. What a testbench measures is read from one run of it. The
-user's own is `MODULE:FUNCTION`: a number, NaN where it is not defined, of the testbench's machine on a die;
-one that is annotated to return a `bool` is told as a share.
+A metric is a number that is measured on every die. There are three kinds. A registered metric
+(`circuits.registry`) belongs to the circuits that it names. What a block's testbench measures is read from
+one run of that testbench. A user's own metric is a function, named `MODULE:FUNCTION`: it takes the machine of
+the testbench on a die and returns a number, NaN where the metric is not defined. If it is annotated to return
+a `bool`, its mean is told as a share of the dies.
 """
 
 from __future__ import annotations
@@ -29,9 +31,10 @@ MEASURED = "measured"
 
 
 def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
-    """Metrics by name, each once, in their order.
+    """Give the metrics of a block with the given names, each once, in their order.
 
-    Raises `UnknownNameError` for a name that nothing has, `ParameterError` for a function that is not there.
+    Raises `UnknownNameError` for a name that no metric of the block has, and `ParameterError` for a user's
+    function that cannot be loaded.
     """
     wanted = list(dict.fromkeys(n if is_own(n) else n.replace("-", "_") for n in names))
     own = {m.name: m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits}
@@ -46,14 +49,15 @@ def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
 
 
 def is_own(name: str) -> bool:
-    """Whether a metric's name is a function of the user's: only who asks for the study may have it loaded."""
+    """Say whether a name is that of a user's function, which is loaded only where the user names it."""
     return ":" in name
 
 
 def with_named(asked: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
-    """Metrics that are asked for, and behind them those that other options name and nobody asked for.
+    """Give the names of the metrics that are asked for, and then those that only other options name.
 
-    `FUNCTION` is another option's name for a metric that was asked for as `MODULE:FUNCTION`.
+    asked: metrics that are asked for. named: metrics in specifications and other options, where `FUNCTION`
+    stands for a metric that is asked for as `MODULE:FUNCTION`.
     """
     known = {_short(name) for name in asked}
     return (*asked, *dict.fromkeys(name for name in named if _short(name) not in known))
@@ -64,21 +68,21 @@ def _short(name: str) -> str:
 
 
 def default_metrics(choice: Choice) -> tuple[str, ...]:
-    """Names of what is measured unless something is asked for.
+    """Give the names of the metrics that are measured on a block unless others are asked for.
 
-    The first metric that is registered for the circuit, else all that its testbench measures.
+    These are the first metric that is registered for its circuit, else all that its testbench measures.
     """
     own = [m.name for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits]
     return tuple(own[:1] or _measured(choice))
 
 
 def measurements(metrics: Sequence[Metric]) -> list[Metric]:
-    """The first metric of each measurement that several can share, in order."""
+    """Give one metric for each different measurement, in order, since several metrics may share one."""
     return list({id(m.measure): m for m in reversed(metrics)}.values())[::-1]
 
 
 def runs_testbench(metric: Metric) -> bool:
-    """Whether the metric is of the block's testbench, so that stimuli reach it."""
+    """Say whether a metric is measured in a run of the block's own testbench, to which stimuli apply."""
     return metric.measure is simulate or metric.outcome is _word
 
 

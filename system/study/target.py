@@ -1,8 +1,9 @@
-"""What a study measures: a block, a chip or a system, with its metrics, on any die.
+"""The target of a study: a block, a chip or a system that is measured on any die.
 
-A `Subject` is text and numbers only, so that it goes to other processes and into a manifest; `open_target`
-makes of it what can be measured. A block is lowered once a temperature and then put on every die; a system is
-run anew on each.
+A `Subject` says what the target is, in text and numbers only, so that it can be sent to other processes and
+written into a manifest. `open_target` makes a `Target` of it, which can be measured. A block is lowered to
+its equations once for each temperature, and its equations are then put on every die. A system is run anew on
+every die.
 """
 
 from __future__ import annotations
@@ -44,9 +45,16 @@ Option = str | int | float | bool | tuple[float, ...] | None
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Target, its options as on the command line, and the names of the metrics.
+    """What a study measures, as text and numbers.
 
-    `held`, `begin`: where the runs of a block begin (`system.options.begin`).
+    Attributes
+    ----------
+    target : name of a block, a chip or a system.
+    metrics : names of what is measured.
+    params, biases, bias_set, bias_kind, stimuli : options of a block, as the command line has them.
+    silicon : what all dies share: lot, place on a chip, and which kinds of deviations there are.
+    system : options of a system's scenario, by name.
+    held, begin : voltages that are held before a block's runs, and how these begin (`system.options.begin`).
     """
 
     target: str
@@ -64,7 +72,7 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Name and SI unit of a number that a study measures; yes_no: it is 1 or 0, for yes or no."""
+    """A number that a study measures: its name, its SI unit, and whether it is 1 or 0 for yes or no."""
 
     name: str
     unit: str
@@ -73,7 +81,7 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """One sample: a word, a number a metric (NaN where not defined), and why it failed."""
+    """One sample: its class in a word, the value of each metric, NaN where undefined, and why it failed."""
 
     outcome: str
     values: tuple[float, ...]
@@ -81,37 +89,37 @@ class Measurement:
 
 
 class Target(ABC):
-    """Something that is measured on dies."""
+    """Something that can be measured on any die."""
 
     @property
     @abstractmethod
     def quantities(self) -> tuple[Quantity, ...]:
-        """What is measured, in the order of the values."""
+        """The numbers that are measured, in the order of a measurement's values."""
 
     @property
     def specifications(self) -> tuple[Specification, ...]:
-        """What a sample must fulfil where nothing is asked for: nothing, unless the target has its own."""
+        """Specifications that samples are judged by unless the user gives others; none for most targets."""
         return ()
 
     @abstractmethod
     def labels(self) -> tuple[str, ...]:
-        """Labels of all standard normals behind a die, as a sampling plan needs them."""
+        """Labels of all standard normal draws behind a die, which a sampling plan needs to know."""
 
     @abstractmethod
     def draws(self, die: Die) -> F64:
-        """Standard normals of a die, float64[labels]."""
+        """Give the standard normal draws of a die, float64[labels]."""
 
     @abstractmethod
     def measure(self, die: Die, condition: Condition) -> Measurement:
-        """Measure one die; raises what the measurement raises."""
+        """Measure one die under a condition; raises whatever the measurement raises."""
 
     @abstractmethod
     def identity(self) -> str:
-        """Hash of what is measured: circuits, sizes, biases, stimuli, process."""
+        """Give a hash of all that is measured: circuits with sizes and biases, process, stimuli, metrics."""
 
 
 def measure_safely(target: Target, die: Die, condition: Condition) -> Measurement:
-    """Measure one die; whatever is raised is that sample's result."""
+    """Measure one die; where the measurement raises an error, give a failed sample with its text."""
     try:
         return target.measure(replace(die, corner=condition.corner), condition)  # type: ignore[arg-type]
     except Exception as error:  # noqa: BLE001 - a sample that fails is reported as failed
@@ -127,20 +135,20 @@ def _opened(text: str) -> Target:
 
 
 def open_target(subject: Subject) -> Target:
-    """The target of a subject, made once a process.
+    """Give the target of a subject; each process makes it once and keeps it.
 
-    Raises `UnknownNameError` and `ParameterError` naming the option.
+    Raises `UnknownNameError` and `ParameterError` naming the option that is wrong.
     """
     return _opened(_write_subject(subject))
 
 
 def _write_subject(subject: Subject) -> str:
-    """A subject as text, the same for equal ones."""
+    """Write a subject as text, which is the same for equal subjects."""
     return repr(asdict(subject))
 
 
 def _read_subject(text: str) -> Subject:
-    """What `_write_subject` wrote."""
+    """Read a subject from what `_write_subject` wrote."""
     fields = ast.literal_eval(text)
     return Subject(**{**fields, "silicon": SiliconChoice(**fields["silicon"])})
 
@@ -152,10 +160,10 @@ def _open(subject: Subject) -> Target:
 
 
 class BlockTarget(Target):
-    """A block or chip, lowered at each temperature that is asked for."""
+    """A block or a chip with a testbench, whose equations are made at each temperature that is asked for."""
 
     def __init__(self, subject: Subject) -> None:
-        """Read the options and find the metrics."""
+        """Read the options of the block, and find its metrics."""
         s = subject
         self.choice = choose(
             s.target, s.params, s.biases, s.bias_kind, s.silicon, s.stimuli, s.bias_set,
@@ -166,21 +174,21 @@ class BlockTarget(Target):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What is measured."""
+        """The numbers that are measured, one for each metric that has a value."""
         return tuple(Quantity(m.name, m.unit, m.yes_no) for m in self.metrics if m.value is not None)
 
     @property
     def runs_testbench(self) -> bool:
-        """Whether a metric is read from a run of the testbench, so that stimuli reach it."""
+        """Whether some metric is measured in a run of the testbench, to which stimuli apply."""
         return any(runs_testbench(m) for m in self.metrics)
 
     def labels(self) -> tuple[str, ...]:
-        """Of every transistor, and of the process."""
+        """Labels of the draws of every transistor, and of the process."""
         machine = self._varied()
         return variation_labels(machine.flat, machine.silicon)
 
     def draws(self, die: Die) -> F64:
-        """In the order of the labels."""
+        """Give the draws of a die in the order of the labels, float64[labels]."""
         machine = self._varied()
         return variation_draws(machine.flat, machine.silicon, die)
 
@@ -190,7 +198,7 @@ class BlockTarget(Target):
         return machines[0] if machines else to_kernel(self.choice.testbench(), self.choice.silicon)
 
     def machines(self, temperature_c: float) -> tuple[Machine, ...]:
-        """A machine for each measurement, at a temperature."""
+        """Give the machine of each measurement at a temperature, degC."""
         if temperature_c not in self._machines:
             silicon = replace(self.choice.silicon, temperature_c=temperature_c)
             self._machines[temperature_c] = tuple(
@@ -199,9 +207,9 @@ class BlockTarget(Target):
         return self._machines[temperature_c]
 
     def nominal_run(self, temperature_c: float) -> Result | None:
-        """The testbench on the nominal die, for what a run tells of its own accord.
+        """Run the testbench on the nominal die at a temperature, degC, for what a run tells besides metrics.
 
-        None where no metric is of such a run, or it fails.
+        The result is None where no metric is measured in a run of the testbench, or where that run fails.
         """
         if not self.runs_testbench:
             return None
@@ -215,10 +223,9 @@ class BlockTarget(Target):
         return replace(machine, testbench=begun(machine.testbench, self.choice.begin))
 
     def stimuli(self, die: Die, condition: Condition) -> Mapping[str, float | None]:
-        """What the testbench applies to show what the first metric saw of a die.
+        """Give the stimuli under which the testbench shows what the first metric has measured on a die.
 
-        The study's own where that ran the testbench; else what stands for the measurement's own runs, or the
-        testbench's defaults where nothing does.
+        These are the stimuli of the study, but for those by which the metric shows its own measurement.
         """
         first = self.metrics[0]
         if first.shown is None:
@@ -228,7 +235,7 @@ class BlockTarget(Target):
         return {**self.choice.stimuli, **first.shown(found)}
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
-        """Put every machine on the die and measure it once."""
+        """Measure all metrics on a die; metrics that share a measurement are read from one."""
         shared = measurements(self.metrics)
         machines = self.machines(condition.temperature_c)
         found = {
@@ -240,7 +247,7 @@ class BlockTarget(Target):
         return Measurement(shared[0].outcome(judged), values, shared[0].reason(judged))
 
     def identity(self) -> str:
-        """Hash of circuit, process, stimuli, and of what is measured."""
+        """Give a hash of circuit, process, place, stimuli and metrics."""
         c = self.choice
         measured = [(m.name, m.measure.__module__, m.measure.__qualname__) for m in self.metrics]
         begin = () if c.begin == FREE else (c.begin,)
@@ -248,10 +255,10 @@ class BlockTarget(Target):
 
 
 class SystemTarget(Target):
-    """A system, run on the die's silicon; its metrics are the numbers of its summary."""
+    """A system that is run on the silicon of each die; its metrics are numbers of a run's summary."""
 
     def __init__(self, subject: Subject) -> None:
-        """Read the options; raises `UnknownNameError` for a metric that the system does not sum up."""
+        """Load the system; raises `UnknownNameError` for a metric that is not a number of its summary."""
         self._system = load_system(subject.target)
         self._options = dict(subject.system)
         self._names = tuple(name.replace("-", "_") for name in subject.metrics)
@@ -261,41 +268,41 @@ class SystemTarget(Target):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Numbers of the summary, whose names carry their units."""
+        """The numbers of a run's summary that are measured; their names carry their units."""
         return tuple(Quantity(name, "", name in self._system.yes_no) for name in self._names)
 
     @property
     def specifications(self) -> tuple[Specification, ...]:
-        """The system's own definition of success, where that is measured."""
+        """The system's own definition of success, if success is among the metrics."""
         return (Success(self._system.success),) if SUCCEEDED in self._names else ()
 
     def labels(self) -> tuple[str, ...]:
-        """A system's draws are not listed: it takes its dies as they are."""
+        """Raise `ParameterError`: a system draws its dies by itself, so that no plan can."""
         raise ParameterError("plan: a system takes every die's own draws; use random")
 
     def draws(self, die: Die) -> F64:
-        """As `labels`."""
+        """Raise `ParameterError`, since the draws behind a system's die are not known."""
         raise ParameterError("contributions: not for a system; study its chips")
 
     def run(self, die: Die, condition: Condition) -> Any:
-        """Run the system; `trial` is the seed of noise and worlds."""
+        """Run the system on a die; the condition's trial is the seed of noise and worlds."""
         known = self._system.settings
         silicon = {"die": die, "temperature_c": condition.temperature_c}
         on_die = {name: value for name, value in silicon.items() if name in known}
         return self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
 
     def draw(self, trace: Any, figure: Figure) -> None:
-        """Fill a figure with a run."""
+        """Draw a run, of which the trace is given, into a figure."""
         self._system.draw(trace, figure)
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
-        """Sum a run up."""
+        """Run the system on a die, and take the metrics from the summary of that run."""
         summary = self._system.summarise(self.run(die, condition))
         values = (summary[name] for name in self._names)
         return Measurement(MEASURED, tuple(math.nan if v is None else float(v) for v in values))
 
     def identity(self) -> str:
-        """Hash of the system's circuits, of its options and of what is measured."""
+        """Give a hash of the system's circuits, of its options and of the metrics."""
         return _digest(self._system.circuits(), sorted(self._options.items()), self._names)
 
 
