@@ -30,15 +30,22 @@ Without a rule: the spread of R over synapses, fixed gates, temperature.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from itertools import cycle
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from chips.rolls.chip import RollsChip
 from chips.rolls.depression.trains import (
     AT,
     BIN,
+    HIGH,
     LEVELS,
     Response,
     Train,
@@ -48,14 +55,19 @@ from chips.rolls.depression.trains import (
     train,
 )
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
+from circuits.circuit import BiasKind
+from circuits.silicon.silicon import Silicon
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS, INK
 from system.rule import Measured, at_least, at_most, unjudged, within, within_share
 from system.statement import Statement
+from system.study.campaign import ALONE, Campaign, Execution
 
 FIRST_DIE = 1000
 DIES, POPULATION_DIES, ROWS = 3, 5, 2
 TEMPERATURES = (0.0, 27.0, 60.0)  # degC
+STEP_TEMPERATURES = (27.0, 60.0, 0.0)  # degC, of the dies' rate steps, one after the other
+TRAIN, STEP, FIXED, RESPONSE = KINDS = ("train", "step", "train with fixed gates", "response")
 RATES = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)  # Hz
 FIXED_RATE = 100.0  # Hz, with fixed gates
 CHARGE_ALLOWED, RESOURCE_ALLOWED, SLOPE_ALLOWED, KAPPA_ALLOWED, SPIKES_ALLOWED = 0.01, 0.03, 0.1, 0.1, 0.05
@@ -72,29 +84,67 @@ class Found:
     responses: tuple[Response, ...]
 
 
-def run(progress: Progress) -> Report:
-    """Measure on all dies."""
-    return run_on(progress, DIES, POPULATION_DIES, ROWS)
+class Asked(NamedTuple):
+    """A run: of which kind, on which die and at which temperature (degC).
+
+    size: rate of a train, Hz, or how many rows of a population are run by their transistors too.
+    """
+
+    kind: str
+    die: int
+    temperature_c: float
+    size: float
 
 
-def run_on(progress: Progress, dies: int, population_dies: int, rows: int) -> Report:
-    """Measure on so many dies, and rows of each."""
-    trains: list[Train] = []
-    places = [(FIRST_DIE + k, t) for k in range(dies) for t in TEMPERATURES]
-    for k, (die, celsius) in enumerate(places):
-        chip = chip_on(die, celsius)
-        trains += [train(chip, rate) for rate in RATES]
-        progress(0.4 * (k + 1) / len(places))
-    warm = [TEMPERATURES[(k + 1) % len(TEMPERATURES)] for k in range(dies)]
-    steps = [rate_step(chip_on(FIRST_DIE + k, celsius)) for k, celsius in enumerate(warm)]
-    fixed = [train(chip_on(FIRST_DIE, t, "gate"), FIXED_RATE) for t in TEMPERATURES]
-    responses = []
-    for k in range(population_dies):
-        responses.append(response(FIRST_DIE + k, rows if k < dies else 0))
-        progress(0.5 + 0.5 * (k + 1) / population_dies)
-    found = Found(tuple(trains), tuple(steps), tuple(fixed), tuple(responses))
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came of a run: a train, or a population's response."""
+
+    train: Train | None = None
+    response: Response | None = None
+
+
+def run(
+    progress: Progress,
+    execution: Execution = ALONE,
+    dies: int = DIES,
+    population_dies: int = POPULATION_DIES,
+    rows: int = ROWS,
+) -> Report:
+    """Measure trains and steps on some dies, populations on others, and rows of each."""
+    first = range(FIRST_DIE, FIRST_DIE + dies)
+    keys = [Asked(TRAIN, die, t, rate) for die in first for t in TEMPERATURES for rate in RATES]
+    keys += [Asked(STEP, die, t, HIGH) for die, t in zip(first, cycle(STEP_TEMPERATURES), strict=False)]
+    keys += [Asked(FIXED, FIRST_DIE, t, FIXED_RATE) for t in TEMPERATURES]
+    keys += [
+        Asked(RESPONSE, die, Silicon().temperature_c, rows if die in first else 0)
+        for die in range(FIRST_DIE, FIRST_DIE + population_dies)
+    ]
+    campaign = Campaign(EXPERIMENT.name, measure, Asked, Answer, (version("noctule"),))
+    answers: dict[str, list[Answer]] = {kind: [] for kind in KINDS}
+    with closing(execution.results(campaign, keys)) as results:
+        for key in with_progress(keys, progress):
+            answers[key.kind].append(next(results))
+    trains, steps, fixed = (
+        tuple(a.train for a in answers[kind] if a.train is not None) for kind in (TRAIN, STEP, FIXED)
+    )
+    responses = tuple(a.response for a in answers[RESPONSE] if a.response is not None)
+    found = Found(trains, steps, fixed, responses)
     rows_found = (*_charges(found), *_slopes(found.trains), *_spikes(found.responses), *_beside(found))
     return Report(rows_found, lambda figure: _draw(found, figure), _notes(found))
+
+
+def measure(asked: Asked) -> Answer:
+    """Run once."""
+    if asked.kind == RESPONSE:
+        return Answer(response=response(asked.die, round(asked.size)))
+    chip = _chip(asked.die, asked.temperature_c, "gate" if asked.kind == FIXED else "generator")
+    return Answer(rate_step(chip) if asked.kind == STEP else train(chip, asked.size))
+
+
+@lru_cache(maxsize=1)  # a chip's trains follow each other
+def _chip(die: int, temperature_c: float, kind: BiasKind) -> RollsChip:
+    return chip_on(die, temperature_c, kind)
 
 
 def _charges(found: Found) -> tuple[Statement, ...]:
@@ -251,4 +301,5 @@ EXPERIMENT = Experiment(
     "rolls-depression",
     "ROLLS: short-term depression over rates, dies and temperature, beside transistors",
     run,
+    {"dies": DIES, "population_dies": POPULATION_DIES},
 )

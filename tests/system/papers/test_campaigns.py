@@ -27,7 +27,7 @@ KEPT = {
     *(f"wen2022-{name}" for name in ("fig11a", "fig11b", "fig11d", "fig11e", "fig13", "fig15")),
     *(f"latency-{name}" for name in ("agreement", "forests", "dies", "loops")),
     *(f"stockel2017-{name}" for name in ("chip", "fig8", "campaign")),
-    *(f"rolls-{name}" for name in ("calibration", "field", "learning")),
+    *(f"rolls-{name}" for name in ("calibration", "depression", "field", "learning")),
     *(n for n in EXPERIMENTS if n.startswith("milde2017-") and n not in {"milde2017-fig5", "milde2017-fig6"}),
     "forest-silicon", "forest-weights", "chip-noise", "device-noise", "agreement", "ngspice-dies",
 }  # fmt: skip

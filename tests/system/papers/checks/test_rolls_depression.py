@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -10,11 +12,20 @@ from chips.rolls.chip import RollsChip
 from chips.rolls.depression.trains import Response, Train
 from system.experiment import Report
 from system.papers.checks import rolls_depression
+from system.study.campaign import ALONE, Execution
+from tests.system.papers.campaigns import goes_on
 
 KAPPA = 0.66
 
 
-def made_up(monkeypatch: pytest.MonkeyPatch, *, off: float = 0.0, power: float = KAPPA) -> Report:
+def made_up(
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    off: float = 0.0,
+    power: float = KAPPA,
+    execution: Execution = ALONE,
+    dies: int = 1,
+) -> Report:
     """The experiment on trains that fall as the closed form; off: error of the chip's last charges."""
 
     def one(_: RollsChip, rate: float = 100.0) -> Train:
@@ -31,11 +42,19 @@ def made_up(monkeypatch: pytest.MonkeyPatch, *, off: float = 0.0, power: float =
 
     for name, replacement in (("train", one), ("rate_step", one), ("response", response)):
         monkeypatch.setattr(rolls_depression, name, replacement)
-    monkeypatch.setattr(rolls_depression, "chip_on", lambda *_: None)
+    monkeypatch.setattr(rolls_depression, "_chip", lambda *_: None)
     done: list[float] = []
-    report = rolls_depression.run_on(done.append, 1, 1, 1)
+    report = rolls_depression.run(done.append, execution, dies, dies, 1)
     assert done[-1] == 1.0
     return report
+
+
+def test_runs_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    goes_on(
+        lambda execution: made_up(monkeypatch, execution=execution),
+        lambda execution: made_up(monkeypatch, execution=execution, dies=2),
+        tmp_path,
+    )
 
 
 def test_what_follows_the_law_agrees_and_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
