@@ -226,8 +226,8 @@ def draw_beside(agreement: Agreement, node: str, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    name="agreement",
-    summary="the solver against ngspice: every block at -20, 27 and 85 degC, and the whole ranging chip",
-    run=run,
-    counts={},
+    "agreement",
+    "the solver against ngspice: every block at -20, 27 and 85 degC, and the whole ranging chip",
+    run,
+    {},
 )

@@ -251,8 +251,8 @@ def draw(found: Sequence[Beside], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    name="chip-noise",
-    summary="jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
-    run=reproduce,
-    counts={"trials": TRIALS},
+    "chip-noise",
+    "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
+    reproduce,
+    {"trials": TRIALS},
 )

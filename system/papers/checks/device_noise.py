@@ -280,8 +280,8 @@ def draw(white: F64, flicker: F64, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    name="device-noise",
-    summary="k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
-    run=run,
-    counts={"trials": TRIALS},
+    "device-noise",
+    "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
+    run,
+    {"trials": TRIALS},
 )

@@ -153,8 +153,8 @@ def draw(found: Sequence[Beside], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    name="ngspice-dies",
-    summary="20 dies of the rebound neuron, class and edges in the solver and in ngspice",
-    run=run,
-    counts={"dies": DIES},
+    "ngspice-dies",
+    "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
+    run,
+    {"dies": DIES},
 )

@@ -30,15 +30,7 @@ c1 out 0 1e-06
 DIVIDER = "divider\nv1 a 0 3\nr1 a 1 1000.0\nr2 1 0 2000.0\n{analysis}\n.end\n"
 LONG_RC = RC.replace("0.005 0 1e-05", "100.0 0 1e-06")
 
-
-@pytest.fixture(autouse=True)
-def library() -> None:
-    """Skip without the library on a desk; fail in CI, where the set-up must have installed it."""
-    if find_library() is None:
-        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
-        if os.environ.get("CI") == "true":
-            pytest.fail(reason)
-        pytest.skip(reason)
+pytestmark = pytest.mark.usefixtures("ngspice_library")
 
 
 def test_rc_step_follows_the_closed_form() -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from netlists.ngspice.library import find_library
 from system.cli.command_line import main
 from system.cli.small_signal import corner_frequency
 
@@ -43,9 +42,8 @@ def test_print_has_gain_and_corner(capsys: pytest.CaptureFixture[str]) -> None:
     assert "8989" in out
 
 
+@pytest.mark.usefixtures("ngspice_library")
 def test_ngspice_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
-    if find_library() is None:
-        pytest.skip("no ngspice library")
     found = []
     for engine in ("native", "ngspice"):
         assert main([*AC, "--points", "3", "--engine", engine, "--json"]) == 0

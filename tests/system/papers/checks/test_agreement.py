@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,6 @@ from chips.ranging.coupling import Coupling
 from circuits.registry import load_block
 from circuits.silicon.silicon import Silicon
 from netlists.ngspice.agreement import Agreement, compare, scaled_testbench, started
-from netlists.ngspice.library import find_library
 from system.papers.checks import agreement
 from system.papers.checks.agreement import COUPLING, Case, compare_block, kept
 from tests.system.papers.campaigns import goes_on
@@ -25,12 +23,7 @@ CASE = Case("high-threshold-neuron", -20.0)
 
 
 @pytest.fixture(scope="module")
-def found() -> Agreement:
-    if find_library() is None:
-        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
-        if os.environ.get("CI") == "true":
-            pytest.fail(reason)
-        pytest.skip(reason)
+def found(ngspice_library: None) -> Agreement:
     return compare_block(*CASE)
 
 

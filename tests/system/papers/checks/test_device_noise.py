@@ -11,7 +11,6 @@ from circuits.devices.noise import WHITE_ONLY
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.solver.noise.transient import NoiseRun
-from netlists.ngspice.library import find_library
 from system.papers.checks import device_noise
 from system.papers.checks.device_noise import (
     Beside,
@@ -38,9 +37,8 @@ def test_k_t_over_c() -> None:
     assert thermal_ratio(switch_circuit(), (gate,), -20.0) == pytest.approx(1.0, rel=1e-3)
 
 
+@pytest.mark.usefixtures("ngspice_library")
 def test_a_block_beside_ngspice() -> None:
-    if find_library() is None:
-        pytest.skip("no ngspice library")
     found = measure_beside("envelope-detector", "microphone", "envelope", 1.0, 85.0, 1003)
     assert 0.0 < found.transfer < 1e-6
     assert 0.0 < found.noise < 1e-5

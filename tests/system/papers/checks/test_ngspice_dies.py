@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import pytest
 
 from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.tuning import NeuronClass, Tuning, search, tune, tuning_machine
-from netlists.ngspice.library import find_library
 from netlists.ngspice.tuning import NgspiceTrials, edges_hold
 from system.papers.checks import ngspice_dies
 from system.papers.checks.ngspice_dies import EDGE, Beside, answer_of, silicon_of
@@ -21,15 +19,6 @@ from tests.system.papers.conftest import Draw
 
 WORKS = Tuning(NeuronClass.WORKS, 5.1e-3, 7.3e-3, 5e-3, 2e-3)
 SILENT = Tuning(NeuronClass.NEVER, t_inh=5e-3, t_reb=2e-3)
-
-
-@pytest.fixture
-def ngspice_library() -> None:
-    if find_library() is None:
-        reason = "no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH"
-        if os.environ.get("CI") == "true":
-            pytest.fail(reason)
-        pytest.skip(reason)
 
 
 @pytest.mark.usefixtures("ngspice_library")
