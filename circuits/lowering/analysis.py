@@ -84,14 +84,6 @@ def node_capacitances(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
     return dict(zip(flat.node_names()[1:], (float(c) for c in total[1:]), strict=True))
 
 
-def node_capacitance(circuit: Circuit, silicon: Silicon, node: str) -> float:
-    """Capacitance between one node and all others together, F."""
-    found = node_capacitances(circuit, silicon)
-    if node not in found:
-        raise unknown_name(f"{circuit.name} node", node, found)
-    return found[node]
-
-
 def find_transistor(flat: FlatCircuit, label: str) -> Transistor:
     """The transistor at an instance path, as in `membrane.m1`."""
     groups = {group.label(0): group.device for group in flat.groups}

@@ -84,12 +84,6 @@ class Params:
         require_positive(self, "core_resistance")
 
 
-def nominal_current(params: Params, temperature_c: float = REFERENCE_C) -> float:
-    """Current that a code stands for, A: `I_coarse fine / 256`, proportional to absolute temperature."""
-    scale = (temperature_c + 273.15) / (REFERENCE_C + 273.15)
-    return scale * COARSE[int(params.coarse)] * params.fine / CODES
-
-
 def build(params: Params = Params()) -> Circuit:
     """Ports i_out (sinks the current), v_n and v_p (gate voltages of 6/6 copies, out) and the supply."""
     return Circuit(

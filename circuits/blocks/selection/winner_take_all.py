@@ -167,13 +167,6 @@ def _projection(params: Params) -> Iterator[Device]:
             yield mos(name, "n", f"v_in[{k}]", gate, "0", width * weight(params, d), length)
 
 
-def projection_matrix(params: Params = Params()) -> F64:
-    """Nominal weights, float64[N, N]: what a unit of risk at the column takes from the row, 1."""
-    n = int(params.cells)
-    apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
-    return np.where(apart <= params.reach, np.exp(-((apart / params.sigma) ** 2)), 0.0)
-
-
 RELEASE = 10e-6  # s, ours: a decision begins
 EDGE = 0.1e-6  # s
 STOP = 40e-6

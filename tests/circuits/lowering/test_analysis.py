@@ -7,8 +7,7 @@ import pytest
 
 from circuits.blocks.sonar import rebound_neuron
 from circuits.devices import DEVICE_TYPES, Transistor
-from circuits.errors import UnknownNameError
-from circuits.lowering.analysis import node_capacitance, node_capacitances, to_equation
+from circuits.lowering.analysis import node_capacitances, to_equation
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.silicon import Silicon
 
@@ -36,8 +35,3 @@ def test_node_capacitances_are_the_diagonal_of_the_solver_s_matrix() -> None:
         column = machine.column_of(name)
         diagonal = charge.value[(rows == column) & (charge.column == column)]
         assert found[name] == pytest.approx(float(diagonal[0]), rel=1e-12)
-
-
-def test_an_unknown_node_is_named() -> None:
-    with pytest.raises(UnknownNameError, match="nowhere"):
-        node_capacitance(rebound_neuron.build(), Silicon(), "nowhere")

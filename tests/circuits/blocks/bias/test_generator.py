@@ -16,10 +16,11 @@ import pytest
 from circuits.blocks.bias.generator import (
     BLOCK,
     COARSE,
+    CODES,
     MASTER_CURRENT,
+    REFERENCE_C,
     Params,
     build,
-    nominal_current,
     output_current,
     transistor_current,
 )
@@ -36,6 +37,12 @@ from circuits.testbench import Testbench
 DEFAULTS = BLOCK.defaults
 DIES = range(1000, 1020)
 NOMINAL = Silicon()
+
+
+def nominal_current(params: Params, temperature_c: float = REFERENCE_C) -> float:
+    """Current that a code stands for, A: `I_coarse fine / 256`, proportional to absolute temperature."""
+    scale = (temperature_c + 273.15) / (REFERENCE_C + 273.15)
+    return scale * COARSE[int(params.coarse)] * params.fine / CODES
 
 
 def rest(coarse: int, fine: int, silicon: Silicon = NOMINAL, output: float = 2.5) -> OperatingPoint:
