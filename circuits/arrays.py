@@ -1,4 +1,7 @@
-"""Types of arrays by their dtype; shapes and units stand in the docstrings of what takes and returns them."""
+"""Short names for the types of numpy arrays, by their dtype: `F64` is an array of float64, and so on.
+
+The type says nothing of shape or unit. These stand in the docstring of whatever takes or returns an array.
+"""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,12 @@
-"""Gate voltages of biases: `I = I_S F(u_f)` solved for v_g.
+"""Gate voltages that set the bias currents of a circuit, and the currents that these voltages give.
 
-`u_f = 2 ln(e^sqrt(I / I_S) - 1)`, `v_p = U_T u_f` with the source at the bulk, `v_g` from v_p by the
-pinch-off law; a pFET's is mirrored at the supply. The drain is taken in saturation (I_r = 0).
+A bias current I is reached in a device in saturation with its source at its bulk. There the EKV law of
+`circuits.devices.transistor` is `I = I_S F(v_p / U_T)`, which is solved for the pinch-off voltage:
+
+    v_p = 2 U_T ln(e^sqrt(I / I_S) - 1)
+
+The gate voltage follows from v_p by the pinch-off law of the process, with constant kappa or with body
+effect. The gate voltage of a pFET counts from the supply down.
 """
 
 from __future__ import annotations
@@ -24,9 +29,11 @@ from circuits.silicon.silicon import Silicon
 
 
 def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:
-    """Gate voltage above the bulk (magnitude, V) at which `device`, source at bulk, saturates at `current` A.
+    """Gate voltage (V, a magnitude above the bulk) at which a device in saturation carries `current` A.
 
-    Raises `ParameterError` for a current that is not above zero, or below the law's least.
+    law: parameters of the device's polarity at the temperature of interest. device: its width, length and
+    multiplicity count; its source is taken to be at its bulk. Raises `ParameterError` for a current that is
+    not finite and above zero, and for one below what the law with body effect gives at flat band.
     """
     if not (math.isfinite(current) and current > 0.0):
         raise ParameterError(
@@ -49,7 +56,13 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
 
 
 def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
-    """Voltages of a bias port's elements at the silicon's temperature, V, float64 of the port's shape."""
+    """Voltages that a bias puts on its port at the silicon's temperature, V, float64 of the port's shape.
+
+    A `gate` bias is computed on the nominal device at the bias's reference temperature, a `generator` bias on
+    the die's own copy of the device at the silicon's temperature, and a `voltage` bias is its value. Raises
+    `TopologyError` where the values do not fit the port's shape or the device is no transistor, and
+    `ParameterError` for a current that needs a gate beyond the supply.
+    """
     values = np.asarray(bias.value, dtype=np.float64)
     shape = circuit.port(bias.port).shape
     if values.shape not in ((), shape):
@@ -105,7 +118,7 @@ def _each(gate: Callable[[float, int], float], current: F64) -> F64:
 def saturation_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     """Current that a bias gives in the nominal device at the silicon's temperature, A, of the port's shape.
 
-    Not defined for a bias of kind `voltage`: raises `TopologyError`.
+    Raises `TopologyError` for a bias of kind `voltage`, which sets no current.
     """
     device = _biased_device(circuit, bias)
     nominal = replace(silicon, die=NOMINAL)
@@ -113,9 +126,10 @@ def saturation_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
 
 
 def die_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> float:
-    """Current that a scalar bias gives in its device on the silicon's die, A, what the die shares included.
+    """Current that a bias of one value gives in its device on the silicon's die, A.
 
-    Not defined for a bias of kind `voltage`: raises `TopologyError`.
+    Both the device's own deviations and those that the die shares are included. Raises `TopologyError` for a
+    bias of kind `voltage`, which sets no current.
     """
     device = _biased_device(circuit, bias)
     path = tuple((name, ()) for name in (bias.device or "").split("."))
@@ -145,9 +159,11 @@ def rebias(
     values: Mapping[str, float | tuple[float, ...]] | None = None,
     kind: BiasKind | None = None,
 ) -> Circuit:
-    """Return `circuit` with some biases set to other values (by name; A or V), currents of another `kind`.
+    """The same circuit with other biases.
 
-    Raises `UnknownNameError` for a name that is no bias of the circuit.
+    values: the new value of a bias by its name, A or V. kind: what all biases but voltages become, `gate` or
+    `generator`; each keeps its kind unless given. Raises `UnknownNameError` for a name that is no bias of the
+    circuit.
     """
     biases = {b.name: b for b in circuit.biases}
     for name, value in (values or {}).items():

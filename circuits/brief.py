@@ -1,6 +1,7 @@
-"""Text of a dataclass in which an optional field stands only where it says something.
+"""Text of a dataclass that leaves out optional fields at their default values.
 
-Keys of records and studies are hashes of such texts: an optional field that says nothing leaves them alone.
+Measured records and studies are looked up by hashes of such texts. A field that is added later and marked as
+optional leaves the text, and so the hash, of every older object as it was.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ OPTIONAL: Mapping[str, bool] = {"optional": True}  # metadata of a field that is
 
 
 def brief(value: Any) -> str:
-    """What `repr` of the dataclass is, without its optional fields that stand at their default."""
+    """The dataclass's `repr` without those optional fields that have their default value."""
     shown = (f"{name}={getattr(value, name)!r}" for name in stated(value))
     return f"{type(value).__qualname__}({', '.join(shown)})"
 
 
 def stated(value: Any) -> list[str]:
-    """Names of a dataclass's fields, without its optional ones that stand at their default."""
+    """Names of a dataclass's fields without those optional ones that have their default value."""
     return [f.name for f in fields(value) if f.repr and not _is_left_out(f, getattr(value, f.name))]
 
 

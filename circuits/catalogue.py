@@ -1,8 +1,9 @@
-"""Things of one kind by name: ours from a literal table, a user's from an entry point, all loaded on use.
+"""A catalogue of things that are loaded by name: blocks, metrics, chips, dialects and others.
 
-A table says where each thing stands, as `"module:attribute"`, so that names can be listed before anything
-slow is imported. This is the one place that imports a module by its name; an optional extra has one of its
-own.
+What belongs to noctule stands in a literal table, which says where each thing is as `"module:attribute"`.
+Users register their own under an entry point of their package. Nothing is imported before it is asked for, so
+that names can be listed at once. This is the one place that imports a module by its name, besides the
+optional extras.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ T = TypeVar("T")
 class Catalogue(Generic[T]):
     """Things of one kind that are loaded by name.
 
-    kind: the word for one of them in an error; table: where each of ours stands, by its name; group: the
-    entry points under which users register theirs; contracts: the classes that a user's own must be one of,
-    as `"module:attribute"`, none where any object will do.
+    kind: the word for one of them in an error. table: where each of noctule's own stands, by its name. group:
+    the entry-point group under which users register theirs. contracts: classes one of which a user's own must
+    be an instance of, as `"module:attribute"`; without any, every object is accepted.
     """
 
     kind: str
@@ -39,14 +40,15 @@ class Catalogue(Generic[T]):
         return iter(self.names())
 
     def names(self) -> list[str]:
-        """Names of all of them: the table's in its order, then the users' own, sorted."""
+        """Names of all of them: those of the table in its order, then the users' own, sorted."""
         return [*self.table, *sorted(self._users().keys() - self.table.keys())]
 
     def load(self, name: str) -> T:
         """Load one by its name.
 
-        Raises `UnknownNameError` with near names for a name that nobody registered, `ParameterError` for a
-        user's own that cannot be loaded or is something else.
+        Raises `UnknownNameError`, which suggests near names, for a name that nobody registered. Raises
+        `ParameterError` where a user's own cannot be loaded or is not of the kind that the catalogue asks
+        for.
         """
         if name in self.table:
             found: T = loaded(self.table[name])
@@ -75,6 +77,6 @@ class Catalogue(Generic[T]):
 
 
 def loaded(place: str) -> Any:
-    """What stands at `"module:attribute"`; raises `ImportError` where there is no such module."""
+    """The object at `"module:attribute"`; raises `ImportError` where there is no such module."""
     module, _, attribute = place.partition(":")
     return getattr(import_module(module), attribute)

@@ -1,14 +1,16 @@
-"""What constructors refuse: a word that they do not know, what is no number, a size that nobody means.
+"""Checks of what a user gives: words that are not known, values that are no numbers, implausible sizes.
 
-A length, capacitance, current, resistance or voltage outside of `LIMITS` is a slip of a unit or a prefix (3 m
-of channel where 3 um was meant), and is refused, unless it is said to be meant:
+A length, capacitance, current, resistance or voltage outside of `LIMITS` is most likely a slip of a unit or a
+prefix, such as 3 m of channel where 3 um was meant. It is refused unless the user says that it is meant, in
+one of two ways:
 
     Capacitor("c", "a", "0", 0.1, allow_implausible=True)
     with implausible_allowed():
         circuit = build(params)
 
-The second is for circuits whose devices somebody else constructs, such as a block's. It holds within the
-`with` in its own thread, as `decimal.localcontext` does; a device keeps for itself that it was allowed.
+The second is for circuits whose devices somebody else constructs, such as those of a block. It holds for its
+own thread until the end of the `with`, as `decimal.localcontext` does; a device that was constructed within
+it remembers that it was allowed.
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ _ALLOWED: ContextVar[bool] = ContextVar("implausible sizes are allowed", default
 
 @contextmanager
 def implausible_allowed(allowed: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - as an option gives it
-    """Let sizes outside of `LIMITS` pass within the `with`; nothing changes where `allowed` is false."""
+    """Let sizes outside of `LIMITS` pass within the `with`; where `allowed` is false nothing changes."""
     token = _ALLOWED.set(_ALLOWED.get() or allowed)
     try:
         yield
@@ -49,13 +51,13 @@ def implausible_allowed(allowed: bool = True) -> Iterator[None]:  # noqa: FBT001
 
 
 def keep_allowance(thing: object) -> None:
-    """Let a frozen value know that it was constructed where implausible sizes pass."""
+    """Mark a frozen object as allowed where it is constructed within `implausible_allowed`."""
     if _ALLOWED.get():
         object.__setattr__(thing, "allow_implausible", True)
 
 
 def require_plausible(label: str, value: float, unit: str, *, allowed: bool) -> None:
-    """Raise `ParameterError` for a magnitude outside of `LIMITS`, unless it is allowed."""
+    """Raise `ParameterError` for a magnitude outside of `LIMITS` for its unit, unless it is allowed."""
     low, high = LIMITS[unit]
     if low <= abs(value) <= high or (allowed and isfinite(value)):
         return
@@ -68,14 +70,14 @@ def require_plausible(label: str, value: float, unit: str, *, allowed: bool) -> 
 
 
 def require_real(label: str, value: object, unit: str) -> None:
-    """Raise `ParameterError` unless `value` is a number, if not finite; text and truth values are none."""
+    """Raise `ParameterError` unless `value` is a number, finite or not; text and truth values are refused."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         of = f" in {unit}" if unit else ""
         raise ParameterError(f"{label}: {value!r:.60}, must be a number{of}; write as in 1e-6")
 
 
 def require_reals(label: str, values: object, unit: str) -> None:
-    """Raise `ParameterError` unless `values` is a number, or an array or sequence of such."""
+    """Raise `ParameterError` unless `values` is a number, or an array or a sequence of numbers."""
     try:
         kind = np.asarray(values).dtype.kind
     except ValueError:  # rows of different lengths
@@ -86,9 +88,9 @@ def require_reals(label: str, values: object, unit: str) -> None:
 
 
 def require_positive(params: Any, *names: str) -> None:
-    """Raise `ParameterError` unless the fields of a dataclass with these names are above 0.
+    """Raise `ParameterError` unless the named fields of a dataclass are above zero.
 
-    The text has the unit that the field states (`circuits.units.quantity`).
+    The text of the error has the unit that the field states (`circuits.units.quantity`).
     """
     for each in fields(params):
         value = getattr(params, each.name)
@@ -98,7 +100,7 @@ def require_positive(params: Any, *names: str) -> None:
 
 
 def require_choice(label: str, value: object, known: Iterable[object]) -> None:
-    """Raise `ParameterError` naming what is known unless `value` is one of it."""
+    """Raise `ParameterError`, which lists what is known, unless `value` is one of `known`."""
     names = list(known)
     if not any(value is name or (isinstance(value, str) and value == name) for name in names):
         words = [str(name) for name in names]
@@ -106,6 +108,6 @@ def require_choice(label: str, value: object, known: Iterable[object]) -> None:
 
 
 def require_type(label: str, value: object, kind: type | tuple[type, ...], noun: str) -> None:
-    """Raise `ParameterError` unless `value` is a `kind`, which users call `noun`."""
+    """Raise `ParameterError` unless `value` is an instance of `kind`, which the text calls `noun`."""
     if not isinstance(value, kind):
         raise ParameterError(f"{label}: {value!r:.60}, must be {noun}")

@@ -1,9 +1,9 @@
-"""Circuit, Node, Instance, InstanceArray: the central type, plain frozen data.
+"""What a circuit is: ports, devices, instances of other circuits, and biases, all as plain frozen data.
 
-A circuit has ports, devices, instances of other circuits, and biases. Nodes are named by text:
-`"vmem"` is a scalar node, `"spike[3]"` an element of a node array, `"0"` is ground everywhere. A node
-array is declared once as a `Node` or a `Port` with a shape; scalar nodes need no declaration.
-Stimuli never live in a circuit: see `circuits.testbench`.
+Nodes are named by text. `"vmem"` is a single node, `"spike[3]"` is an element of an array of nodes, and `"0"`
+is ground everywhere. An array of nodes is declared once, by a `Node` or a `Port` with a shape; single nodes
+need no declaration. A circuit has no stimuli: what drives its ports is said by a testbench
+(`circuits.testbench`).
 """
 
 from __future__ import annotations
@@ -45,7 +45,11 @@ _REFERENCE = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]{1,9}(?:,[0-9]{1,9}
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """An array of nodes of one circuit; scalar nodes need no declaration."""
+    """An array of nodes inside a circuit; single nodes need no declaration.
+
+    name: the array's name. shape: how many nodes it has along each axis. Raises `ParameterError` for a name
+    that is no text or a shape that is no tuple of whole numbers.
+    """
 
     name: str
     shape: Shape
@@ -57,13 +61,14 @@ class Node:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Port:
-    """A node that the outside can reach.
+    """A node, or an array of nodes, that the outside of a circuit can reach.
 
-    `kind` says what crosses it: events (full-supply pulses), analog voltages, a bias or a supply.
-    `direction` is seen from the circuit: the outside drives `in`, the circuit drives `out`. `threshold` (V):
-    what an event rises through, half of the supply that the circuit is wired to unless given.
+    kind: what crosses it: `event` for pulses of the full supply, `analog` for voltages and currents, `bias`
+    for a bias voltage, `supply`. direction: seen from the circuit: the outside drives `in` and the circuit
+    drives `out`. shape: how many nodes it has along each axis, () for one. threshold: the voltage (V) that an
+    event rises through; half of the supply that the circuit is wired to unless given.
 
-    Raises `ParameterError` for another kind or direction.
+    Raises `ParameterError` for a kind or direction that is not known.
     """
 
     name: str
@@ -84,7 +89,7 @@ class Port:
             require_real(f"port {self.name}.threshold", self.threshold, "V")
 
     def elements(self) -> list[str]:
-        """References of the port's nodes, as in `spike[0]`; a scalar port has its name alone."""
+        """References of the port's nodes in order, such as `spike[0]`; of one node, its name alone."""
         if not self.shape:
             return [self.name]
         return [f"{self.name}[{','.join(map(str, i))}]" for i in np.ndindex(self.shape)]
@@ -92,17 +97,19 @@ class Port:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """What a bias port is set to, and how; `name` is the quantity that a designer sets (`i_inh_tau`).
+    """What a bias port is set to, and by what means; `name` is what a designer sets, such as `i_inh_tau`.
 
-    `gate`: the ideal gate voltage that gives `value` (A) in the nominal `device` in saturation at the
-    reference temperature, and stays there. `generator`: an ideal current of `value` (A) at the
-    reference temperature, proportional to absolute temperature, into a diode-connected copy of
-    `device`. `voltage`: `value` in volt. `value` is a number, or one number an element of the port.
-    `place`: where the generator's copy stands on the die, for a block that shares its chip's biases
-    (see `circuits.place`); in the circuit itself unless given.
+    port: the port that is set. kind: one of three. A `gate` bias is an ideal gate voltage: the one at which
+    the nominal `device` carries `value` (A) in saturation at the reference temperature; it stays there at
+    every temperature. A `generator` bias is an ideal current of `value` (A) at the reference temperature,
+    proportional to absolute temperature, into a diode-connected copy of `device` on the same die. A `voltage`
+    bias is `value` in volt. value: one number, or one for each element of the port; 0 A is a bias that is
+    off. place: where the generator's copy stands on the die, for a block that shares its chip's biases
+    (`circuits.place`); inside the circuit itself unless given.
 
-    Raises `ParameterError` for another kind, and for a value that is no number, or none that is meant (see
-    `circuits.checks`) unless `allow_implausible`. Of an array the largest counts; 0 A is a bias that is off.
+    Raises `ParameterError` for a kind that is not known, for a value that is no number, and for an
+    implausible value (`circuits.checks`) unless `allow_implausible`; of several values the largest is
+    checked.
     """
 
     name: str
@@ -129,7 +136,11 @@ class Bias:
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """A circuit inside a circuit: `connections` maps each of its ports to a node of the parent."""
+    """One circuit inside another.
+
+    connections: the node of the parent to which each port of `circuit` is connected, by port. parameters:
+    devices' parameters that differ from those of `circuit`, by `"device.attribute"`, SI.
+    """
 
     name: str
     circuit: Circuit
@@ -141,17 +152,19 @@ class Instance:
 
     @property
     def shape(self) -> Shape:
-        """An instance is an array of shape ()."""
+        """The shape (), so that an instance can be treated as an array of one."""
         return ()
 
 
 @dataclass(frozen=True, slots=True)
 class InstanceArray:
-    """An array of instances that is never expanded into objects.
+    """An array of instances of one circuit, which is never expanded into objects.
 
-    Each port takes one shared node or a node array that broadcasts to `shape` (+ the port's own
-    shape). `parameters` maps `"device.attribute"` (dotted through inner instances) to one number or
-    to an array, nested tuples or numpy, that broadcasts to `shape`.
+    shape: how many instances it has along each axis. connections: the node of the parent to which each port
+    is connected; either one node that all instances share, or an array of nodes that broadcasts to `shape`
+    followed by the port's own shape. parameters: devices' parameters that differ from those of `circuit`, by
+    `"device.attribute"` with dots through inner instances; each is one number or an array (nested tuples or
+    numpy) that broadcasts to `shape`, SI.
     """
 
     name: str
@@ -167,10 +180,11 @@ class InstanceArray:
 
 @dataclass(frozen=True, slots=True)
 class Circuit:
-    """Ports, devices, instances and biases under one name.
+    """A circuit: its ports, devices, instances of other circuits, arrays of nodes, and biases.
 
-    Raises `TopologyError` for duplicate or malformed names, a node that is called `gnd`, unknown or missing
-    connections; `ParameterError` for parts that are none of a circuit.
+    Raises `TopologyError` for a name that is malformed or stands twice, for a node called `gnd` instead of
+    `0`, and for connections that are missing or lead nowhere. Raises `ParameterError` for a part that is none
+    of a circuit's.
     """
 
     name: str
@@ -187,14 +201,17 @@ class Circuit:
         _check_biases(self)
 
     def port(self, name: str) -> Port:
-        """Return the port called `name`."""
+        """The port called `name`; raises `UnknownNameError` where there is none."""
         for port in self.ports:
             if port.name == name:
                 return port
         raise unknown_name(f"{self.name} port", name, [p.name for p in self.ports])
 
     def device(self, name: str) -> Device:
-        """Return the device called `name`; a dotted name reaches into instances."""
+        """The device called `name`, where dots reach into instances.
+
+        Raises `UnknownNameError` where there is none.
+        """
         head, _, rest = name.partition(".")
         for instance in self.instances if rest else ():
             if instance.name == head:
@@ -205,32 +222,35 @@ class Circuit:
         raise unknown_name(f"{self.name} device", name, [d.name for d in self.devices])
 
     def bias(self, name: str) -> Bias:
-        """Return the bias called `name`."""
+        """The bias called `name`; raises `UnknownNameError` where there is none."""
         for bias in self.biases:
             if bias.name == name:
                 return bias
         raise unknown_name(f"{self.name} bias", name, [b.name for b in self.biases])
 
     def wired(self, **others: str) -> dict[str, str]:
-        """Connections of an instance: each port to the node of its name, or to that in `others`."""
+        """Connections of an instance: each port to the node of the same name, or to the one in `others`."""
         return {p.name: p.name for p in self.ports} | others
 
     def instance(self, name: str, **others: str) -> Instance:
-        """One of this circuit inside another: each port at the node of its name, or at that in `others`."""
+        """One of this circuit inside another, each port at the node of its name or at that in `others`."""
         return Instance(name, self, self.wired(**others))
 
     def array(self, name: str, shape: Shape, **others: str) -> InstanceArray:
-        """An array of this circuit inside another, its ports as those of an `instance`."""
+        """An array of this circuit inside another, its ports connected as those of an `instance`."""
         return InstanceArray(name, self, shape, self.wired(**others))
 
     def shapes(self) -> dict[str, Shape]:
-        """Shape of every declared node: ports and node arrays."""
+        """Shape of every port and of every array of nodes, by name."""
         return {p.name: p.shape for p in self.ports} | {n.name: n.shape for n in self.nodes}
 
 
 @lru_cache(maxsize=65_536)
 def split_reference(reference: str) -> tuple[str, Shape]:
-    """Split `"spike[3]"` into `("spike", (3,))`; a plain name gives `()`."""
+    """Split `"spike[3]"` into `("spike", (3,))`; a plain name gives an empty index.
+
+    Raises `TopologyError` for what is not the name of a node.
+    """
     match = _REFERENCE.fullmatch(reference)
     if match is None:
         raise TopologyError(
@@ -241,7 +261,7 @@ def split_reference(reference: str) -> tuple[str, Shape]:
 
 
 def references(circuit: Circuit) -> Iterator[tuple[str, str]]:
-    """Yield (owner, node reference) over all device terminals and instance connections."""
+    """Name of a device or instance with each node that it is connected to, one after the other."""
     for device in circuit.devices:
         for terminal in device.terminals():
             yield device.name, terminal

@@ -1,16 +1,16 @@
-"""Compilation of the hot functions with numba, kept on disk from run to run.
+"""Compilation of hot functions with numba, and a cache of their machine code on disk.
 
-numba compares a cached function with the file that it stands in; but machine code also holds what was called,
-from other files, and the numbers that these and it found in their modules. So the cache's stamp here is the
-contents of every file whose code ends up in a kernel, followed from what each module has imported, and the
-constants of those modules.
+numba itself keeps a cached function for as long as the file that it stands in does not change. But machine
+code also holds the functions that it calls in other files, and the constants of their modules. So here the
+cached code is stamped with the contents of every file whose code ends up in it, found by following what each
+module has imported, and with the constants of those modules.
 
-Nothing that stands in the cache's folder can break it. What cannot be read, or is not what was written, is
-compiled again; where nothing can be written nothing is kept. Machine code is taken only with its digest,
-since a flipped bit of it would be run.
+Nothing in the cache's folder can break a run. What cannot be read, or is not what was written, is compiled
+again; where nothing can be written, nothing is kept. Machine code is accepted only with its digest, since a
+flipped bit in it would be run.
 
-Processes that miss the same kernel at the same time compile it once: one does, the others wait and load what
-it has kept. To wait for each other two functions would have to call each other, which kernels do not.
+Processes that need the same kernel at the same time compile it once: one of them does, and the others wait
+and load the result. Two functions that call each other could wait for each other for ever; kernels do not.
 """
 
 from __future__ import annotations
@@ -41,12 +41,11 @@ _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
 
 
 def compiled(**options: Any) -> Callable[[F], F]:
-    """Compile a function on its first call; `options` are numba's.
+    """Decorator that compiles a function on its first call; `options` are those of numba's `njit`.
 
-    What it calls must be imported into its module before it, which is where imports stand.
-
-    Without reference counting (numba's `_nrt=False`) the small functions are about three times faster, but
-    may not allocate arrays: it is off unless `_nrt=True` is given.
+    Whatever the function calls must be imported into its module before it, as imports at the top are.
+    Reference counting (numba's `_nrt`) is off unless it is asked for: small functions are about three times
+    faster without it, but may not allocate arrays.
     """
 
     def decorate(function: F) -> F:
@@ -62,7 +61,7 @@ def compiled(**options: Any) -> Callable[[F], F]:
 
 @lru_cache(maxsize=1024)
 def source_stamp(module: str, file: str) -> bytes:
-    """Hash of `file`, where `module` stands, of all files with code that it can call, and their constants."""
+    """Hash of a module's file, of all files whose code it can call, and of the constants of those modules."""
     digest = hashlib.sha256()
     for path, names in sorted(_followed(module, file).items()):
         digest.update(Path(path).name.encode() + b"\0" + Path(path).read_bytes())

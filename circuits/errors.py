@@ -1,7 +1,7 @@
-"""The error tree.
+"""The tree of errors that a user can cause or meet.
 
-Every error that a user can cause or meet is a `CircuitError` and also the builtin that fits it.
-Its text is one line: `instance.path.attribute: value unit, rule; what to try`.
+Every one is a `CircuitError` and also the built-in error that fits it. Its text is one line, of the form
+`instance.path.attribute: value unit, rule; what to try`.
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ _LONGEST_NAME = 80  # characters of an unknown name that an error repeats; ours
 
 
 class CircuitError(Exception):
-    """Root of every error raised on purpose; its text is one line, whatever it repeats of an input."""
+    """Root of every error that is raised on purpose; its text is a single line, whatever its input was."""
 
     def __str__(self) -> str:
         return " ".join(super().__str__().split())
 
 
 class ParameterError(CircuitError, ValueError):
-    """A value breaks a rule: a negative size, a unit that does not fit, a temperature outside the laws."""
+    """A value breaks a rule: a negative size, a unit that does not fit, a temperature out of range."""
 
 
 class TopologyError(CircuitError, ValueError):
-    """A circuit is wired wrongly: a floating gate, a duplicate name, a loop of supplies."""
+    """A circuit is wired wrongly: a gate floats, a name stands twice, supplies form a loop."""
 
 
 class UnknownNameError(CircuitError, LookupError):
-    """A name that nothing in the registry or the circuit carries."""
+    """Nothing in the registry or the circuit has the name that was asked for."""
 
 
 class DataError(CircuitError, ValueError):
-    """A file's contents cannot be used; the text names file and row."""
+    """The contents of a file cannot be used; the text names the file and the row."""
 
 
 class SolverError(CircuitError, ArithmeticError):
-    """A solve ended without an answer; the text names the outcome and its remedy."""
+    """A solver ended without an answer; the text says how it ended and what to try."""
 
 
 class SimulatorError(CircuitError, RuntimeError):
@@ -45,7 +45,7 @@ class SimulatorError(CircuitError, RuntimeError):
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
-    """Build the error for `name`: the nearest known name, then all of them unless they are many, sorted."""
+    """An error for an unknown `name`, with the nearest known one and, unless they are many, all of them."""
     names = sorted(known)
     name = shown_name(name)  # near names are sought in quadratic time
     if not names:
@@ -57,5 +57,5 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError
 
 
 def shown_name(name: str) -> str:
-    """A name that a user gave, its beginning where it is too long to be one."""
+    """A name as a user gave it, cut short where it is too long to be a name."""
     return name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."

@@ -1,8 +1,8 @@
-r"""The pulse by which an event enters a circuit, and the crossing by which one leaves it.
+r"""The pulse that carries an event into a circuit, and the crossing that marks one coming out of it.
 
-An event is a moment. At a port it is a pulse of the full supply, `WIDTH` long with edges of `EDGE`, that
-begins to rise then; a port's event is the moment at which its node rises through half the supply, or through
-the port's own threshold. All numbers are ours.
+An event is a moment in time. At an input it is a pulse of the full supply that begins to rise at that moment;
+its top lasts `WIDTH` and each edge lasts `EDGE`. At an output it is the moment at which the node rises
+through half the supply, or through the port's own threshold. All numbers are ours.
 
          ______________           v_dd
         /              \         half: HALF_WIDTH
@@ -24,17 +24,21 @@ LENGTH = WIDTH + 2.0 * EDGE  # s, within which a second event merges into the fi
 
 
 def pulse(times: tuple[float, ...], v_dd: float) -> Waveform:
-    """Events at `times` (s) as a source gives them; v_dd: V."""
+    """Waveform with one event at each of `times` (s), of `v_dd` volt; a constant 0 V without any."""
     return Pulse(0.0, v_dd, times, WIDTH, EDGE, EDGE) if times else Constant(0.0)
 
 
 def pulse_line(start: float, v_dd: float) -> Polyline:
-    """An event at `start` (s) as a polyline; v_dd: V."""
+    """One event at `start` (s) as the times (s) and voltages (V) of a polyline; v_dd: the supply, V."""
     return start + np.array([0.0, EDGE, HALF_WIDTH, LENGTH]), np.array([0.0, v_dd, v_dd, 0.0])
 
 
 def rising_crossing(time: F64, v: F64, level: float) -> float | None:
-    """First time at which v rises through level by linear interpolation, s; None where it never does."""
+    """First time (s) at which a waveform rises through a level, or None where it never does.
+
+    time: float64[T], s. v: float64[T], in the unit of `level`. Between points the waveform is a straight
+    line.
+    """
     below = np.flatnonzero((v[:-1] < level) & (v[1:] >= level))
     if below.size == 0:
         return None
@@ -43,5 +47,5 @@ def rising_crossing(time: F64, v: F64, level: float) -> float | None:
 
 
 def falling_crossing(time: F64, v: F64, level: float) -> float | None:
-    """First time at which v falls through level, s; None where it never does."""
+    """First time (s) at which a waveform falls through a level, or None; as `rising_crossing` otherwise."""
     return rising_crossing(time, -v, -level)

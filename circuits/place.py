@@ -1,8 +1,8 @@
-"""Places on a chip: the circuit that stands at an instance path, as it is there.
+"""Part of a chip as it is at its place there, so that it can be simulated by itself.
 
-What a lone circuit must know to be a chip's own part: its place, which keys the deviations of its devices;
-the chip's biases at the nodes that its bias ports are connected to, the generator's copies included; and the
-parameters that its instance sets.
+A circuit that is taken out of its chip has to know three things to behave as it does inside: its place, which
+decides the deviations of its devices on a die; the chip's biases at the nodes that its own bias ports are
+connected to, including where the bias generator's copies stand; and the parameters that its instance sets.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from circuits.silicon.die import Place
 
 
 def circuit_at(chip: Circuit, path: Sequence[tuple[str, Shape]]) -> tuple[Circuit, Place]:
-    """Circuit at `path`, ((instance, index), ...) below `chip`, with its biases there, and its place.
+    """The circuit at `path` below `chip`, with its biases there, and its place on the chip.
 
-    A bias port that the chip's own circuits drive keeps its bias. Raises `UnknownNameError` for an instance
-    or an index that the chip does not have.
+    path: ((instance, index), ...). A bias port that the chip's own circuits drive keeps the bias of the lone
+    circuit. Raises `UnknownNameError` for an instance or an index that the chip does not have.
     """
     circuit = chip
     place: Place = ((chip.name, ()),)
@@ -38,7 +38,7 @@ def circuit_at(chip: Circuit, path: Sequence[tuple[str, Shape]]) -> tuple[Circui
 
 
 def instance_names(circuit: Circuit) -> list[str]:
-    """Instances of a circuit with the indices that they have, as in `neuron[0:13]`."""
+    """Names of a circuit's instances with the range of their indices, such as `neuron[0:13]`."""
     return [
         i.name + (f"[{','.join(f'0:{n}' for n in i.shape)}]" if i.shape else "") for i in circuit.instances
     ]
@@ -78,7 +78,10 @@ def _bias_there(
 
 
 def bias_path(port: str, index: Shape) -> Place:
-    """Where a generator's copy stands in its circuit; no instance has a space in its name."""
+    """Path of a bias generator's copy for an element of a port.
+
+    Its name contains a space, so that it cannot be the name of an instance.
+    """
     return ("bias copy", ()), (port, index)
 
 

@@ -1,6 +1,6 @@
-"""Blocks and metrics by command-line name, loaded on use.
+"""Blocks and metrics by the name that the command line knows them by; each is loaded when it is asked for.
 
-Users add theirs under the entry points `noctule.blocks` and `noctule.metrics`.
+Users add their own under the entry points `noctule.blocks` and `noctule.metrics`.
 """
 
 from __future__ import annotations
@@ -68,5 +68,5 @@ metric_names, load_metric = _metrics.names, _metrics.load
 
 
 def block_names() -> list[str]:
-    """Names of all blocks, the users' own included, sorted."""
+    """Names of all blocks, the users' own included, in alphabetical order."""
     return sorted(_blocks.names())

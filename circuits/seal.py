@@ -1,8 +1,8 @@
-"""A digest behind contents, so that they are believed only as they were written.
+"""A digest at the end of a file, so that damaged contents are noticed before they are read.
 
-For formats whose libraries hang or crash on damaged bytes: the digest is compared before they see any. It
-stands at the end, where HDF5 and pickle look at nothing, so that other programs read such a file as any.
-It keeps out what was damaged, not what somebody made to do harm and sealed.
+It is meant for formats whose libraries hang or crash on damaged bytes. It stands at the end, where HDF5 and
+pickle do not look, so that other programs can read the file as usual. It protects from damage, not from
+somebody who changes a file on purpose and seals it again.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ _PIECE = 2**20  # bytes that are read at once; ours
 
 
 def sealed(data: bytes | memoryview) -> bytes:
-    """The contents with their digest behind them."""
+    """The contents followed by their digest."""
     return b"".join((data, _MARK, sha256(data).digest()))
 
 
 def unsealed(data: bytes) -> bytes:
-    """Contents that `sealed` sealed; raises `ValueError` where they are not what they were."""
+    """The contents that `sealed` was given; raises `ValueError` where they have changed since."""
     check_sealed(io.BytesIO(data))
     return data[:-_LENGTH]
 
 
 def check_sealed(file: BinaryIO) -> None:
-    """Raise `ValueError` for a file that has no digest at its end, or one of other contents."""
+    """Raise `ValueError` for a file without a digest at its end, or with one of other contents."""
     end = max(file.seek(0, os.SEEK_END) - _LENGTH, 0)
     file.seek(end)
     seal = file.read(_LENGTH)

@@ -1,6 +1,6 @@
-"""Testbench: a circuit, what drives its ports, and for how long.
+"""A testbench: a circuit, the sources that drive its ports, and how a run of it begins and ends.
 
-Bias ports that nothing drives are set from the circuit's biases at the temperature of the run.
+Bias ports that no source drives are set from the circuit's own biases, at the temperature of the run.
 """
 
 from __future__ import annotations
@@ -22,23 +22,33 @@ BEGINNINGS: tuple[Begin, ...] = get_args(Begin)
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Testbench:
-    """`sources` drive ports of `circuit` (their `node` is a port, or an element as in `spike[3]`).
+    """A circuit with its stimuli.
 
-    `stop` in s, inf for a run without an end of its own. `watch`: event ports whose upward crossings of half
-    the supply that their circuit is wired to, or of the port's own threshold, are spikes. Where a run begins:
-
+    title
+        Name of the testbench in errors, pictures and netlists.
+    circuit
+        The circuit that is driven.
+    sources
+        What drives its ports; the node of a source is a port, or an element of one such as `spike[3]`.
+    stop
+        Length of a run, s; infinite for a run that ends otherwise.
+    watch
+        Event ports at which spikes are looked for: rises through half the supply of their circuit, or through
+        the port's own threshold.
     start
-        Voltages (V) by node path near which the operating point is looked for: a guess, SPICE's `.nodeset`.
+        Voltages (V) by node path near which the operating point is looked for. They are a guess, as SPICE's
+        `.nodeset`.
     initial
-        Voltages (V) by node path that hold at time 0 and are let go then, SPICE's `.ic`; the nodes that are
-        not named are at rest with them.
+        Voltages (V) by node path that are held at time 0 and let go then, as SPICE's `.ic`. All other nodes
+        are at rest with them.
     begin
-        `disturbed`: from the operating point, and where that is not stable a little beside it, so that an
-        oscillator starts. `at_rest`: from the operating point, stable or not. `uic`: without one; every
-        capacitance begins with what `initial` or its own `ic` says, else with 0 V across it.
+        Where a run begins. `disturbed` is the operating point, and a little beside it where that is not
+        stable, so that an oscillator starts. `at_rest` is the operating point whether stable or not. `uic` is
+        no operating point: every capacitance begins with the voltage that `initial` or its own `ic` says,
+        else with 0 V.
 
-    Raises `ParameterError` unless stop > 0, `begin` is known and the voltages are finite, and for what is no
-    circuit, source or voltage.
+    Raises `ParameterError` unless `stop` is above zero, `begin` is known and all voltages are finite, and for
+    a part that is no circuit, source or voltage.
     """
 
     __test__: ClassVar[bool] = False  # the name alone would make pytest collect it

@@ -1,4 +1,4 @@
-"""Device types, one a file."""
+"""The types of devices that circuits are made of, one in each file."""
 
 from circuits.devices.capacitor import Capacitor
 from circuits.devices.controlled_source import ControlledSource

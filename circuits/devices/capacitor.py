@@ -1,4 +1,4 @@
-"""Capacitor: `q = C (v_a - v_b)`, with a voltage that a run may begin with."""
+"""Linear capacitor: `q = C (v_a - v_b)`, with an optional voltage at the beginning of a run."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from circuits.devices.device import Device, require_finite, require_positive
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Capacitor(Device):
-    """A capacitor of `capacitance` farad between `a` and `b`.
+    """A capacitor of `capacitance` farad between the nodes `a` and `b`.
 
-    `ic`: v_a - v_b (V) at the start of every run, None for what the rest of the circuit makes it.
+    ic: the voltage v_a - v_b (V) at the beginning of every run; None leaves it to the rest of the circuit.
+    Raises `ParameterError` unless the capacitance is above zero and of a plausible size.
     """
 
     name: str
@@ -26,19 +27,19 @@ class Capacitor(Device):
         return brief(self)
 
     def terminals(self) -> tuple[str, ...]:
-        """Return (a, b)."""
+        """The nodes a and b."""
         return self.a, self.b
 
     def parameters(self) -> Mapping[str, float]:
-        """Return the capacitance, F."""
+        """The capacitance, F."""
         return {"capacitance": self.capacitance}
 
     def check(self) -> None:
-        """Require a capacitance above zero, and an initial voltage that is finite."""
+        """Raise `ParameterError` unless the capacitance is above zero and the initial voltage is finite."""
         require_positive(self, "capacitance", "F")
         if self.ic is not None:
             require_finite(self, "ic", "V")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """No direct current flows."""
+        """No pairs, since a capacitor carries no direct current."""
         return ()

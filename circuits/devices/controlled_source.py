@@ -10,9 +10,10 @@ from circuits.devices.device import Device, require_finite
 
 @dataclass(frozen=True, slots=True)
 class ControlledSource(Device):
-    """A linear transconductance of `transconductance` siemens.
+    """A linear transconductance of `transconductance` siemens, SPICE's G element.
 
-    The current leaves node `positive`, passes the source and enters node `negative` (SPICE's G element).
+    The current `g (v_control_positive - v_control_negative)` leaves the node `positive`, passes the source
+    and enters the node `negative`. Raises `ParameterError` unless the transconductance is finite.
     """
 
     name: str
@@ -23,17 +24,17 @@ class ControlledSource(Device):
     transconductance: float
 
     def terminals(self) -> tuple[str, ...]:
-        """Return (positive, negative, control_positive, control_negative)."""
+        """The nodes positive, negative, control_positive and control_negative."""
         return self.positive, self.negative, self.control_positive, self.control_negative
 
     def parameters(self) -> Mapping[str, float]:
-        """Return the transconductance, S."""
+        """The transconductance, S."""
         return {"transconductance": self.transconductance}
 
     def check(self) -> None:
-        """Require a finite transconductance; either sign is allowed."""
+        """Raise `ParameterError` unless the transconductance is finite; it may have either sign."""
         require_finite(self, "transconductance", "S")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """An ideal current source fixes no voltage, so that it is no path to ground by itself."""
+        """No pairs: an ideal current source fixes no voltage, and is no path to ground by itself."""
         return ()

@@ -1,4 +1,4 @@
-"""What every device type offers."""
+"""The contract of a device type: terminals, parameters, checks, and where direct current flows."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class Device(ABC):
-    """A frozen dataclass of a name, terminals (node references) and parameters in SI units.
+    """A frozen dataclass with a name, terminals (names of nodes) and parameters in SI units.
 
-    Raises `ParameterError` naming the device for a value that breaks a rule of `check`, and for a size that
-    nobody means (see `circuits.checks`) unless `allow_implausible`.
+    allow_implausible: whether sizes outside of what silicon has are meant (`circuits.checks`). Raises
+    `ParameterError`, which names the device, for a value that breaks a rule of `check`, and for an
+    implausible size unless it is allowed.
     """
 
     name: str
@@ -31,23 +32,23 @@ class Device(ABC):
 
     @abstractmethod
     def terminals(self) -> tuple[str, ...]:
-        """Node references in the order of the device's equations."""
+        """Names of the nodes that the device is connected to, in the order of its equations."""
 
     @abstractmethod
     def parameters(self) -> Mapping[str, float]:
-        """Numeric parameters by name, in SI units."""
+        """The device's numbers by name, in SI units."""
 
     @abstractmethod
     def check(self) -> None:
-        """Raise `ParameterError` naming the device, the value, its unit and the rule."""
+        """Raise `ParameterError`, with device, value, unit and rule, for a value that breaks a rule."""
 
     @abstractmethod
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of terminal positions between which a direct current can flow; -1 stands for ground."""
+        """Pairs of terminal positions between which direct current can flow; -1 stands for ground."""
 
 
 def require_positive(device: Device, attribute: str, unit: str) -> None:
-    """Raise `ParameterError` unless a parameter is a finite number above zero, of a size that is meant."""
+    """Raise `ParameterError` unless a parameter is a finite number above zero and of a plausible size."""
     label, value = f"{device.name}.{attribute}", getattr(device, attribute)
     require_real(label, value, unit)
     if not (math.isfinite(value) and value > 0.0):
@@ -57,7 +58,7 @@ def require_positive(device: Device, attribute: str, unit: str) -> None:
 
 
 def require_finite(device: Device, attribute: str, unit: str) -> None:
-    """Raise `ParameterError` unless a parameter is a finite number, and a voltage of a size that is meant."""
+    """Raise `ParameterError` unless a parameter is a finite number, and a voltage of a plausible size."""
     label, value = f"{device.name}.{attribute}", getattr(device, attribute)
     require_real(label, value, unit)
     if not math.isfinite(value):

@@ -27,29 +27,29 @@ from circuits.compiled import compiled
 
 
 def interpolation(u: ArrayLike) -> F64:
-    """`F(u)` of pinch-off less source voltages over U_T, in the shape of u."""
+    """F(u) in the shape of u, where u is the pinch-off voltage less the source's voltage, over U_T."""
     return np.asarray(np.logaddexp(0.0, 0.5 * np.asarray(u, dtype=np.float64)) ** 2)
 
 
 def argument(f: ArrayLike) -> F64:
-    """Where `F(u) = f`: u of f > 0, in its shape."""
+    """The u at which F(u) is f, for f above zero, in the shape of f; the inverse of `interpolation`."""
     return np.asarray(2.0 * np.log(np.expm1(np.sqrt(np.asarray(f, dtype=np.float64)))))
 
 
 def of_weak(weak: ArrayLike) -> F64:
-    """F where weak inversion alone would have `weak`, that is `e^u`, in its shape."""
+    """F(u) in the shape of `weak`, which is e^u: what weak inversion alone would make of F."""
     return np.asarray(np.log1p(np.sqrt(np.asarray(weak, dtype=np.float64))) ** 2)
 
 
 def weak_over(f: ArrayLike) -> F64:
-    """`e^u / F(u)` where F is f >= 0, in the shape of f: 1 in weak inversion, and more above."""
+    """`e^u / F(u)` where F(u) is f >= 0, in the shape of f: 1 in weak inversion, and larger above it."""
     root = np.sqrt(np.asarray(f, dtype=np.float64))
     some = np.where(root > 0.0, root, 1.0)
     return np.where(root > 0.0, np.expm1(some) / some, 1.0) ** 2
 
 
 def steepness(f: ArrayLike) -> F64:
-    """`d ln F / du` where F is f >= 0, in the shape of f: from 1 in weak towards `1 / sqrt(f)`."""
+    """`d ln F / du` where F(u) is f >= 0, in the shape of f: 1 in weak inversion, `1 / sqrt(f)` in strong."""
     root = np.sqrt(np.asarray(f, dtype=np.float64))
     some = np.where(root > 0.0, root, 1.0)
     return np.where(root > 0.0, -np.expm1(-some) / some, 1.0)
@@ -57,7 +57,7 @@ def steepness(f: ArrayLike) -> F64:
 
 @compiled(forceinline=True)
 def law(u: float) -> tuple[float, float]:
-    """`F(u)` and its derivative."""
+    """F(u) and its derivative, for use in compiled kernels."""
     x = 0.5 * u
     e = math.exp(-abs(x))
     q = max(x, 0.0) + math.log1p(e)
@@ -67,11 +67,11 @@ def law(u: float) -> tuple[float, float]:
 
 @compiled(forceinline=True)
 def argument_of_root(root: float) -> float:
-    """Where `ln(1 + e^(u/2))` is `root`, > 0: u."""
+    """The u at which `ln(1 + e^(u/2))` is `root`, which is above zero; for use in compiled kernels."""
     return 2.0 * (root + math.log(-math.expm1(-root)))
 
 
 @compiled(forceinline=True)
 def steepness_of_root(root: float) -> float:
-    """`d ln F / du` where `ln(1 + e^(u/2))` is `root`, >= 0."""
+    """`d ln F / du` where `ln(1 + e^(u/2))` is `root` >= 0; for use in compiled kernels."""
     return -math.expm1(-root) / root if root > 0.0 else 1.0

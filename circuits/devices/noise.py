@@ -1,18 +1,23 @@
-"""Noise of the devices: one-sided spectral densities of their currents, A^2/Hz.
+"""Noise of the devices, as one-sided spectral densities of their currents, A^2/Hz.
 
-Channel of a transistor, white: the noise of its own law. With the current law `I = I_S [F(u_f) - F(u_r)]` the
-channel carries at a quasi-Fermi voltage V the charge that conducts `g(V) = (I_S / U_T) F'(u)`, and
+The white noise of a transistor's channel follows from its own law. With the current `I = I_S [F(u_f) -
+F(u_r)]` the channel carries at a quasi-Fermi voltage V the charge that conducts `g(V) = (I_S / U_T) F'(u)`,
+and
 
     S = 4 k T G,   G = (I_S / U_T) int F'(u)^2 du / int F'(u) du,   both from u_r to u_f
       = (I_S / U_T) 2 / (L_f + L_r) int_0^1 L^2 (1 - e^-L) dt,   L = L_r + (L_f - L_r) t,
 
-as F = L^2 and F' = L (1 - e^-L) with L = ln(1 + e^(u/2)). In weak inversion this is `2 q (I_f + I_r)`, shot
-noise of both components; without a current 4 k T g_ds, so that a switch leaves k T / C; saturated in strong
-inversion 4 k T (2/3) g_ms. The factor of the Early effect multiplies it (ours).
-Flicker: a voltage at the gate, `K_F / (m W L Cox f^AF)`. A junction: shot noise of both its components,
-`2 q J (1 + e^(-v/U_T))`. A resistor: 4 k T / R. Capacitors, linear and operational amplifiers make none.
-Sources: Klaassen, Prins, "Thermal noise of MOS transistors" (1967); Enz, Krummenacher, Vittoz (1995),
-section on noise; Tsividis, "Operation and Modeling of the MOS Transistor", flicker noise by area.
+as F = L^2 and F' = L (1 - e^-L) with L = ln(1 + e^(u/2)). In weak inversion this is `2 q (I_f + I_r)`, the
+shot noise of the forward and the reverse current. Without a current it is 4 k T g_ds, so that a switch leaves
+k T / C on a capacitor. In saturation in strong inversion it is 4 k T (2/3) g_ms. The factor of the Early
+effect multiplies it (ours).
+
+Flicker noise is a voltage at the gate of density `K_F / (m W L Cox f^AF)`, V^2/Hz. A junction has the shot
+noise of both its components, `2 q J (1 + e^(-v/U_T))`. A resistor has 4 k T / R. Capacitors, linear sources
+and operational amplifiers make no noise.
+
+Sources: Klaassen, Prins, "Thermal noise of MOS transistors" (1967); Enz, Krummenacher, Vittoz (1995), section
+on noise; Tsividis, "Operation and Modeling of the MOS Transistor", flicker noise by area.
 """
 
 from __future__ import annotations
@@ -34,7 +39,10 @@ _SHARE, _WEIGHT = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True, slots=True)
 class NoiseModel:
-    """Flicker of a process: K_F of both polarities, V^2 F, and the exponent AF of frequency, 0.5 to 1.5."""
+    """Flicker noise of a process: K_F of both polarities (V^2 F) and the exponent AF of frequency.
+
+    Raises `ParameterError` for a K_F outside 0 to 1e-18 V^2 F and for an exponent outside 0.5 to 1.5.
+    """
 
     flicker_n: float
     flicker_p: float
@@ -61,18 +69,25 @@ NOISE_MODELS = {"ami-1500": _PUBLISHED_RANGE, "rolls-180": NoiseModel(2e-24, 5e-
 
 
 def noise_model(process: Process) -> NoiseModel:
-    """Flicker of a process by its name; one that the table lacks has the 1.5 um figures."""
+    """Flicker noise of a process, by its name; a process that the table lacks has the figures of 1.5 um."""
     return NOISE_MODELS.get(process.name, _PUBLISHED_RANGE)
 
 
 def resistor_noise(resistance: F64, kelvin: float) -> F64:
-    """`4 k T / R`, A^2/Hz; resistance: float64[n], ohm."""
+    """White noise `4 k T / R` of each resistor, float64[n], A^2/Hz.
+
+    resistance: float64[n], Ohm. kelvin: temperature, K.
+    """
     return 4.0 * BOLTZMANN * kelvin / resistance
 
 
 @compiled()
 def channel_noise(a: TransistorArrays, v: F64, w: TransistorWork, out: F64) -> None:
-    """White density of every channel into `out`, float64[n], A^2/Hz, from what the law left in `w` at `v`."""
+    """Fill `out`, float64[n], with the white density of every channel, A^2/Hz.
+
+    a: the transistors' coefficients. v: node voltages at which `drain_currents` was called, V. w: what it
+    left.
+    """
     n = a.sign.size
     for i in range(n):
         forward, reverse = w.value[i], w.value[n + i]
@@ -87,11 +102,14 @@ def channel_noise(a: TransistorArrays, v: F64, w: TransistorWork, out: F64) -> N
 
 
 def junction_noise(a: TransistorArrays, w: TransistorWork) -> F64:
-    """Shot density of drain and source junctions, float64[2, n], A^2/Hz."""
+    """Shot noise of the drain and source junctions, float64[2, n], A^2/Hz; w: what `drain_currents` left."""
     return np.asarray(2.0 * ELEMENTARY_CHARGE * (2.0 * a.leakage - a.sign * w.junction))
 
 
 def gate_flicker(model: NoiseModel, process: Process, is_n: Bools, area: F64) -> F64:
-    """Flicker of every gate voltage at 1 Hz, float64[n], V^2/Hz; area: m W L, m^2."""
+    """Flicker noise of every gate voltage at 1 Hz, float64[n], V^2/Hz.
+
+    is_n: bool[n], whether a transistor is an nFET. area: float64[n], m W L, m^2.
+    """
     per_area = [model.flicker(p) / process.model(p).oxide_capacitance for p in ("n", "p")]
     return np.where(is_n, per_area[0], per_area[1]) / area

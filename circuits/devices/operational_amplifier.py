@@ -1,10 +1,11 @@
-"""Operational amplifier with finite gain, rails and output resistance.
+"""Operational amplifier with finite gain, output resistance, and rails at its supplies.
 
-`v_t = v_mid + h tanh(A (v_p - v_n + v_os) / h)`, `v_mid = (v_dd + v_ss)/2`, `h = (v_dd - v_ss)/2`;
-the output delivers `(v_t - v_out) / R_o`. The tanh keeps the derivative continuous at the rails (ours).
-Speed comes from what loads the output. The supply carries the output current: a sourced current
-is drawn from v_dd, a sunk one enters v_ss, each by the smooth share `(1 +- tanh)/2` (ours).
-Unpowered, `h` stays at 1 uV.
+Its open output voltage `v_t = v_mid + h tanh(A (v_p - v_n + v_os) / h)` saturates at the rails, with `v_mid =
+(v_dd + v_ss) / 2` and `h = (v_dd - v_ss) / 2`, and the output delivers `(v_t - v_out) / R_o`. The tanh keeps
+the derivative continuous at the rails (ours). The amplifier has no dynamics of its own: its speed comes from
+what loads the output. The supplies carry the output current: a current that flows out is drawn from v_dd and
+one that flows in enters v_ss, each by the smooth share `(1 +- tanh) / 2` (ours). Without a supply h stays at
+1 uV.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ LEAST_HEADROOM = 1e-6  # V, keeps the law finite while a solver passes unpowered
 class OperationalAmplifier(Device):
     """An operational amplifier between its supplies `vdd` and `vss`.
 
-    `gain` is the open-loop gain (V/V), `output_resistance` in ohm, `offset` the input offset in V.
+    gain: open-loop gain, V/V. output_resistance: Ohm. offset: input offset voltage, V. Raises
+    `ParameterError` unless gain and resistance are above zero and the offset is finite.
     """
 
     name: str
@@ -39,31 +41,31 @@ class OperationalAmplifier(Device):
     offset: float = 0.0
 
     def terminals(self) -> tuple[str, ...]:
-        """Return (positive, negative, output, vdd, vss)."""
+        """The nodes positive, negative, output, vdd and vss."""
         return self.positive, self.negative, self.output, self.vdd, self.vss
 
     def parameters(self) -> Mapping[str, float]:
-        """Return gain, output resistance (ohm) and offset (V)."""
+        """The gain (V/V), output resistance (Ohm) and offset (V)."""
         return {"gain": self.gain, "output_resistance": self.output_resistance, "offset": self.offset}
 
     def check(self) -> None:
-        """Require a positive gain and output resistance and a finite offset."""
+        """Raise `ParameterError` unless gain and output resistance are above zero and the offset finite."""
         require_positive(self, "gain", "V/V")
         require_positive(self, "output_resistance", "Ohm")
         require_finite(self, "offset", "V")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """Current flows between the output and both supplies."""
+        """Direct current flows between the output and either supply."""
         return ((2, 3), (2, 4))
 
 
 @compiled()
 def amplifier_currents(terminal: I32, value: F64, v: F64, current: F64, slope: F64) -> None:
-    """Currents into the terminals and their derivatives.
+    """Fill in the currents into the terminals of n amplifiers, and their derivatives.
 
-    terminal: int32[5, n] positions in `v`; value: float64[3, n] gain, output resistance, offset;
-    v: float64[nodes], V; current: float64[5, n], A into the device at each terminal;
-    slope: float64[5, 5, n], `slope[i, j] = d current[i] / d v[terminal[j]]`, S.
+    terminal: int32[5, n], positions of the terminals in `v`. value: float64[3, n], gain (V/V), output
+    resistance (Ohm) and offset (V). v: float64[nodes], V. current: float64[5, n], A, into the device at each
+    terminal. slope: float64[5, 5, n], S, where `slope[i, j] = d current[i] / d v[terminal[j]]`.
     """
     for k in range(terminal.shape[1]):
         gain, conductance = value[0, k], 1.0 / value[1, k]

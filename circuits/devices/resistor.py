@@ -1,4 +1,4 @@
-"""Resistor: `I = (v_a - v_b) / R`."""
+"""Linear resistor: `I = (v_a - v_b) / R`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from circuits.devices.device import Device, require_positive
 
 @dataclass(frozen=True, slots=True)
 class Resistor(Device):
-    """A resistor of `resistance` ohm between `a` and `b`."""
+    """A resistor of `resistance` ohm between the nodes `a` and `b`.
+
+    Raises `ParameterError` unless the resistance is above zero and of a plausible size.
+    """
 
     name: str
     a: str
@@ -18,17 +21,17 @@ class Resistor(Device):
     resistance: float
 
     def terminals(self) -> tuple[str, ...]:
-        """Return (a, b)."""
+        """The nodes a and b."""
         return self.a, self.b
 
     def parameters(self) -> Mapping[str, float]:
-        """Return the resistance, ohm."""
+        """The resistance, Ohm."""
         return {"resistance": self.resistance}
 
     def check(self) -> None:
-        """Require a resistance above zero."""
+        """Raise `ParameterError` unless the resistance is above zero."""
         require_positive(self, "resistance", "Ohm")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """Current flows from a to b."""
+        """Direct current flows between a and b."""
         return ((0, 1),)

@@ -125,7 +125,7 @@ softplus_five: Callable[..., Any] = cast("Callable[..., Any]", intrinsic(_five_l
 
 @compiled(fastmath={"contract"})
 def exp_negative(a: float) -> float:
-    """`e^-a` for 0 <= a <= LIMIT, without a branch."""
+    """`e^-a` for a from 0 to LIMIT, without a branch."""
     y = -a * _LOG2E + _ROUND
     k = y - _ROUND
     r = (-a - k * _LN2_HIGH) - k * _LN2_LOW
@@ -146,9 +146,9 @@ def exp_negative(a: float) -> float:
 
 @compiled(fastmath={"contract"})
 def softplus(x: F64, value: F64, slope: F64) -> None:
-    """Fill `value = ln(1 + e^x)` and `slope = 1 / (1 + e^-x)`.
+    """Fill `value` with `ln(1 + e^x)` and `slope` with its derivative `1 / (1 + e^-x)`.
 
-    x, value, slope: float64[n]; dimensionless.
+    x, value, slope: float64[n], without dimension.
     """
     for i in range(x.size):
         xi = x[i]
@@ -176,10 +176,10 @@ def softplus_at(x: float) -> float:
 
 
 def inverse_softplus(y: float) -> float:
-    """Return x with `ln(1 + e^x) = y`, y > 0."""
+    """The x at which `ln(1 + e^x)` is y, for y above zero."""
     return y + math.log(-math.expm1(-y))
 
 
 def inverse_softplus_of(y: F64) -> F64:
-    """`inverse_softplus` of arrays."""
+    """The x at which `ln(1 + e^x)` is y, float64 in the shape of y, every one of which is above zero."""
     return np.asarray(y + np.log(-np.expm1(-y)))

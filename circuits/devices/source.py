@@ -1,7 +1,8 @@
 """Ideal sources and their waveforms. They belong to a testbench, never to a circuit.
 
-Every waveform is a polyline of (time, value) vertices, constant before the first and after the last;
-the solver restarts at each vertex. A sampled waveform is followed at its sample rate instead.
+Every waveform is a polyline: points in time with a value each, joined by straight lines, constant before the
+first and after the last. The solver restarts at each point. A sampled waveform, such as a sound, is followed
+at its sample rate instead.
 """
 
 from __future__ import annotations
@@ -21,14 +22,17 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A direct voltage (V) or current (A)."""
+    """A direct voltage (V) or current (A) of `value`."""
 
     value: float
 
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """Trapezoids from `low` to `high`: at each of `starts` (s) `rise` s up, `width` s flat, `fall` s down."""
+    """Trapezoids from `low` to `high` (V or A), one at each of `starts`, s.
+
+    Each rises for `rise` (s), stays high for `width` (s), and falls for `fall` (s).
+    """
 
     low: float
     high: float
@@ -40,7 +44,7 @@ class Pulse:
 
 @dataclass(frozen=True, slots=True)
 class PiecewiseLinear:
-    """Vertices at rising `time` (s) with `value` (V or A)."""
+    """Points at rising times `time` (s) with the values `value` (V or A), joined by straight lines."""
 
     time: tuple[float, ...]
     value: tuple[float, ...]
@@ -48,7 +52,7 @@ class PiecewiseLinear:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampled:
-    """Samples `value` (V or A, float64[T]) from `start` s at `rate` Hz, joined by straight lines."""
+    """Samples `value` (float64[T], V or A) from `start` (s) on at `rate` (Hz), joined by straight lines."""
 
     start: float
     rate: float
@@ -57,7 +61,7 @@ class Sampled:
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """Set from outside while a run goes on; `initial` (V or A) until then."""
+    """A waveform that is set from outside while a run goes on; until then it is `initial`, V or A."""
 
     initial: float
 
@@ -69,7 +73,11 @@ Quantity = Literal["voltage", "current"]
 
 @dataclass(frozen=True, slots=True)
 class Source(Device):
-    """An ideal source of `quantity` between ground and `node`; a current flows into the node."""
+    """An ideal source between ground and `node`.
+
+    waveform: what it gives. quantity: `voltage` or `current`; a current flows into the node. Raises
+    `ParameterError` for times that do not rise and for values that are not finite or not plausible.
+    """
 
     name: str
     node: str
@@ -88,17 +96,17 @@ class Source(Device):
             self.check()
 
     def terminals(self) -> tuple[str, ...]:
-        """Return (node,)."""
+        """The node that is driven."""
         return (self.node,)
 
     def parameters(self) -> Mapping[str, float]:
-        """Waveforms are not parameters."""
+        """No numbers: a waveform is no parameter."""
         return {}
 
     def check(self) -> None:
-        """Require vertices that rise in time and finite values, of which the largest is one that is meant.
+        """Raise `ParameterError` unless times rise and values are finite, the largest of them plausible.
 
-        A current may be 0, and pass through any value on its way to its largest.
+        A current may be 0, and may pass through any value on its way to its largest.
         """
         held = self.waveform.value if isinstance(self.waveform, Constant) else None
         if type(held) is float and math.isfinite(held):  # most sources: no arrays for one number
@@ -110,12 +118,15 @@ class Source(Device):
             require_plausible(f"{self.name}.waveform", largest, unit, allowed=self.allow_implausible)
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """A voltage source ties its node to ground."""
+        """A voltage source ties its node to ground; a current source does not."""
         return ((0, -1),) if self.quantity == "voltage" else ()
 
 
 def polyline(name: str, waveform: Waveform) -> Polyline:
-    """Vertices (time s, value) of a waveform, float64[T] each, T >= 1."""
+    """Times (s) and values of a waveform's points, float64[T] each, at least one.
+
+    Raises `ParameterError`, which names the source, for points that do not rise in time or are not finite.
+    """
     if isinstance(waveform, Constant):
         return vertices(name, (0.0,), (waveform.value,))
     if isinstance(waveform, Driven):
@@ -130,7 +141,10 @@ def polyline(name: str, waveform: Waveform) -> Polyline:
 
 
 def vertices(name: str, time: Sequence[float] | F64, value: Sequence[float] | F64) -> Polyline:
-    """Check and return vertices as arrays."""
+    """Times (s) and values of a polyline as arrays, float64[T] each, after a check.
+
+    Raises `ParameterError`, which names the source, for points that do not rise in time or are not finite.
+    """
     require_reals(f"{name}: times", time, "s")
     require_reals(f"{name}: values", value, "V or A")
     t, v = np.asarray(time, dtype=np.float64), np.asarray(value, dtype=np.float64)

@@ -1,15 +1,19 @@
-"""MOS transistor: the EKV law, continuous from weak to strong inversion.
+"""MOS transistor by the EKV law, which is continuous from weak to strong inversion.
 
-`I = I_S [F(u_f) - F(u_r)] (1 + lambda |v_d - v_s|)`, `F(u) = ln^2(1 + e^(u/2))`,
-`u_f = (v_p - v_s) / U_T`, `u_r = (v_p - v_d) / U_T`, all voltages to the bulk and mirrored for a pFET,
-`I_S = 2 mu Cox U_T^2 / kappa * m W / L`.
-Pinch-off voltage: `v_p = kappa (v_g - V_T0)`, or with body effect (`ekv-gamma`)
-`v_p = v_x - phi - gamma (sqrt(v_x + gamma^2/4) - gamma/2)`, `v_x = v_g - V_T0 + phi + gamma sqrt(phi)`.
-In weak inversion this is equation (1) of Cheely & Horiuchi (2003) with `I_0 = I_S e^(-kappa V_T0 / U_T)`:
-the current left at v_g = v_s is the off current of the channel; each junction adds
-`J W (1 - e^(-v/U_T))` from drain or source to bulk.
-Charges: constant capacitances gate-bulk, gate-drain, gate-source, drain-bulk, source-bulk, so that
-charge is conserved whatever the voltages do.
+    I = I_S [F(u_f) - F(u_r)] (1 + lambda |v_d - v_s|),     F(u) = ln^2(1 + e^(u/2))
+    u_f = (v_p - v_s) / U_T,    u_r = (v_p - v_d) / U_T,    I_S = 2 mu Cox U_T^2 / kappa * m W / L
+
+All voltages are to the bulk, and mirrored for a pFET. The pinch-off voltage is `v_p = kappa (v_g - V_T0)`, or
+with body effect (the law `ekv-gamma`)
+
+    v_p = v_x - phi - gamma (sqrt(v_x + gamma^2/4) - gamma/2),   v_x = v_g - V_T0 + phi + gamma sqrt(phi)
+
+In weak inversion this is equation (1) of Cheely & Horiuchi (2003) with `I_0 = I_S e^(-kappa V_T0 / U_T)`.
+What is left at v_g = v_s is the off current of the channel. Each junction adds a leakage of `J W (1 -
+e^(-v/U_T))` from drain or source to bulk. Charges are those of constant capacitances between gate and bulk,
+gate and drain, gate and source, drain and bulk, and source and bulk, so that charge is conserved whatever the
+voltages do.
+
 Source: Enz, Krummenacher, Vittoz, "An analytical MOS transistor model" (1995), equations of I_S, v_p, F.
 """
 
@@ -31,7 +35,11 @@ from circuits.silicon.process import POLARITIES, Polarity, TransistorAtTemperatu
 
 @dataclass(frozen=True, slots=True)
 class Transistor(Device):
-    """A MOS transistor of `multiplicity` parallel devices, each `width` by `length` (m)."""
+    """A MOS transistor, `multiplicity` equal ones in parallel, each `width` by `length`, m.
+
+    polarity: `n` or `p`. drain, gate, source, bulk: names of nodes. Raises `ParameterError` for another
+    polarity and for sizes that are not above zero or not plausible.
+    """
 
     name: str
     polarity: Polarity
@@ -44,37 +52,37 @@ class Transistor(Device):
     multiplicity: float = 1.0
 
     def terminals(self) -> tuple[str, ...]:
-        """Return (drain, gate, source, bulk)."""
+        """The nodes drain, gate, source and bulk."""
         return self.drain, self.gate, self.source, self.bulk
 
     @property
     def gate_area(self) -> float:
-        """Area of all gates, `m W L`, m^2."""
+        """Area of all its gates, `m W L`, m^2."""
         return self.width * self.length * self.multiplicity
 
     @property
     def square(self) -> float:
-        """Width of all devices over their length, `m W / L`."""
+        """Width of all its devices over their length, `m W / L`."""
         return self.width * self.multiplicity / self.length
 
     def parameters(self) -> Mapping[str, float]:
-        """Return width (m), length (m) and multiplicity."""
+        """The width (m), length (m) and multiplicity."""
         return {"width": self.width, "length": self.length, "multiplicity": self.multiplicity}
 
     def check(self) -> None:
-        """Require a polarity and positive sizes."""
+        """Raise `ParameterError` unless the polarity is known and the sizes are above zero."""
         require_choice(f"{self.name}.polarity", self.polarity, POLARITIES)
         require_positive(self, "width", "m")
         require_positive(self, "length", "m")
         require_positive(self, "multiplicity", "devices")
 
     def conducting(self) -> tuple[tuple[int, int], ...]:
-        """Current flows from drain to source; the junctions tie neither to the bulk."""
+        """Direct current flows between drain and source; the junctions tie neither of them to the bulk."""
         return ((0, 2),)
 
 
 class TransistorArrays(NamedTuple):
-    """Coefficients of n transistors for the law's kernel, float64[n] each unless said."""
+    """Coefficients of n transistors in the form that the law's kernel takes, float64[n] each unless said."""
 
     terminal: I32  # int32[4, n]: positions of drain, gate, source, bulk in the voltage vector
     sign: F64  # +1 nFET, -1 pFET
@@ -91,7 +99,7 @@ class TransistorArrays(NamedTuple):
 
 
 class TransistorWork(NamedTuple):
-    """Scratch and results of the law's kernel."""
+    """Scratch of the law's kernel, and the currents and conductances that it leaves."""
 
     argument: F64  # [2n] u/2, forward then reverse
     value: F64  # [2n] ln(1 + e^(u/2))
@@ -113,10 +121,11 @@ def transistor_arrays(
     delta_v_t: F64 | float = 0.0,
     relative_beta: F64 | float = 0.0,
 ) -> TransistorArrays:
-    """Coefficients of a group of devices of one polarity.
+    """Coefficients of n transistors of one polarity.
 
-    terminal: int32[4, n]; width, length: float64[n], m; delta_v_t: V, added to the magnitude of
-    V_T0; relative_beta: added to 1.
+    terminal: int32[4, n], positions of drain, gate, source and bulk in the vector of voltages. law:
+    parameters of the polarity at the run's temperature. width, length: float64[n], m. delta_v_t: deviation of
+    V_T0, V, of the magnitude. relative_beta: relative deviation of the current factor.
     """
     n = width.size
     full = np.ones(n)
@@ -138,7 +147,10 @@ def transistor_arrays(
 
 
 def merge_arrays(is_n: Bools, n: TransistorArrays, p: TransistorArrays) -> TransistorArrays:
-    """Pick each device from the arrays of its polarity; the law is switched for all by what any needs."""
+    """Coefficients of all transistors, each from the arrays of its own polarity.
+
+    is_n: bool[n]. Body effect, Early effect and leakage are computed for all where any of them has it.
+    """
     fields = TransistorArrays._fields[1:10]
     columns: dict[str, Any] = {f: np.where(is_n, getattr(n, f), getattr(p, f)) for f in fields}
     some = [a for a, used in ((n, is_n.any()), (p, not is_n.all())) if used]
@@ -148,7 +160,7 @@ def merge_arrays(is_n: Bools, n: TransistorArrays, p: TransistorArrays) -> Trans
 
 
 def transistor_work(n: int) -> TransistorWork:
-    """Allocate the scratch of n transistors."""
+    """Scratch for n transistors."""
     return TransistorWork(
         np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n), np.zeros((3, n)),
         np.zeros((2, n)), np.zeros((2, n)),
@@ -157,10 +169,7 @@ def transistor_work(n: int) -> TransistorWork:
 
 @compiled(fastmath={"contract"})
 def drain_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
-    """Currents of all transistors and their exact derivatives, into `w`.
-
-    v: float64[nodes], V.
-    """
+    """Fill `w` with the currents of all transistors and their exact derivatives at node voltages `v`, V."""
     n = a.sign.size
     drain, gate, source, bulk = a.terminal[0], a.terminal[1], a.terminal[2], a.terminal[3]
     x, kappa, g = w.argument, w.kappa, w.conductance
@@ -224,7 +233,7 @@ def _junction_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
 def capacitances(
     model: TransistorModel, width: F64, length: F64, multiplicity: F64
 ) -> dict[tuple[int, int], F64]:
-    """Capacitances of n devices between pairs of terminal positions (drain, gate, source, bulk), F."""
+    """Capacitances of n devices (F, float64[n]) by pair of terminal positions: drain, gate, source, bulk."""
     w = width * multiplicity
     gate_bulk = model.gate_bulk_fraction * model.oxide_capacitance * w * length
     overlap, junction = model.overlap_capacitance * w, model.junction_capacitance * w
@@ -241,7 +250,10 @@ def drain_current(
     v_s: F64 | float,
     v_b: F64 | float = 0.0,
 ) -> F64:
-    """Current into the drain, A, of one device at broadcast terminal voltages (V)."""
+    """Current into the drain of one device, A, in the shape to which its terminal voltages broadcast.
+
+    width, length: m. v_d, v_g, v_s, v_b: voltages of drain, gate, source and bulk, V.
+    """
     vd, vg, vs, vb = (np.atleast_1d(x) for x in np.broadcast_arrays(v_d, v_g, v_s, v_b))
     n = vd.size
     v = np.concatenate([vd.ravel(), vg.ravel(), vs.ravel(), vb.ravel()]).astype(np.float64)

@@ -1,1 +1,1 @@
-"""Silicon: process and temperature, dies and their draws."""
+"""Silicon: fabrication processes and temperature, dies, and the deviations of the devices on them."""

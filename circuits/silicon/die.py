@@ -1,14 +1,16 @@
-"""A die is a key, not a stream.
+"""Deviations of devices on a die, each a pure function of the die and of the device's name.
 
-The deviation of a parameter of a device is a pure function of (lot, die, instance path, parameter): the
-counter-based generator Philox4x32-10 with a key hashed from lot, die, the names in the path and the
-parameter, and the array indices of the path as its counter. Order, edits elsewhere, subsets and worker counts
-change nothing, and whole arrays are drawn at once. A place of a path counts as an array by how many indices
-it has: `neuron` and `neuron[0]` are two places, `neuron[0]` of 1 and of 13 are one.
+A die is a key, not a stream of random numbers. The deviation of a parameter of a device follows from the lot,
+the die's number, the device's instance path and the parameter's name: the counter-based generator
+Philox4x32-10 takes a key hashed from these names, and the array indices of the path as its counter. So
+neither the order of the draws, nor edits elsewhere in a circuit, nor the number of workers change a device's
+deviation, and whole arrays are drawn at once. A name with indices and the same name without any are two
+places: `neuron` and `neuron[0]` differ, while `neuron[0]` of an array of 1 and of 13 are the same.
 
-Local mismatch follows area (Pelgrom 1989): a published A is the pair's figure, so that one device has
-`sigma = A / sqrt(2 m W L)`. Process variation is one draw a die, polarity and parameter; corners set it to
-plus or minus 3 sigma instead.
+Local mismatch falls with the square root of area (Pelgrom 1989). Published coefficients A are those of a pair
+of devices, so that one device has `sigma = A / sqrt(2 m W L)`. Process variation is one draw for each die,
+polarity and parameter; a corner sets it to plus or minus 3 sigma instead.
+
 Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (2011), Philox4x32-10.
 """
 
@@ -49,11 +51,12 @@ _COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may h
 
 @dataclass(frozen=True, slots=True)
 class Die:
-    """A die: `lot` and `number` choose the silicon.
+    """A die, chosen by its `lot` and its `number`.
 
-    `number` None is the nominal die: no mismatch, and process as the corner says (`random` is typical
-    then). `mismatch` and `process` switch local and shared variation off separately. `sampling` is the plan
-    of a study that the die belongs to, in the place of its own draws.
+    number: None is the nominal die, without mismatch and with the process as the corner says, where `random`
+    means typical. corner: process corner, or `random` for the die's own draw. mismatch, process: whether
+    local deviations, and those that all devices of a die share, are drawn. sampling: the plan of a study
+    whose draws take the place of the die's own.
     """
 
     lot: str = "A"
@@ -87,18 +90,18 @@ NOMINAL = Die()
 
 
 class Shift(NamedTuple):
-    """Shared process deviation of one polarity: V_T0 (V, of the magnitude) and relative beta."""
+    """Deviations that all devices of one polarity share: V_T0 (V, of the magnitude) and relative beta."""
 
     v_t0: float
     beta: float
 
 
 def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: str) -> F64:
-    """Standard normal draws of devices at all their places, float64[sum of the products of their shapes].
+    """Standard normal draws of devices at all their places, path after path, row-major over its shapes.
 
-    place: where the circuit stands, ((chip, ()), (instance, index), ...); paths: ((name, shape), ...) from
-    there on, a device's name last with shape (); one after the other, row-major over the shapes. Raises
-    `ParameterError` for more than four index dimensions in all.
+    place: where the circuit stands, ((chip, ()), (instance, index), ...). paths: ((name, shape), ...) from
+    there on, the device's name last with shape (). parameter: name of what is drawn. Raises `ParameterError`
+    for more than four index dimensions in all.
     """
     own = _normals(die, [_names(place, path) for path in paths], _places(place, paths), parameter)
     return _planned(die, place, paths, parameter, own)
@@ -107,9 +110,9 @@ def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: s
 def mismatch(
     die: Die, process: Process, place: Place, paths: Sequence[Path], area: F64 | float
 ) -> tuple[F64 | float, F64 | float]:
-    """Local deviations (V_T0 V, relative beta) of transistors, float64[count] in the order of the paths.
+    """Local deviations of transistors: V_T0 (V) and relative beta, float64[count] in the order of the paths.
 
-    area: m W L of each, m^2, or of all.
+    area: m W L of each, float64[count], or of all, m^2. Both results are 0 where the die has no mismatch.
     """
     if die.number is None or not die.mismatch:
         return 0.0, 0.0
@@ -122,7 +125,7 @@ def mismatch(
 
 
 def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
-    """Process deviation of a polarity on this die."""
+    """Deviations that all devices of a polarity share on a die."""
     variation = process.variation
     if die.corner != "random":
         slow = CORNER_SIGMAS * _SLOW[die.corner][0 if polarity == "n" else 1]
@@ -202,9 +205,9 @@ def _normals(die: Die, names: Sequence[str], places: _Places, parameter: str) ->
 
 @compiled()
 def philox(keys: U32, counters: U32, words: U32) -> None:
-    """First output words of Philox4x32-10, one key and counter a column.
+    """Fill `words`, uint32[up to 4, n], with the first output words of Philox4x32-10, a key a column.
 
-    keys: uint32[2, n]; counters: uint32[4, n]; words: uint32[up to 4, n], filled.
+    keys: uint32[2, n]. counters: uint32[4, n].
     """
     mask, shift = np.uint64(0xFFFFFFFF), np.uint64(32)
     for i in range(counters.shape[1]):

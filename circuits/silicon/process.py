@@ -1,8 +1,11 @@
-"""Process parameters and temperature laws.
+"""Fabrication processes, and the laws by which their parameters follow temperature.
 
-Temperature laws, T0 the process's nominal temperature:
-`U_T = k T / q`, `V_T0(T) = V_T0 + dV_T/dT (T - T0)`, `mu(T) = mu (T / T0)^m`,
-`J(T) = J 2^((T - T0) / doubling)` for the junction leakage.
+With T0 the process's nominal temperature,
+
+    U_T = k T / q                                thermal voltage
+    V_T0(T) = V_T0 + dV_T/dT (T - T0)            threshold
+    mu(T) = mu (T / T0)^m                        mobility
+    J(T) = J 2^((T - T0) / doubling)             junction leakage
 """
 
 from __future__ import annotations
@@ -26,10 +29,10 @@ Law = Literal["ekv", "ekv-gamma"]
 
 @dataclass(frozen=True, slots=True)
 class TransistorModel:
-    """Parameters of one polarity at the nominal temperature, magnitudes for both polarities.
+    """Parameters of one polarity at the nominal temperature, all of them magnitudes.
 
-    `law`: `ekv` keeps kappa constant, as the papers' equations do; `ekv-gamma` lets it follow the
-    pinch-off voltage (body effect) and equals `kappa` at v_p = 0.
+    law: `ekv` keeps kappa constant, as the equations of the papers do; `ekv-gamma` lets it follow the
+    pinch-off voltage (body effect), where `kappa` is its value at v_p = 0.
     """
 
     v_t0: float  # V
@@ -55,15 +58,16 @@ class TransistorModel:
 
     @property
     def gamma(self) -> float:
-        """Body-effect coefficient, V^0.5: `kappa(v_p=0) = 1 / (1 + gamma / (2 sqrt(phi)))`."""
+        """Body-effect coefficient, V^0.5, from `kappa(v_p = 0) = 1 / (1 + gamma / (2 sqrt(phi)))`."""
         return 2.0 * (1.0 / self.kappa - 1.0) * math.sqrt(self.surface_potential)
 
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """Standard deviations of what a die's transistors of one polarity share, from die to die.
+    """Standard deviations, from die to die, of what all transistors of one polarity share.
 
-    Ours: 3 sigma of V_T0 is 0.1 V (two published runs of this line differ by 0.12 V), of beta 12 %.
+    The numbers are ours: 3 sigma of V_T0 is 0.1 V (two published runs of this line differ by 0.12 V), and 3
+    sigma of beta is 12 %.
     """
 
     sigma_v_t0: float = 33e-3  # V
@@ -72,7 +76,7 @@ class Variation:
 
 @dataclass(frozen=True, slots=True)
 class Process:
-    """A fabrication process: both transistors, the supply, matching of a pair, spread of dies."""
+    """A fabrication process: both transistor models, the supply (V), matching of a pair, spread of dies."""
 
     name: str
     n: TransistorModel
@@ -93,7 +97,7 @@ class Process:
         require_type(f"{self.name}.variation", self.variation, Variation, "a variation")
 
     def model(self, polarity: Polarity) -> TransistorModel:
-        """Return the model of one polarity."""
+        """The transistor model of one polarity."""
         return self.n if polarity == "n" else self.p
 
 
@@ -132,7 +136,7 @@ PROCESSES = {p.name: p for p in (AMI_1500, ROLLS_180)}
 
 
 def check_temperature(temperature_c: float) -> None:
-    """Raise `ParameterError` outside the range over which the temperature laws hold."""
+    """Raise `ParameterError` for a temperature (degC) outside of the range over which the laws hold."""
     require_real("temperature", temperature_c, "degC")
     if not LOWEST_C <= temperature_c <= HIGHEST_C:
         raise ParameterError(
@@ -142,20 +146,20 @@ def check_temperature(temperature_c: float) -> None:
 
 
 def kelvin(temperature_c: float) -> float:
-    """Absolute temperature, K."""
+    """Absolute temperature, K, of a temperature in degC."""
     return temperature_c + ZERO_CELSIUS
 
 
 def thermal_voltage(temperature_c: float) -> float:
-    """`U_T = k T / q`, V."""
+    """`U_T = k T / q`, V, at a temperature in degC."""
     return BOLTZMANN * kelvin(temperature_c) / ELEMENTARY_CHARGE
 
 
 @dataclass(frozen=True, slots=True)
 class TransistorAtTemperature:
-    """A transistor model's parameters at one temperature, in the form of the drain-current law.
+    """Parameters of a transistor model at one temperature, in the form that the current law takes.
 
-    `square_current` is the specific current of a square device: `I_S = 2 mu Cox U_T^2 / kappa`, A.
+    square_current: specific current of a device as wide as long, `2 mu Cox U_T^2 / kappa`, A.
     """
 
     square_current: float
@@ -169,7 +173,7 @@ class TransistorAtTemperature:
 
 
 def at_temperature(model: TransistorModel, process: Process, temperature_c: float) -> TransistorAtTemperature:
-    """Apply the temperature laws to `model`."""
+    """A transistor model's parameters at a temperature (degC)."""
     check_temperature(temperature_c)
     u_t = thermal_voltage(temperature_c)
     rise = temperature_c - process.nominal_temperature_c

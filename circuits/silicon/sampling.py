@@ -1,11 +1,12 @@
-"""Draws of a sampling plan in the place of a die's own.
+"""Draws that a sampling plan of a study puts in the place of a die's own.
 
-A plan (Latin hypercube, Sobol, importance sampling) fixes the standard normals of a range of dies together.
-It hands a table to `Die.sampling`: one row a die, one column a labelled draw. A draw that the table does not
-have stays the die's own, so that a plan made for one block leaves the rest of a chip alone.
+A plan (Latin hypercube, Sobol, importance sampling) chooses the standard normals of a whole range of dies
+together. It gives `Die.sampling` a table with a row for each die and a column for each labelled draw. A draw
+that the table does not have stays the die's own, so that a plan made for one block leaves the rest of a chip
+alone.
 
-Labels are paths with the parameter last: `rebound_neuron.inhibition.mi5.v_t0`, `chip.neuron[2].m1.beta`, and
-`process.n.shared.v_t0` for what a polarity of a die shares.
+A label is a path with the parameter last: `rebound_neuron.inhibition.mi5.v_t0`, `chip.neuron[2].m1.beta`, and
+`process.n.shared.v_t0` for what all devices of a polarity share on a die.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _ABSENT = -1
 class Sampling:
     """Standard normals of the dies `first`, `first + 1`, ... under a plan called `name`.
 
-    columns: column of each label; rows: float64[dies, columns].
+    columns: the column of each label. rows: float64[dies, columns].
     """
 
     name: str
@@ -41,9 +42,10 @@ class Sampling:
         return Sampling, (self.name, self.first, self.columns, self.rows)
 
     def draws(self, number: int, place: Path, paths: Sequence[Path], parameter: str, own: F64) -> F64:
-        """Standard normals of die `number`, `own` where the plan has none; arguments as in `die`.
+        """Standard normals of die `number`, with those of `own` where the plan has none.
 
-        Raises `ParameterError` for a die that the plan does not have.
+        place, paths, parameter: as of `circuits.silicon.die.standard_normals`. Raises `ParameterError` for a
+        die that the plan does not have.
         """
         row = number - self.first
         if not 0 <= row < len(self.rows):

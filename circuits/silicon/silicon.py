@@ -1,4 +1,4 @@
-"""Silicon: what a circuit is made of in a run. A process, a temperature, a die and a place on it."""
+"""What a circuit is made of in a run: a process, a temperature, a die, and a place on it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from circuits.silicon.process import (
 
 
 class Deviation(NamedTuple):
-    """Local deviation of transistors: V_T0 (V, of the magnitude) and relative beta, float64[count] or 0."""
+    """Local deviations of transistors: V_T0 (V, of the magnitude) and relative beta, float64[count] or 0."""
 
     v_t0: F64 | float
     beta: F64 | float
@@ -32,8 +32,8 @@ class Deviation(NamedTuple):
 class Silicon:
     """A process at a temperature (degC) on a die.
 
-    `place`: where a lone circuit stands on its chip, ((chip, ()), (instance, index), ...), so that its
-    devices are the chip's; a circuit without a place stands by itself under its own name.
+    place: where a circuit that is simulated by itself stands on its chip, ((chip, ()), (instance, index),
+    ...), so that it has the chip's devices. A circuit without a place stands by itself under its own name.
     """
 
     process: Process = AMI_1500
@@ -48,7 +48,7 @@ class Silicon:
 
     @property
     def thermal_voltage(self) -> float:
-        """U_T, V."""
+        """U_T at the silicon's temperature, V."""
         return thermal_voltage(self.temperature_c)
 
     def law(self, polarity: Polarity) -> TransistorAtTemperature:
@@ -60,19 +60,19 @@ class Silicon:
         )
 
     def of_area(self, area: float) -> Silicon:
-        """The silicon with devices of `area` times theirs: their local mismatch is as `1 / sqrt(area)`."""
+        """The silicon of devices `area` times as large, whose mismatch is `1 / sqrt(area)` of theirs."""
         process, root = self.process, math.sqrt(area)
         wider = replace(process, pair_a_vt=process.pair_a_vt / root, pair_a_beta=process.pair_a_beta / root)
         return replace(self, process=wider)
 
     def deviation(self, circuit: str, path: Path, area: F64 | float) -> Deviation:
-        """Local deviations of the transistors at `path` in the top circuit `circuit`.
+        """Local deviations of the transistors at `path` in a circuit called `circuit`.
 
-        path: ((instance name, shape), ..., (device name, ())); area: m W L of one or of each, m^2.
+        path: ((instance name, shape), ..., (device name, ())). area: m W L of each or of all, m^2.
         """
         return self.deviations(circuit, (path,), area)
 
     def deviations(self, circuit: str, paths: Sequence[Path], area: F64 | float) -> Deviation:
-        """Local deviations of the transistors at several paths, one after the other; area as above."""
+        """Local deviations of the transistors at several paths, one after the other, as of `deviation`."""
         place = ((circuit, ()),) if self.place is None else self.place
         return Deviation(*mismatch(self.die, self.process, place, paths, area))
