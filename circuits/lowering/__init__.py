@@ -1,1 +1,1 @@
-"""From a circuit to a kernel, a graph or a closed form."""
+"""What a circuit is turned into: arrays for the solver, a graph, closed forms, or models on a die."""

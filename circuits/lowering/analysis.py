@@ -1,6 +1,6 @@
-"""Circuit -> closed forms: each device's equation as text, and the capacitance that loads each node.
+"""Closed forms of a circuit: each device's equation as text, and the capacitance that loads each node.
 
-One registration a device type, as in the other lowerings.
+Every device type registers its own equation, as in the other lowerings.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Pairs = dict[tuple[int, int], F64]
 
 @singledispatch
 def to_equation(device: Device, silicon: Silicon) -> str:
-    """The device's constitutive relation with its numbers, SI units, at the silicon's temperature."""
+    """A device's constitutive relation as text with its numbers in SI, at the silicon's temperature."""
     raise TypeError(f"{type(device).__name__}: no closed form")
 
 
@@ -72,7 +72,7 @@ def _(device: Source, silicon: Silicon) -> str:
 
 
 def node_capacitances(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
-    """Capacitance between each node and all others together, F, by node path; 0 where there is none."""
+    """Capacitance (F) between each node and all others together, by node path; 0 where there is none."""
     flat = flatten(circuit)
     total = np.zeros(flat.count)
     for group in flat.groups:
@@ -85,7 +85,10 @@ def node_capacitances(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
 
 
 def find_transistor(flat: FlatCircuit, label: str) -> Transistor:
-    """The transistor at an instance path, as in `membrane.m1`."""
+    """The transistor at an instance path such as `membrane.m1`.
+
+    Raises `UnknownNameError` where there is none.
+    """
     groups = {group.label(0): group.device for group in flat.groups}
     device = groups.get(label)
     if not isinstance(device, Transistor):

@@ -1,4 +1,4 @@
-"""Capacitances between nodes of a circuit: of its capacitors, and the constant ones of its transistors."""
+"""Capacitances between the nodes of a circuit, of its capacitors and of its transistors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from circuits.silicon.process import Process
 
 
 def capacitance_matrix(circuit: Circuit, process: Process, nodes: Sequence[str]) -> F64:
-    """Capacitance matrix of `nodes`, all other nodes held, float64[nodes, nodes], F."""
+    """Capacitance matrix of `nodes` with all other nodes held, float64[nodes, nodes], F."""
     flat = flatten(circuit)
     number = {flat.node(n): k for k, n in enumerate(nodes)}
     matrix = np.zeros((len(nodes), len(nodes)))

@@ -1,4 +1,7 @@
-"""Checks that name the offender: floating gates, nodes without a path for direct current, supply loops."""
+"""Checks of a circuit's wiring: floating gates, nodes without a path for direct current, loops of supplies.
+
+Every error names the first device or node that is wired wrongly.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,9 @@ from circuits.lowering.flatten import FlatCircuit, flatten
 
 
 def check_circuit(circuit: Circuit) -> None:
-    """Check a circuit by itself, its input ports taken as driven.
+    """Check a circuit by itself, with its input ports taken as driven.
 
-    Raises `TopologyError` naming the instance path of the first offender.
+    Raises `TopologyError`, which names the instance path of the first device or node that is wired wrongly.
     """
     flat = flatten(circuit)
     driven = [int(n) for p in circuit.ports if p.direction == "in" for n in flat.ports[p.name].ravel()]
@@ -28,7 +31,7 @@ def check_circuit(circuit: Circuit) -> None:
 
 
 def check_flat(flat: FlatCircuit, driven: Sequence[int]) -> None:
-    """Require a path for direct current from every node to ground or to a driven node."""
+    """Raise `TopologyError` unless direct current can flow from every node to ground or to a driven node."""
     a, b = _conducting_pairs(flat)
     n = flat.count
     roots = np.unique(np.concatenate([[0], np.asarray(driven, dtype=np.int64)]))
@@ -73,7 +76,7 @@ def _raise_floating(flat: FlatCircuit, islands: I64) -> NoReturn:
 
 
 def check_supplies(flat: FlatCircuit, sources: Sequence[Source]) -> list[tuple[int, int]]:
-    """Return (node, source) for every voltage source; two on one node are a loop of supplies."""
+    """Node and source of every voltage source; raises `TopologyError` where two of them drive one node."""
     fixed: dict[int, int] = {0: -1}
     names: set[str] = set()
     for k, source in enumerate(sources):

@@ -1,8 +1,10 @@
-"""A sparse LU factorisation as a program: which entry is updated by which product, in order.
+"""Sparse LU factorisation of a matrix whose pattern is known, as a program that is run at every step.
 
-The pattern is fixed by the circuit, so that order and fill are found once; running the program is then
-two short loops over integers. No pivoting: in a transient every node has capacitance, and the step is
-cut when a factorisation is not good enough. The order is SuperLU's minimum degree.
+The circuit fixes which entries of the matrix are not zero, so that the order of elimination and the entries
+that fill in are found once. The program lists, in order, which entry is updated by which product; to run it
+takes two short loops over integers. There is no pivoting: in a transient every node has capacitance, and the
+step is made shorter where a factorisation is not good enough. The order of elimination is the minimum degree
+of SuperLU.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from circuits.compiled import compiled
 
 
 class Factor(NamedTuple):
-    """Program over the entries of an n by n matrix stored as float64[entries]."""
+    """A factorisation program over the entries of an n by n matrix, which is stored as float64[entries]."""
 
     diagonal: I32  # [n] position of each pivot
     lower_start: I32  # [n + 1] range of the pivot's column below the diagonal
@@ -33,7 +35,10 @@ class Factor(NamedTuple):
 
 
 def elimination_order(n: int, rows: I64, columns: I64) -> I64:
-    """Order of elimination of an n by n pattern: `order[k]` is the k-th pivot."""
+    """Order in which to eliminate an n by n pattern, int64[n]: `order[k]` is the k-th pivot.
+
+    rows, columns: int64[entries] each, positions of the entries that are not zero.
+    """
     both = (np.concatenate([rows, columns, np.arange(n)]), np.concatenate([columns, rows, np.arange(n)]))
     matrix = csc_array((np.ones(both[0].size), both), shape=(n, n))
     matrix.data[:] = 1.0
@@ -45,9 +50,9 @@ def elimination_order(n: int, rows: I64, columns: I64) -> I64:
 
 
 def factor_program(n: int, pattern: set[tuple[int, int]]) -> tuple[Factor, dict[tuple[int, int], int]]:
-    """Program for a pattern whose rows and columns are already in elimination order.
+    """The program for a pattern whose rows and columns are already in the order of elimination.
 
-    Returns the program and the position of every entry, fill included.
+    Returns the program and the position of every entry by its row and column, entries that fill in included.
     """
     row_sets: list[set[int]] = [{k} for k in range(n)]
     for i, j in pattern:
@@ -92,7 +97,7 @@ def _starts(rows: list[list[int]] | list[list[tuple[int, int, int]]]) -> I32:
 
 @compiled()
 def factor_and_solve(f: Factor, a: F64, b: F64) -> None:
-    """Factor the matrix entries `a` in place and replace the right-hand side `b` by the solution."""
+    """Factor the entries `a` in place, and replace the right-hand side `b`, float64[n], by the solution."""
     n = f.diagonal.size
     for k in range(n):
         inverse = 1.0 / a[f.diagonal[k]]

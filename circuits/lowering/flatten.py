@@ -1,7 +1,8 @@
-"""Circuit -> arrays: nodes are numbered, device arrays stay arrays.
+"""A circuit with all its instances laid out as arrays: numbered nodes, and devices in groups.
 
-A device of a circuit that stands in instance arrays of shapes S1, S2, ... becomes one group with an
-integer array of node numbers; no object is made per instance.
+A device of a circuit that stands in arrays of instances of shapes S1, S2, ... becomes one group, with an
+integer array of node numbers. No object is made for each instance, so that a chip of many thousand cells is
+flattened as quickly as a cell.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Overrides = Mapping[str, F64]
 
 
 class DeviceGroup(NamedTuple):
-    """One device of one circuit definition at all places where it stands."""
+    """One device of one circuit, at all the places where it stands."""
 
     device: Device
     path: Path  # ((instance name, shape), ...) from the top
@@ -33,7 +34,7 @@ class DeviceGroup(NamedTuple):
     parameters: dict[str, F64]  # [count] each
 
     def label(self, k: int) -> str:
-        """Instance path of copy `k`, as in `neuron[2].mi5`."""
+        """Instance path of copy `k`, such as `neuron[2].mi5`."""
         return ".".join((*_path_text(self.path, k), self.device.name))
 
 
@@ -47,7 +48,7 @@ class _Block:
 
 @dataclass(slots=True)
 class FlatCircuit:
-    """All device groups of a circuit and its node numbering; number 0 is ground."""
+    """All groups of devices of a circuit, and the numbers of its nodes; ground has the number 0."""
 
     circuit: Circuit
     groups: list[DeviceGroup] = field(default_factory=list)
@@ -57,19 +58,19 @@ class FlatCircuit:
     count: int = 1
 
     def labels(self, kind: type[Device]) -> list[str]:
-        """Instance paths of all devices of a type, in the order in which the kernel lays them out."""
+        """Instance paths of all devices of a type, in the order in which the solver's kernel has them."""
         groups = (g for g in self.groups if isinstance(g.device, kind))
         return [g.label(k) for g in groups for k in range(g.nodes.shape[1])]
 
     def node_name(self, number: int) -> str:
-        """Path of a node, as in `neuron[2].vmem` or `spike[3]`."""
+        """Path of the node with a number, such as `neuron[2].vmem` or `spike[3]`."""
         if number == 0:
             return GROUND
         block = self.blocks[bisect_right(self.blocks, number, key=lambda b: b.start) - 1]
         return ".".join(_path_text((*block.path, (block.name, block.shape)), number - block.start))
 
     def node_names(self) -> list[str]:
-        """Paths of all nodes by number."""
+        """Paths of all nodes in the order of their numbers."""
         names = [GROUND]
         for block in self.blocks:
             parts = [_element_names(*part) for part in (*block.path, (block.name, block.shape))]
@@ -97,7 +98,7 @@ class FlatCircuit:
         return number + offset
 
     def port_nodes(self, reference: str) -> I64:
-        """Numbers of the nodes that a port or an element of it (`spike[3]`) stands for."""
+        """Numbers of the nodes of a port, or of one element of it such as `spike[3]`."""
         name, index = split_reference(reference)
         if name not in self.ports:
             raise unknown_name(f"{self.circuit.name} port", name, self.ports)
@@ -108,7 +109,7 @@ class FlatCircuit:
 
 
 def flatten(circuit: Circuit) -> FlatCircuit:
-    """Number the nodes of `circuit` and lay out its devices as arrays."""
+    """Number the nodes of a circuit and lay out its devices as arrays."""
     flat = FlatCircuit(circuit)
     ports = {p.name: _allocate(flat, (), p.name, p.shape) for p in circuit.ports}
     flat.ports = ports

@@ -1,8 +1,8 @@
-"""Circuit -> networkx graph: devices on one side, nodes on the other, an edge a terminal.
+"""A circuit as a networkx graph: devices on one side, nodes on the other, and an edge for each terminal.
 
-`to_graph` goes down to the devices, `to_instance_graph` stays on the top level, where an instance or an
-array of instances is one vertex and its edges are labelled by port. Vertices are `(kind, path)` pairs, kind
-being `device`, `instance` or `node`, because a device and a node may share a path. Both are multigraphs: a
+`to_graph` goes down to the devices. `to_instance_graph` stays on the top level, where an instance or an array
+of instances is one vertex and its edges are labelled by port. A vertex is a pair `(kind, path)` with the kind
+`device`, `instance` or `node`, because a device and a node may have the same path. Both are multigraphs: a
 transistor whose gate is tied to its drain has two edges to that node.
 """
 
@@ -25,7 +25,7 @@ Vertex = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """A device type as a reader knows it: its word, its terminals' names in order, and what it is besides."""
+    """What a reader knows a device type by: its word, its terminals' names in order, and other attributes."""
 
     type: str
     terminals: tuple[str, ...]
@@ -69,14 +69,14 @@ def _(device: Source) -> Description:
 
 
 def to_graph(circuit: Circuit) -> nx.MultiGraph:
-    """Graph of every device and every node that a device uses.
+    """Graph of every device of a circuit and of every node that a device is connected to.
 
     Returns
     -------
-    A multigraph. Every vertex has `bipartite` (0 device, 1 node), `kind`, `path` and `label` (the path's last
-    name). A device has `type`, `instance` (path of the instance that it stands in, empty at the top), its
-    parameters in SI units and, a transistor, `polarity`; a node has `port` (the port's kind, `ground`, or
-    empty). An edge has `terminal`.
+    A multigraph. Every vertex has `bipartite` (0 for a device, 1 for a node), `kind`, `path` and `label` (the
+    last name of the path). A device also has `type`, `instance` (path of the instance that it stands in,
+    empty at the top), its parameters in SI units and, if it is a transistor, `polarity`. A node also has
+    `port` (the port's kind, `ground`, or empty). An edge has `terminal`.
     """
     flat = flatten(circuit)
     names, kinds = flat.node_names(), _port_kinds(circuit)
@@ -96,12 +96,12 @@ def to_graph(circuit: Circuit) -> nx.MultiGraph:
 
 
 def to_instance_graph(circuit: Circuit) -> nx.MultiGraph:
-    """Graph of the circuit's own devices, instances and nodes; a node array is one vertex.
+    """Graph of a circuit's own devices, instances and nodes, where an array of nodes is one vertex.
 
     Returns
     -------
-    A multigraph as of `to_graph`. An instance has `type` (its circuit's name) and `shape`, a node `shape`, an
-    edge `terminal`: the terminal of a device or the port of an instance.
+    A multigraph as of `to_graph`. An instance has `type` (the name of its circuit) and `shape`, a node has
+    `shape`, and an edge has `terminal`: the terminal of a device or the port of an instance.
     """
     kinds, shapes = _port_kinds(circuit), circuit.shapes()
     graph = nx.MultiGraph(name=circuit.name)

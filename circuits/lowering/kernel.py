@@ -1,9 +1,13 @@
-"""Testbench -> arrays for the solver.
+"""A testbench as arrays for the solver.
 
-Unknown: the voltage of every node that no source fixes. The voltage vector of the solver is
-`[unknown nodes in elimination order | source values | 0 (ground)]`; a current source's value is a column
-that adds itself to its node's current. Kirchhoff's current law at the unknown nodes is
-`d/dt (C v) + G v + i(v) = 0`, positive current leaving the node. One function a device type adds its part.
+The unknowns are the voltages of all nodes that no source fixes. The solver's vector of voltages is `[unknown
+nodes in the order of elimination | values of the sources | 0 (ground)]`; the value of a current source is a
+column that adds itself to the current of its node. Kirchhoff's current law at the unknown nodes is
+
+    d/dt (C v) + G v + i(v) = 0,     a current that leaves a node being positive
+
+with the capacitances C, the linear conductances G, and the currents i(v) of transistors and amplifiers. Every
+device type registers a function that adds its part.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ Triplets = tuple[I64, I64, F64]
 
 
 class Rows(NamedTuple):
-    """A sparse matrix by rows of the unknown nodes, over all columns of the voltage vector."""
+    """A sparse matrix, stored by the rows of the unknown nodes, over all columns of the voltage vector."""
 
     start: I32
     column: I32
@@ -44,7 +48,10 @@ class Rows(NamedTuple):
 
 
 class Stamps(NamedTuple):
-    """What the nonlinear devices add: `f[row] += sign i[source]`, `J[entry] += sign g[source]`."""
+    """Where the currents and slopes of nonlinear devices are added to residual and Jacobian.
+
+    `f[row] += sign i[source]` and `J[entry] += sign g[source]`.
+    """
 
     row: I32
     current: I32
@@ -55,7 +62,7 @@ class Stamps(NamedTuple):
 
 
 class Kernel(NamedTuple):
-    """A circuit as arrays. `unknowns` nodes are solved for; `columns` is the voltage vector's length."""
+    """A circuit as arrays: `unknowns` nodes are solved for, and the voltage vector has `columns` entries."""
 
     unknowns: int
     columns: int
@@ -71,7 +78,7 @@ class Kernel(NamedTuple):
 
 
 class Sources(NamedTuple):
-    """Polylines of all sources, concatenated."""
+    """The polylines of all sources, one behind the other."""
 
     start: I64  # [sources + 1]
     time: F64
@@ -81,7 +88,7 @@ class Sources(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A lowered testbench: the kernel, its sources and the way back to names."""
+    """A testbench on its silicon, ready for the solver, with the way back from arrays to names."""
 
     testbench: Testbench
     silicon: Silicon
@@ -97,11 +104,14 @@ class Machine:
     names: tuple[str, ...] = field(repr=False)
 
     def column_of(self, node: str) -> int:
-        """Position of the node at path `node` in the voltage vector."""
+        """Position of the node at a path in the voltage vector.
+
+        Raises `UnknownNameError` where there is no such node.
+        """
         return int(self.column[self.flat.node(node)])
 
     def sources(self) -> Sources:
-        """The polylines in the solver's form."""
+        """The polylines of the sources in the solver's form."""
         return pack_sources(self.polylines, self.sampled)
 
 
@@ -120,11 +130,11 @@ class _Parts:
 def to_kernel(
     testbench: Testbench, silicon: Silicon | None = None, hold: Mapping[str, float] | None = None
 ) -> Machine:
-    """Lower `testbench` on `silicon` (the nominal process at 27 degC unless given).
+    """Turn a testbench on its silicon into the solver's arrays.
 
-    hold: voltages (V) by path of nodes that no source fixes, as if one did. Raises `TopologyError` for a
-    circuit that cannot be solved: floating gates, nodes without a path for direct current, two sources on
-    one node.
+    silicon: the nominal process at 27 degC unless given. hold: voltages (V), by path, of nodes that no source
+    fixes and that are held as if one did. Raises `TopologyError` for a circuit that cannot be solved: a gate
+    that floats, a node without a path for direct current, or two sources on one node.
     """
     silicon = silicon or Silicon()
     flat = flatten(testbench.circuit)
@@ -160,7 +170,7 @@ def to_kernel(
 
 
 def complete_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> list[Source]:
-    """The testbench's sources and one more for each element of a bias port that it leaves open."""
+    """The sources of a testbench, and one more for each element of a bias port that none of them drives."""
     return [*testbench.sources, *_bias_sources(testbench, flat, silicon)]
 
 
@@ -176,9 +186,10 @@ def _bias_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> 
 
 
 def on_die(machine: Machine, die: Die) -> Machine:
-    """The same machine on another die, equal to lowering its testbench there, without the lowering.
+    """The same machine on another die, without the work of lowering its testbench again.
 
-    What a die changes are the transistors' coefficients and the voltages of biases from the generator.
+    Equal to lowering the testbench on that die: a die changes the transistors' coefficients, and the voltages
+    of biases from the bias generator.
     """
     silicon = replace(machine.silicon, die=die)
     kernel = machine.kernel._replace(transistors=transistor_table(machine.flat, machine.column, silicon))
@@ -192,7 +203,10 @@ def on_die(machine: Machine, die: Die) -> Machine:
 
 
 def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sources:
-    """Concatenate polylines."""
+    """Polylines of sources in the solver's form.
+
+    sampled: for each source, whether its points are samples to follow, and not bends to restart at.
+    """
     start = np.concatenate([[0], np.cumsum([t.size for t, _ in lines])]).astype(np.int64)
     time = np.concatenate([t for t, _ in lines]) if lines else np.zeros(0)
     value = np.concatenate([v for _, v in lines]) if lines else np.zeros(0)
@@ -230,7 +244,7 @@ def transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> Transi
 
 @singledispatch
 def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
-    """Add one group of devices to the kernel's parts."""
+    """Add a group of devices to what the kernel is made of; every device type registers its function."""
     raise TypeError(f"{type(device).__name__}: no lowering to the kernel")
 
 

@@ -55,8 +55,8 @@ _STEP = 1e-3  # V, of a derivative by the gate; ours
 class Fet(NamedTuple):
     """A transistor at all its places on a die.
 
-    current: specific current I_S, A; threshold: V_T0, V; v_t0, beta: its local deviations from what the die
-    shares, V of the magnitude and relative; kappa: of its polarity.
+    current: specific current I_S, A. threshold: V_T0, V. v_t0, beta: local deviations from what the die
+    shares, V of the magnitude and relative. kappa: that of its polarity.
     """
 
     current: F64
@@ -67,9 +67,9 @@ class Fet(NamedTuple):
 
 
 class Mirror(NamedTuple):
-    """A current mirror in saturation: specific currents in and out, A, and by how much the gates differ.
+    """A current mirror in saturation: the specific currents (A) of its input and output devices.
 
-    shift: `(v_p,out - v_p,in) / 2 U_T` of one gate voltage.
+    shift: `(v_p,out - v_p,in) / 2 U_T` at one gate voltage.
     """
 
     given: F64 | float
@@ -77,24 +77,24 @@ class Mirror(NamedTuple):
     shift: F64 | float
 
     def copied(self, current: F64) -> F64:
-        """What the copy carries, A, of a current (A) above zero, in the shape of both."""
+        """What the copy carries of a current (A) above zero, A, in the shape to which both broadcast."""
         return np.asarray(self.taken * interpolation(argument(current / self.given) + 2.0 * self.shift))
 
     def needed(self, current: F64) -> F64:
-        """Current into the diode, A, of which the copy makes this one (A, above zero)."""
+        """The current into the diode, A, of which the copy makes `current` (A, above zero)."""
         return np.asarray(self.given * interpolation(argument(current / self.taken) - 2.0 * self.shift))
 
     @property
     def weak(self) -> F64:
-        """Current out over current in, both in weak inversion."""
+        """Current out over current in where both devices are in weak inversion."""
         return np.asarray(self.taken / self.given * np.exp(2.0 * self.shift))
 
 
 class DieDevices(NamedTuple):
-    """Transistors of a circuit on a die; see the module.
+    """Transistors of a circuit on a die, and what a behavioural model asks of them; see the module.
 
-    u_t: thermal voltage, V; v_dd: supply, V; copies: places of the circuit; fet: by device; gate: voltages of
-    bias lines by port, V, where they were given.
+    u_t: thermal voltage, V. v_dd: supply, V. copies: how many places the circuit has. fet: each transistor by
+    its name. gate: voltages (V) of bias lines by port, where they were given.
     """
 
     u_t: float
@@ -144,7 +144,7 @@ class DieDevices(NamedTuple):
         return mirror_of(self.fet[diode], self.fet[copy], self.u_t)
 
     def offset(self, *devices: str) -> F64:
-        """Local deviations of devices of one shape: V_T0 (V), ln beta of each in turn, [shape, 2 devices]."""
+        """Local deviations of devices of one shape, V_T0 (V) and ln beta of each, [shape, 2 devices]."""
         each = [x for fet in map(self.fet.__getitem__, devices) for x in (fet.v_t0, np.log1p(fet.beta))]
         return np.stack(each, axis=-1)
 
@@ -159,9 +159,10 @@ class DieDevices(NamedTuple):
         return found * self.u_t
 
     def inverter_lag(self, inverter: str, swing: F64, capacitance: float, speed: F64) -> F64:
-        """Time in which an inverter beyond its threshold moves its output by `swing` (V), s.
+        """Time (s) in which an inverter, driven past its threshold, moves its output by `swing`, V.
 
-        `speed` (V/s) of the input makes its current grow from nothing: `C swing = g speed t^2 / 2`.
+        capacitance: at its output, F. speed: of its input, V/s, which makes its current grow from nothing: `C
+        swing = g speed t^2 / 2`.
         """
         threshold = self.inverter_threshold(inverter)
         slope = np.zeros(threshold.shape)
@@ -171,15 +172,15 @@ class DieDevices(NamedTuple):
         return np.asarray(np.sqrt(2.0 * capacitance * np.maximum(swing, 0.0) / (slope * speed)))
 
     def flat(self) -> DieDevices:
-        """All arrays in one dimension, the last index running fastest."""
+        """The same with all arrays in one dimension, the last index running fastest."""
         return self._each(np.ravel)
 
     def taken(self, index: I64) -> DieDevices:
-        """The copies `index` of flat devices, one of which may be taken more than once."""
+        """The copies numbered `index`, int64[n], of flat devices; a copy may be taken more than once."""
         return self._each(lambda x: x[index])._replace(copies=index.size)
 
     def columns(self) -> DieDevices:
-        """Flat devices and gates as columns, [copies, 1], to be asked at several voltages, [points], each."""
+        """Flat devices and gates as columns, [copies, 1], to be evaluated at several voltages, [points]."""
         gates = {port: x[:, None] if x.ndim else x for port, x in self.gate.items()}
         return self._each(lambda x: x[:, None])._replace(gate=gates)
 
@@ -190,7 +191,7 @@ class DieDevices(NamedTuple):
         return self._replace(fet=fets)
 
     def renamed(self, prefix: str, new: str = "") -> DieDevices:
-        """The devices whose names begin with `prefix`, with `new` in its place."""
+        """The devices whose names begin with `prefix`, with `new` in the place of the prefix."""
         fets = {new + k.removeprefix(prefix): f for k, f in self.fet.items() if k.startswith(prefix)}
         return self._replace(fet=fets)
 
@@ -233,8 +234,8 @@ def standing(
 ) -> DieDevices:
     """Flat devices of a circuit that stands by itself, or of the copies in its instance array called `array`.
 
-    wanted: names of transistors inside it, all unless given; gates are the circuit's own biases, by the ports
-    that they have inside. Raises as `on_die` and `array_of`.
+    wanted: names of the transistors inside it, all of them unless given. The gates are the circuit's own
+    biases, by the ports that they have inside. Raises as `on_die` and `array_of` do.
     """
     lines = bias_lines(circuit, silicon)
     if not array:

@@ -1,8 +1,8 @@
-"""The supply that a circuit is wired to, and the voltage through which its events rise: half of it.
+"""The supply that a circuit is wired to, and the threshold of its events, which is half of it.
 
-The supply of a testbench's circuit is what drives its ports of kind `supply`: from the lowest to the highest
-value that these take, ground included. Of an event port that an instance drives it is the supply of that
-instance, looked for from circuit to circuit, so that two parts on two supplies have a threshold each.
+The supply of a testbench's circuit is what drives its ports of kind `supply`: the span from the lowest to the
+highest value that these take, ground included. The supply of an event port that an instance drives is that of
+the instance, which is looked for from circuit to circuit. So two parts on two supplies have a threshold each.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ REARM = 0.8  # share of the way up to the threshold below which a spike detector
 
 
 def half_supply(machine: Machine) -> float:
-    """Middle of the supply of the testbench's circuit, V; of the process's where nothing drives a supply."""
+    """Middle of the supply of a testbench's circuit, V; of the process's supply where nothing drives one."""
     low, high = _span(machine, _supplies(machine.testbench.circuit))
     return 0.5 * (high + low)
 
 
 def spike_levels(machine: Machine) -> F64:
-    """Voltages of the watched nodes, float64[2, watched], V, in the order of the testbench's `watch`.
+    """Voltages between which spikes are detected at the watched nodes, float64[2, watched], V.
 
-    The first is the threshold that a spike rises through; below the second its detector is armed again.
+    In the order of the testbench's `watch`: first the threshold that a spike rises through, then the voltage
+    below which its detector is armed again.
     """
     circuit = machine.testbench.circuit
     found: list[tuple[float, float]] = []

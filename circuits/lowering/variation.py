@@ -1,7 +1,7 @@
-"""What varies on a die of a circuit: the standard normals behind its transistors, labelled and drawn.
+"""The standard normal draws behind a circuit's transistors on a die, with a label for each.
 
-Two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where its
-process varies. Labels are those of `circuits.silicon.sampling`.
+There are two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where
+its process varies. The labels are those of `circuits.silicon.sampling`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def variation_labels(flat: FlatCircuit, silicon: Silicon) -> tuple[str, ...]:
 
 
 def variation_draws(flat: FlatCircuit, silicon: Silicon, die: Die) -> F64:
-    """The standard normals of `die`, float64[labels]; the nominal die has none: zeros."""
+    """The standard normal draws of a die, float64[labels]; those of the nominal die are zero."""
     families = _families(flat, silicon)
     if die.number is None:
         return np.zeros(len(variation_labels(flat, silicon)))

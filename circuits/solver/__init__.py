@@ -1,1 +1,1 @@
-"""Operating point, transient, and batches over dies."""
+"""Solvers of a circuit: operating point, transient, small signals, noise, and batches over dies."""

@@ -1,8 +1,9 @@
-"""Batch over dies: one lowering, a function of the machine on every die, on as many threads as are wanted.
+"""Batches over dies: a function of a circuit's machine, called once on every die, on several threads.
 
-The solver's compiled loops run without Python's lock, so that threads share the cores. A sample depends on
-its die alone: samples come in the order of the dies and are the same for any number of workers. One that
-fails is a sample with its reason, and the others go on.
+The testbench is lowered once, and a die changes only the coefficients of its transistors. The solver's
+compiled loops run without Python's lock, so that threads share the cores. A sample depends on its die alone:
+samples come in the order of the dies, and are the same for any number of workers. Where one fails, its sample
+has the reason, and the others go on.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _AHEAD = 4  # dies a worker that are handed out before they are asked for
 
 @dataclass(frozen=True, slots=True)
 class Sample(Generic[T]):
-    """What a function returned on one die; None with a `reason` where it failed."""
+    """What a function returned on one die, or None and the `reason` where it failed."""
 
     die: Die
     value: T | None
@@ -34,14 +35,14 @@ class Sample(Generic[T]):
 
 
 def machines(machine: Machine, dies: Iterable[Die]) -> Iterator[Machine]:
-    """The machine on each die, as if its testbench were lowered there."""
+    """The machine on each die, one after the other, as if its testbench were lowered there."""
     return (on_die(machine, die) for die in dies)
 
 
 def rest_near(machine: Machine, neighbour: OperatingPoint) -> OperatingPoint:
-    """Rest state of a machine on one die from that on another, ten times faster than without.
+    """Rest state of a machine on one die, found from that on another: some ten times faster than without it.
 
-    Where that is lost or no longer stable, the one found without a start.
+    Where the state is lost on the way or is no longer stable, it is the one that is found without a start.
     """
     found = solve_near(machine, neighbour.voltage)
     return found if found is not None and found.stable else operating_point(machine)
@@ -50,10 +51,11 @@ def rest_near(machine: Machine, neighbour: OperatingPoint) -> OperatingPoint:
 def samples(
     function: Callable[[Machine], T], machine: Machine, dies: Iterable[Die], workers: int | None = None
 ) -> Iterator[Sample[T]]:
-    """Samples in the order of `dies`, as soon as they are there.
+    """Samples in the order of `dies`, each as soon as it and those before it are there.
 
-    function: called on several threads at once, each with a machine of its own. workers: threads, all cores
-    unless given. Closing the iterator, or an interrupt, drops the dies that were not begun.
+    function: called on several threads at once, each with a machine of its own. workers: number of threads,
+    one for each core unless given. When the iterator is closed or interrupted, dies that were not begun are
+    dropped.
     """
     count = os.cpu_count() or 1 if workers is None else workers
     if count < 1:
@@ -68,7 +70,7 @@ def map_dies(
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Sample[T]]:
-    """All samples in the order of `dies`; `progress` takes the number done."""
+    """All samples in the order of `dies`; `progress` is called with the number of those that are done."""
     done: list[Sample[T]] = []
     for sample in samples(function, machine, dies, workers):
         done.append(sample)

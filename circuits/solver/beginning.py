@@ -1,13 +1,12 @@
 """Where a run begins: at rest, a little beside a rest state that is not stable, or with stated voltages.
 
-From an operating point that is not stable the smallest disturbance leads away, but a solver without noise
-makes none: an oscillator would stay silent for ever. One is made, `NUDGE` at one node of each part of the
-circuit that is not stable: the node whose displacement has the largest growing part, of equal ones the first.
+From an operating point that is not stable the smallest disturbance leads away. A solver without noise makes
+none, so that an oscillator would stay silent for ever. So one is made: `NUDGE` at one node of each part of
+the circuit that is not stable, namely at the node whose displacement has the largest growing part.
 
-Held voltages (`Testbench.initial`, and `Capacitor.ic` where one end of the capacitor is held or driven) are
-those of sources that go away at time 0; the other nodes are at rest with them. With `uic` there is no rest
-state: the charge of every capacitance is that of its own initial voltage, and the nodes begin where these
-charges put them.
+Stated voltages (`Testbench.initial`, and `Capacitor.ic` where one end of the capacitor is held or driven) act
+as sources that go away at time 0; the other nodes are at rest with them. With `uic` there is no rest state:
+every capacitance has the charge of its own initial voltage, and the nodes begin where these charges put them.
 """
 
 from __future__ import annotations
@@ -41,14 +40,14 @@ _SAME = 1e-9  # V, within which two statements about one node are the same
 
 
 class Disturbed(UserWarning):
-    """A run was taken away from a rest state that is not stable."""
+    """Warning that a run was taken away from a rest state that is not stable."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
     """What took a run away from a rest state that is not stable: `voltage` (V) added at each of `nodes`.
 
-    Without nodes it was the run's own noise.
+    Without nodes it was the noise of the run itself.
     """
 
     nodes: tuple[str, ...]
@@ -72,7 +71,7 @@ NOISE = Disturbance((), 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """Start of a run. `voltage`: float64[columns], V; `point`: the rest state behind it."""
+    """How a run begins: `voltage`, float64[columns], V, and `point`, the rest state behind it."""
 
     point: OperatingPoint
     voltage: F64

@@ -76,19 +76,19 @@ class TransistorTable:
 
     @property
     def headroom(self) -> F64:
-        """`|V_DS| - V_DSsat`, V, float64[n]."""
+        """By how much |V_DS| is above V_DSsat, V, float64[n]; below zero in the linear region."""
         return self.drain_source - self.saturation
 
 
 class ResistorTable(NamedTuple):
-    """Resistors of an operating point. `current`: float64[n], A, from `a` to `b`."""
+    """Resistors of an operating point; `current`: float64[n], A, from `a` to `b`."""
 
     name: tuple[str, ...]
     current: F64
 
 
 def transistor_table_at(point: OperatingPoint) -> TransistorTable:
-    """Every transistor of `point` in the order of the circuit."""
+    """Table of every transistor at an operating point, in the order of the circuit."""
     a, v = point.machine.kernel.transistors, point.voltage
     n = a.sign.size
     w = transistor_work(n)
@@ -118,7 +118,7 @@ def transistor_table_at(point: OperatingPoint) -> TransistorTable:
 
 
 def resistor_table_at(point: OperatingPoint) -> ResistorTable:
-    """Every resistor of `point` in the order of the circuit."""
+    """Table of every resistor at an operating point, in the order of the circuit."""
     flat = point.machine.flat
     groups = [g for g in flat.groups if isinstance(g.device, Resistor)]
     voltage = point.voltage[point.machine.column]

@@ -1,12 +1,18 @@
-"""Adaptive transient: variable-step BDF2, restarted at stimulus breakpoints.
+"""The compiled loop of a transient: variable-step BDF2, restarted where a stimulus bends.
 
-`v'_n+1 = [ (1+2w)/(1+w) v_n+1 - (1+w) v_n + w^2/(1+w) v_n-1 ] / h`, `w = h / h_n`.
-The predictor is the parabola through the last three points; after a breakpoint the solution's
-derivative, from `C v' = -(G v + i)`, stands in for the missing points and the first step is backward Euler.
-Local error: with the corrector's constant `K_c = h^2 (h+h_n)(1+w) / (6 (1+2w))` and the predictor's
-`K_p = h (h+h_n)(h+h_n+h_n-1) / 6`, the error of a step is `|v - v_pred| K_c / (K_c + K_p)`; it is kept below
-`rtol (max(|v|, 1 V) + 1 us |v'|)` at every node with capacitance: an edge may be off by a share of a
-microsecond instead of a share of a volt.
+The derivative at a new point, with the step h and `w = h / h_n`, h_n being the step before, is
+
+    v'_n+1 = [ (1+2w)/(1+w) v_n+1 - (1+w) v_n + w^2/(1+w) v_n-1 ] / h
+
+The predictor is the parabola through the last three points. After a bend of a stimulus there are no such
+points: the derivative of the solution, from `C v' = -(G v + i)`, stands in for them, and the first step is
+backward Euler.
+
+Local error: with the corrector's constant `K_c = h^2 (h+h_n)(1+w) / (6 (1+2w))` and the predictor's `K_p = h
+(h+h_n)(h+h_n+h_n-1) / 6`, the error of a step is `|v - v_pred| K_c / (K_c + K_p)`. It is kept below `rtol
+(max(|v|, 1 V) + 1 us |v'|)` at every node with capacitance: an edge may be off by a share of a microsecond
+instead of a share of a volt.
+
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.5 (variable-step BDF2).
 """
 
@@ -31,7 +37,7 @@ _TIMING = 1e-6  # s, ours: rtol times this is the error of a fast edge's timing 
 
 
 class History(NamedTuple):
-    """The resumable state: the last three points (newest first), step size, armed spike detectors."""
+    """What a run carries on: its last three points (newest first), the step, and armed spike detectors."""
 
     time: F64  # [3], s
     voltage: F64  # [3, columns], V
@@ -43,7 +49,7 @@ class History(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """What is looked at, and preallocated output: accepted points and spikes."""
+    """What is recorded of a run: the nodes and thresholds, and preallocated room for points and spikes."""
 
     columns: I64  # [recorded] positions in the voltage vector
     watch: I64  # [watched] positions in the voltage vector; rising through the level is a spike
@@ -56,7 +62,7 @@ class Recorder(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """How far a call advances, and how well."""
+    """How far one call of the loop advances a run, and how exactly."""
 
     until: float  # s
     rtol: float  # local error a step, relative to 1 V or more
@@ -65,7 +71,7 @@ class Goal(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch of one thread and its sources; nothing in it outlives a call."""
+    """Working memory of one thread for one set of sources; nothing in it outlives a call."""
 
     work: Work
     v: F64  # [columns], V
@@ -75,7 +81,7 @@ class Scratch(NamedTuple):
 
 
 def new_recorder(columns: I64, watch: I64, levels: F64, points: int, spikes: int) -> Recorder:
-    """An empty recorder with room for so many points and spikes."""
+    """An empty recorder with room for a number of points and of spikes; arrays as of `Recorder`."""
     return Recorder(
         columns, watch, levels, np.zeros(points), np.zeros((points, columns.size)), np.zeros(spikes),
         np.zeros(spikes, dtype=np.int64), np.zeros(2, dtype=np.int64),
@@ -83,14 +89,14 @@ def new_recorder(columns: I64, watch: I64, levels: F64, points: int, spikes: int
 
 
 def new_scratch(k: Kernel, s: Sources) -> Scratch:
-    """Scratch for a kernel and its sources."""
+    """Working memory for a kernel and its sources."""
     v, guess, history = (np.zeros(k.columns) for _ in range(3))
     return Scratch(allocate(k), v, guess, history, s.start[:-1].copy())
 
 
 @compiled()
 def source_values(s: Sources, cursor: I64, t: float, v: F64, unknowns: int) -> None:
-    """Write all source values at time t behind the unknowns."""
+    """Write the values of all sources at time t (s) behind the unknowns of v; cursor: where each stands."""
     for k in range(cursor.size):
         lo, hi = s.start[k], s.start[k + 1]
         c = cursor[k]
@@ -108,7 +114,7 @@ def source_values(s: Sources, cursor: I64, t: float, v: F64, unknowns: int) -> N
 
 @compiled()
 def source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -> None:
-    """Write all source slopes just after time t (V/s), the cursor standing at t."""
+    """Write the slopes (V/s) of all sources just after time t (s) behind the unknowns of `rate`."""
     for k in range(cursor.size):
         c, hi = cursor[k], s.start[k + 1]
         # a vertex reached within rounding counts as passed
@@ -122,7 +128,7 @@ def source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -
 
 @compiled()
 def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> float:
-    """Earliest vertex after t of the sources that are not sampled, at most `stop`, s."""
+    """Earliest point after t of the sources that are not sampled, s, but no later than `stop`."""
     nearest = stop
     for k in range(cursor.size):
         if not s.sampled[k]:
@@ -136,7 +142,7 @@ def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> float:
 
 @compiled()
 def sampled_step(s: Sources, cursor: I64, t: float) -> float:
-    """Largest step that sampled sources allow: to the next sample, or the spacing behind it, s."""
+    """Largest step that sampled sources allow at t, s: to the next sample, or the spacing behind it."""
     largest = np.inf
     for k in range(cursor.size):
         if s.sampled[k]:
@@ -287,7 +293,7 @@ def _record(h: History, r: Recorder) -> None:
 
 @compiled()
 def widen(r: Recorder, first: int, extent: F64) -> None:
-    """Widen the extent, float64[2, watched], by what the recorded columns from `first` on have been."""
+    """Widen the extent, float64[2, watched], V, by the recorded columns from `first` on."""
     for j in range(extent.shape[1]):
         for p in range(r.filled[0]):
             value = r.voltage[p, first + j]
@@ -306,7 +312,7 @@ def _rearm(h: History, r: Recorder) -> None:
 def integrate(  # noqa: C901, PLR0912, PLR0915 - one compiled loop; a call a step costs more
     k: Kernel, s: Sources, h: History, goal: Goal, r: Recorder, scratch: Scratch
 ) -> int:
-    """Advance the history to the goal's time, or to the first event; returns how it ended."""
+    """Advance the history to the goal's time, or to the first event; returns how it ended (`DONE`, ...)."""
     stop, rtol, stop_at_event = goal.until, goal.rtol, goal.stop_at_event
     w, v, guess, history, cursor = scratch.work, scratch.v, scratch.guess, scratch.history, scratch.cursor
     watch, levels = r.watch, r.levels

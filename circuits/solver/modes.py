@@ -1,7 +1,7 @@
-"""Natural modes of a circuit about a rest state: `C dv/dt = -G v`.
+"""Natural modes of a circuit about a rest state, which are the solutions of `C dv/dt = -G v`.
 
-Combinations of voltages that carry no charge follow the others at once and are eliminated: as infinite
-eigenvalues of the pencil they would come back as large numbers of any sign.
+Combinations of voltages that carry no charge follow the others at once. They are eliminated first: as
+infinite eigenvalues they would come back as large numbers of either sign.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is
 
 
 class Charged(NamedTuple):
-    """A circuit in coordinates that all carry charge: `dz/dt = matrix z`, `z = into v`.
+    """A circuit in coordinates z that all carry charge: `dz/dt = matrix z`, with `z = into v`.
 
-    `v = out z`, but for what follows without charge. matrix: float64[m, m], 1/s; into: float64[m, n]; out:
+    `v = out z`, but for what follows without charge. matrix: float64[m, m], 1/s. into: float64[m, n]. out:
     float64[n, m].
     """
 
@@ -67,9 +67,10 @@ def natural_rates(conductance: F64, charge: F64) -> C128:
 
 
 def unstable_part(conductance: F64, charge: F64) -> F64:
-    """What grows of a displacement of the nodes, float64[n, n]: the projector onto the unstable modes.
+    """Projector onto the modes that grow, float64[n, n]: column k is the growing part of 1 V at node k.
 
-    Column k is the growing part of 1 V at node k. It is the same whatever basis the modes are given in.
+    It is the same whatever basis the modes are given in. conductance: float64[n, n], S; charge: float64[n,
+    n], F, symmetric and positive semidefinite.
     """
     reduced = charged(conductance, charge)
     rates, vectors = scipy.linalg.eig(reduced.matrix)

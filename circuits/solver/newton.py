@@ -1,6 +1,7 @@
-"""One implicit step: Newton's method on `C (a v + h) + G v + i(v) = 0`, with exact derivatives.
+"""Newton's method for one implicit step, `C (a v + h) + G v + i(v) = 0`, with exact derivatives.
 
-`a v + h` is the discretised time derivative of the voltage vector; a direct-current solve is a = 0, h = 0.
+`a v + h` is the discretised time derivative of the vector of voltages. Without it (a = 0 and h = 0) the same
+is a solve for direct current.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _SLACK = 0.05  # share of the step's tolerance that the iteration may leave
 
 
 class Work(NamedTuple):
-    """Scratch of one thread; nothing in it outlives a call."""
+    """Working memory of one thread; nothing in it outlives a call."""
 
     current: F64  # all nonlinear currents, the transistor's and amplifier's arrays are views of it
     slope: F64
@@ -36,7 +37,7 @@ class Work(NamedTuple):
 
 
 def allocate(kernel: Kernel) -> Work:
-    """Scratch for `kernel`."""
+    """Working memory for a kernel."""
     n, m = kernel.transistors.sign.size, kernel.amplifier_terminal.shape[1]
     current, slope = np.zeros(3 * n + 5 * m), np.zeros(5 * n + 25 * m)
     transistor = TransistorWork(
@@ -58,7 +59,7 @@ def allocate(kernel: Kernel) -> Work:
 
 @compiled()
 def evaluate(k: Kernel, v: F64, w: Work) -> None:
-    """Fill the residual with `G v + i(v)` (A, leaving each node) and the device slopes."""
+    """Fill in the residual `G v + i(v)` (A, leaving each node) and the slopes of the devices."""
     drain_currents(k.transistors, v, w.transistor)
     if k.amplifier_terminal.shape[1] > 0:
         amplifier_currents(k.amplifier_terminal, k.amplifier_value, v, w.amplifier_current, w.amplifier_slope)
@@ -73,7 +74,7 @@ def evaluate(k: Kernel, v: F64, w: Work) -> None:
 
 @compiled()
 def set_base(k: Kernel, a: float, w: Work) -> None:
-    """Fill the constant part of the Jacobian, `a C + G`."""
+    """Fill in the part of the Jacobian that is constant within a step, `a C + G`; a: 1/s."""
     for p in range(w.base.size):
         w.base[p] = 0.0
     for p in range(k.charge.entry.size):
@@ -86,7 +87,7 @@ def set_base(k: Kernel, a: float, w: Work) -> None:
 
 @compiled()
 def fill_jacobian(k: Kernel, w: Work) -> None:
-    """Add the device slopes to the constant part."""
+    """Fill in the Jacobian: its constant part and the slopes of the devices."""
     for p in range(w.base.size):
         w.jacobian[p] = w.base[p]
     for p in range(k.stamps.entry.size):

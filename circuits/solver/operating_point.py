@@ -1,9 +1,10 @@
-"""Operating point: a true solution of `G v + i(v) = 0`, no conductance added.
+"""Operating point of a circuit: a true solution of `G v + i(v) = 0`, with no conductance left over.
 
-Newton from the start, else with a conductance to the start that falls in decades to nothing, else the
-circuit's own dynamics with growing steps (which can lock onto a cycle) followed by Newton. Several rest
-states can exist: the state found is told stable or not from the eigenvalues of `-C^-1 dI/dv`, and with a
-start given, the state found from the default start is reported beside when it is another one.
+Newton's method is tried from the start. Where it fails, a conductance to the start is added and taken away
+decade by decade; where that fails too, the circuit's own dynamics are followed with growing steps (which can
+lock onto a cycle), and Newton's method ends them. A circuit can have several rest states. The one that is
+found is called stable or not by the eigenvalues of `-C^-1 dI/dv`. Where a start was given, the state that is
+found without it is reported beside if it is another one.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _FAR = 100.0  # V, where a solve has run away
 
 @dataclass(frozen=True, slots=True)
 class OperatingPoint:
-    """A rest state. `voltage`: float64[columns], V. `others`: other rest states that were met."""
+    """A rest state: `voltage`, float64[columns], V, and in `others` other rest states that were met."""
 
     machine: Machine
     voltage: F64
@@ -115,9 +116,10 @@ def _scale_rows(matrix: F64, right: F64) -> None:
 
 @compiled()
 def solve_dense(a: F64, b: F64) -> bool:  # noqa: C901 - Gaussian elimination as it is in every book
-    """Solve in place by LU with partial pivoting; False where a pivot vanishes.
+    """Solve `a x = b` in place by LU with partial pivoting; false where a pivot vanishes.
 
-    numpy's solver raises from compiled code, which would end a batch; this one reports.
+    a: float64[n, n], overwritten. b: float64[n], replaced by x. The solver of numpy raises an exception from
+    compiled code, which would end a batch; this one reports.
     """
     n = b.size
     for c in range(n):
@@ -173,7 +175,7 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
 
 @compiled(_nrt=True)
 def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
-    """Solve for a rest state near `v`, in place."""
+    """Solve for a rest state near `v`, in place; false where none is found."""
     anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
     if _direct(k, v, anchor, 0.0, w, matrix, right, 200):
         return True
@@ -193,11 +195,12 @@ def operating_point(
     start: Mapping[str, float] | None = None,
     time: float = 0.0,
 ) -> OperatingPoint:
-    """Rest state with the sources at their values at `time` (s).
+    """Rest state of a testbench with its sources at their values at `time`, s.
 
-    start: voltages (V) by node path; nodes left out start at 0 V. Without a start a state that is not stable
-    is left along the circuit's own dynamics where these settle (a latch does, an oscillator does not), and is
-    reported among `others`. Raises `SolverError` where no state is found.
+    start: voltages (V) by node path near which it is looked for; nodes that are left out start at 0 V.
+    Without a start, a state that is not stable is left along the circuit's own dynamics where these settle
+    (those of a latch do, those of an oscillator do not), and is reported among `others`. Raises `SolverError`
+    where no state is found.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
     given = dict(start) if start is not None else dict(machine.testbench.start)
@@ -247,9 +250,9 @@ def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:
 
 
 def solve_near(machine: Machine, start: F64, time: float = 0.0) -> OperatingPoint | None:
-    """Rest state near the voltage vector `start` (float64[columns], V), or None where there is none.
+    """Rest state near the vector of voltages `start` (float64[columns], V), or None where there is none.
 
-    The sources take their values at `time` (s), whatever `start` says.
+    The sources have their values at `time` (s), whatever `start` says.
     """
     k, sources = machine.kernel, machine.sources()
     v = start.copy()

@@ -1,4 +1,4 @@
-"""How a solve ended, and what to do about it."""
+"""How a solver ended."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """Each value is the remedy that the error text ends with."""
+    """How a solver ended; each value is the remedy that the text of an error ends with."""
 
     DONE = "nothing to do"
     EVENT = "stopped at the first output event; advance again"

@@ -1,8 +1,8 @@
-"""Currents and power that sources deliver, after a run that recorded every node.
+"""Currents and power of sources and transistors, after a run that recorded every node.
 
-The current of a source is the conduction current of the devices at its node plus the rate of the charge
-on its side of every capacitance; conduction is integrated by the trapezoidal rule over the accepted points,
-charge exactly.
+The current of a source is the conduction current of the devices at its node, and the rate of the charge on
+its side of every capacitance. Conduction is integrated over the points of the run by the trapezoidal rule,
+and charge exactly.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ from circuits.solver.transient import Result
 
 
 def delivered_energy(result: Result) -> dict[str, float]:
-    """Energy that each voltage source delivered over the run, J, by source name."""
+    """Energy that each voltage source delivered over a run, J, by the source's name.
+
+    Raises `ParameterError` for a run that did not record every node.
+    """
     machine = result.machine
     if len(result.nodes) != len(machine.names):
         raise ParameterError("energy: the run must record every node; leave record out")
@@ -45,12 +48,12 @@ def delivered_energy(result: Result) -> dict[str, float]:
 
 
 def supply_power(result: Result) -> float:
-    """Mean power that all voltage sources deliver over the run, W."""
+    """Mean power that all voltage sources together deliver over a run, W."""
     return sum(delivered_energy(result).values()) / float(result.time[-1] - result.time[0])
 
 
 def drain_current(result: Result, path: str) -> F64:
-    """Current from drain to source of the transistor at `path` (`excitatory.md5`), A, float64[T].
+    """Current from drain to source of the transistor at a path such as `excitatory.md5`, A, float64[T].
 
     Raises `UnknownNameError` for a path that is no transistor.
     """

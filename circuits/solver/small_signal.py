@@ -1,8 +1,8 @@
-"""Small signals about an operating point: `(G + j 2 pi f C) v = -(G_s + j 2 pi f C_s) s`.
+"""Small signals about an operating point, from `(G + j 2 pi f C) v = -(G_s + j 2 pi f C_s) s`.
 
-G is the devices' exact conductances at the point and C their capacitances, both with a row for every node
-that no source fixes; s moves one source, whose column of the voltage vector gives G_s and C_s. The matrices
-are those of the transient's Jacobian with the sources' columns kept.
+G are the devices' exact conductances at the point and C their capacitances, both with a row for every node
+that no source fixes. One source moves by s; its column of the vector of voltages gives G_s and C_s. The
+matrices are those of the transient's Jacobian, with the columns of the sources kept.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ MOST_POINTS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """A circuit linearised at `point`: G (S) and C (F), unknown nodes by columns of the voltage vector."""
+    """A circuit linearised at an operating point: G (S) and C (F), unknown nodes by all columns."""
 
     point: OperatingPoint
     conductance: csc_array = field(repr=False)
     charge: csc_array = field(repr=False)
 
     def admittances(self, frequency: F64) -> Iterator[SuperLU]:
-        """Factors of `G + j 2 pi f C` at each frequency (Hz)."""
+        """Factored matrices `G + j 2 pi f C`, one at each frequency, Hz."""
         n = self.conductance.shape[0]
         g, c = self.conductance[:, :n].astype(complex), self.charge[:, :n].astype(complex)
         for f in frequency.tolist():
@@ -46,9 +46,10 @@ class Linear:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """Transfer from `source` to `nodes`. frequency: float64[F], Hz; transfer: complex128[F, nodes].
+    """Transfer from a source to nodes over frequency.
 
-    V/V from a source of voltage, V/A from one of current.
+    frequency: float64[F], Hz. transfer: complex128[F, nodes], V/V from a source of voltage and V/A from one
+    of current.
     """
 
     source: str
@@ -59,7 +60,7 @@ class Response:
 
 
 def linearise(point: OperatingPoint) -> Linear:
-    """Matrices of the circuit at `point`."""
+    """Conductances and capacitances of a circuit at an operating point."""
     k = point.machine.kernel
     return Linear(point, _conductance(k, point.voltage), _matrix(k, *_entries(k.charge)))
 
@@ -102,7 +103,7 @@ def ac(point: OperatingPoint, source: str, frequency: F64, nodes: Sequence[str] 
 
 
 def source_column(point: OperatingPoint, source: str) -> int:
-    """Position of a source in the voltage vector."""
+    """Position of a source in the vector of voltages; raises `UnknownNameError` where there is none."""
     machine = point.machine
     if source not in machine.source_names:
         raise unknown_name(f"{machine.testbench.title} source", source, machine.source_names)
@@ -110,7 +111,7 @@ def source_column(point: OperatingPoint, source: str) -> int:
 
 
 def frequency_grid(low: float, high: float, per_decade: int) -> F64:
-    """Frequencies from `low` to `high` (Hz), equally spaced in the logarithm, both ends included."""
+    """Frequencies from `low` to `high` (Hz) with equal ratios, both ends included, float64[F]."""
     if not 0.0 < low <= high < np.inf:
         raise ParameterError(f"frequency: {low:g} to {high:g} Hz, must rise from above 0; as 1 Hz to 1 MHz")
     if per_decade < 1:
@@ -123,7 +124,7 @@ def frequency_grid(low: float, high: float, per_decade: int) -> F64:
 
 
 def transistors_at(point: OperatingPoint) -> TransistorWork:
-    """Currents, conductances and channel states of all transistors at the point."""
+    """Currents, conductances and channel states of all transistors at an operating point."""
     a = point.machine.kernel.transistors
     w = transistor_work(a.sign.size)
     drain_currents(a, point.voltage, w)

@@ -1,7 +1,7 @@
-"""Direct-current sweep: operating points over the values of one source, each started from the one before.
+"""Direct-current sweep: operating points over the values of one source, each started from the last.
 
-So a circuit with several rest states stays on a branch as long as the branch goes on, and where it ends
-the sweep follows Newton's method to another one: sweeping up and down shows hysteresis.
+So the sweep of a circuit with several rest states stays on one branch as far as the branch goes. Where it
+ends, Newton's method leads to another one: a sweep up and one down show hysteresis.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from circuits.testbench import Testbench
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Operating points over `values` of `source`.
+    """Operating points over the values of a source.
 
-    values: float64[N], V or A; voltage: float64[N, nodes], V, in `nodes` order; stable: bool[N].
+    values: float64[N], V or A. voltage: float64[N, nodes], V, in the order of `nodes`. stable: bool[N].
     """
 
     source: str

@@ -1,4 +1,4 @@
-"""Signals that swing and never cross the threshold at which their events would count."""
+"""Watched signals that swing without ever crossing the threshold at which their events would count."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SWINGS = 0.5  # ours: share of its threshold that a signal has to move by to be 
 
 @dataclass(frozen=True, slots=True)
 class Swing:
-    """What a signal runs between, and the threshold that it stays on one side of, V."""
+    """The lowest and highest voltage of a signal, and the threshold that it stays on one side of, V."""
 
     low: float
     high: float
@@ -26,9 +26,9 @@ class Swing:
 
 
 def uncrossed(names: Sequence[str], thresholds: F64, extent: F64) -> dict[str, Swing]:
-    """Those of the watched nodes that swing on one side of their threshold.
+    """Those of the watched nodes that swing on one side of their threshold, by name.
 
-    thresholds: float64[watched], V; extent: float64[2, watched], V, lowest and highest of each.
+    thresholds: float64[watched], V. extent: float64[2, watched], V, the lowest and the highest of each.
     """
     found = {}
     for name, threshold, low, high in zip(names, thresholds.tolist(), *extent.tolist(), strict=True):

@@ -42,7 +42,7 @@ _OUTCOMES = {
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Everything that a run carries from one call to the next; plain arrays, so that it pickles."""
+    """All that a run carries from one call to the next, as plain arrays, so that it can be pickled."""
 
     time: F64
     voltage: F64
@@ -55,13 +55,13 @@ class State:
 
     @property
     def now(self) -> float:
-        """Time reached, s."""
+        """The time that the run has reached, s."""
         return float(self.time[0])
 
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """What a run cost."""
+    """How many steps a run accepted and rejected, and how many iterations of Newton's method it took."""
 
     accepted: int
     rejected: int
@@ -70,10 +70,12 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """Waveforms of a run. `time`: float64[T], s; `voltage`: float64[T, nodes], V, in `nodes` order.
+    """Waveforms and spikes of a run.
 
-    `disturbance`: what took the run away from a rest state that is not stable. `uncrossed`: watched nodes
-    that swing and never cross their threshold, so that nothing of them is among the `spikes`.
+    time: float64[T], s. voltage: float64[T, nodes], V, in the order of `nodes`. spikes: times (s) at which
+    each watched port rose through its threshold. disturbance: what took the run away from a rest state that
+    is not stable, if anything did. uncrossed: watched nodes that swing without crossing their threshold, so
+    that they have no spikes.
     """
 
     machine: Machine
@@ -97,9 +99,9 @@ class Result:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """What one `advance` returned: accepted points after the start, and spikes (port, s) in order.
+    """What one call of `advance` returned: points after the start, and spikes (port, s) in order of time.
 
-    `extent`: float64[2, watched], V, the lowest and the highest that watched nodes were, the start included.
+    extent: float64[2, watched], V, the lowest and highest voltages of the watched nodes, start included.
     """
 
     time: F64
@@ -110,10 +112,10 @@ class Segment:
 
 
 class Runner:
-    """A machine with its scratch space: one thread advances it; states are values.
+    """A machine with its working memory, which one thread advances step by step; its states are values.
 
-    `record`: nodes kept at every accepted point. Spikes are upward crossings of the `thresholds` (V) at the
-    testbench's watched ports: half of their circuit's supply, or what the port states.
+    record: nodes whose voltages are kept at every accepted point. Spikes are rises of the testbench's watched
+    ports through `thresholds`: half of their circuit's supply, or what the port states.
     """
 
     def __init__(self, machine: Machine, record: tuple[str, ...] = (), rtol: float = DEFAULT_RTOL) -> None:
@@ -137,7 +139,7 @@ class Runner:
 
     @property
     def thresholds(self) -> F64:
-        """What a spike rises through at each watched node, float64[watched], V."""
+        """The voltage that a spike rises through at each watched node, float64[watched], V."""
         return np.asarray(self._levels[0].copy())
 
     def begin(self, point: OperatingPoint, time: float = 0.0) -> State:
@@ -151,7 +153,7 @@ class Runner:
         return self.enter(begun, time)
 
     def enter(self, start: Beginning, time: float = 0.0) -> State:
-        """State at `time` s at a beginning."""
+        """The state at `time` (s) of a run that begins as `start` says."""
         v = start.voltage
         armed = v[self._watch] < self._levels[0]
         return State(
@@ -239,9 +241,11 @@ def simulate(
 ) -> Result:
     """Run a testbench from where it says that its runs begin to its stop time.
 
-    rtol: local error per step relative to max(|v|, 1 V). record: node paths, all nodes unless given. point:
-    the rest state to begin in, solved for (from `start`) unless given. at_rest: stay in a rest state that is
-    not stable, whatever the testbench says.
+    silicon: the nominal process at 27 degC unless given; of no effect on a lowered testbench. rtol: local
+    error of a step, relative to the larger of |v| and 1 V. start: a guess at the rest state, V by node path.
+    record: nodes to keep, by path, all unless given. point: the rest state to begin in, solved for unless
+    given. at_rest: stay in a rest state that is not stable, whatever the testbench says. Raises `SolverError`
+    where the solver gives up.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
     if at_rest:

@@ -39,8 +39,8 @@ from circuits.solver.small_signal import ac, linearise, transistors_at
 class NoiseSources(NamedTuple):
     """Noise currents of a circuit at an operating point, n of them.
 
-    device: instance paths; kind: `channel`, `junction` or `resistor`; start, end: int64[n], columns of the
-    voltage vector between which the current flows; white: float64[n], A^2/Hz; flicker: float64[n], A^2/Hz
+    device: instance paths. kind: `channel`, `junction` or `resistor`. start, end: int64[n], columns of the
+    vector of voltages between which a current flows. white: float64[n], A^2/Hz. flicker: float64[n], A^2/Hz
     at 1 Hz.
     """
 
@@ -54,9 +54,10 @@ class NoiseSources(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Noise at `node`. frequency: float64[F], Hz; density: float64[F, devices], V^2/Hz, white and flicker.
+    """Noise at a node over frequency.
 
-    `gain`: float64[F], |transfer| from `source` to the node, or None without a source.
+    frequency: float64[F], Hz. white, flicker: float64[F, devices], V^2/Hz, by device. gain: float64[F],
+    magnitude of the transfer from `source` to the node, or None without a source.
     """
 
     node: str
@@ -70,21 +71,24 @@ class Noise:
 
     @property
     def output(self) -> F64:
-        """Density at the node, float64[F], V^2/Hz."""
+        """Density of the noise at the node, float64[F], V^2/Hz."""
         return np.asarray((self.white + self.flicker).sum(axis=1))
 
     @property
     def referred(self) -> F64 | None:
-        """Density that the source would have to make, float64[F], V^2/Hz or A^2/Hz; None without a source."""
+        """Density that the source would have to make for the same noise, float64[F]; None without a source.
+
+        In V^2/Hz for a source of voltage, and in A^2/Hz for one of current.
+        """
         return None if self.gain is None else self.output / self.gain**2
 
     @property
     def variance(self) -> float:
-        """Density integrated over the frequencies, V^2."""
+        """Noise at the node integrated over the frequencies, V^2."""
         return integrate_power(self.frequency, self.output)
 
     def shares(self) -> dict[str, tuple[float, float]]:
-        """Integrated white and flicker noise of each device, V^2, the largest first."""
+        """Integrated white and flicker noise of each device, V^2, the noisiest device first."""
         parts = {
             name: (
                 integrate_power(self.frequency, self.white[:, k]),
@@ -167,7 +171,7 @@ def noise_sources(point: OperatingPoint, model: NoiseModel | None = None) -> Noi
 
 @singledispatch
 def noise_of(device: Device, group: DeviceGroup, point: OperatingPoint) -> NoiseSources:
-    """Noise currents of a group of devices; a transistor's come from `_transistors`, all at once."""
+    """Noise currents of a group of devices; those of transistors come from one call for all of them."""
     raise TypeError(f"{type(device).__name__}: no noise")
 
 
@@ -190,7 +194,10 @@ def _(device: Resistor, group: DeviceGroup, point: OperatingPoint) -> NoiseSourc
 
 
 def integrate_power(frequency: F64, density: F64) -> float:
-    """Integral of a density that is a power of frequency between two neighbours; float64[F] each."""
+    """Integral of a density over frequency, as a power of frequency between two points.
+
+    frequency: float64[F], Hz. density: float64[F].
+    """
     if frequency.size < 2:
         return 0.0
     low, high, ratio = frequency[:-1], frequency[1:], np.log(frequency[1:] / frequency[:-1])
@@ -205,7 +212,7 @@ def integrate_power(frequency: F64, density: F64) -> float:
 
 
 def transistor_areas(point: OperatingPoint) -> F64:
-    """Area m W L of all transistors in the kernel's order, m^2."""
+    """Gate area m W L of all transistors in the kernel's order, float64[n], m^2."""
     groups = [g.parameters for g in point.machine.flat.groups if isinstance(g.device, Transistor)]
     areas = [p["multiplicity"] * p["width"] * p["length"] for p in groups]
     return np.concatenate([np.zeros(0), *areas])

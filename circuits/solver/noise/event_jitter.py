@@ -94,7 +94,10 @@ class _Found(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class EventJitter:
-    """What moves an event at `time` s. white, flicker: float64[devices], s^2, variance by each device."""
+    """Variance of the time of an event, by the device whose noise makes it.
+
+    time: when the event is without noise, s. white, flicker: float64[devices], s^2.
+    """
 
     port: str
     time: float
@@ -108,7 +111,7 @@ class EventJitter:
         return float(np.sqrt(self.white.sum() + self.flicker.sum()))
 
     def shares(self) -> dict[str, float]:
-        """Share of the variance by device, the largest first."""
+        """Share of each device in the variance, the largest first."""
         own = self.white + self.flicker
         order = np.argsort(-own, kind="stable")
         return {self.devices[k]: float(own[k] / own.sum()) for k in order}

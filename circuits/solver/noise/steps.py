@@ -49,12 +49,12 @@ _PER_BLOCK = 4  # normals of a Philox block
 
 
 class NoisePlan(NamedTuple):
-    """Noise currents of a machine: n, the first of them its m transistors' channels, the others of fixed S.
+    """Noise currents of a machine: n of them, first those of its m transistors' channels.
 
-    start, end: columns between which a current flows; white: density of the fixed ones (A^2/Hz), the
-    channels' is filled in as the run goes; amplitude: float64[m, r], V rms of each relaxation at each gate;
-    keep: float64[r], what a grid step leaves of a relaxation; first: position of the columns that bring the
-    currents to the unknown nodes; tolerance: float64[unknowns], V, error of a step that a node may have.
+    start, end: columns between which a current flows. white: densities, A^2/Hz; those of the channels are
+    filled in as the run goes on. amplitude: float64[m, r], V rms of each relaxation at each gate. keep:
+    float64[r], the share that a grid step leaves of a relaxation. first: position of the columns that bring
+    the currents to the unknown nodes. tolerance: float64[unknowns], V, error of a step that a node may have.
     """
 
     start: I64  # [n]
@@ -67,7 +67,7 @@ class NoisePlan(NamedTuple):
 
 
 class GridSteps(NamedTuple):
-    """Grid steps of a call, from the start of the first to that of the last."""
+    """The grid steps that one call advances over: from the beginning of `first` to that of `last`."""
 
     length: float  # s
     first: int
@@ -75,7 +75,7 @@ class GridSteps(NamedTuple):
 
 
 class NoiseState(NamedTuple):
-    """What a noisy run carries along; the kernel's own thresholds are moved by the flicker."""
+    """What a noisy run carries from call to call; flicker moves the thresholds in the kernel itself."""
 
     time: F64  # [1], s
     voltage: F64  # [columns]
@@ -88,7 +88,10 @@ class NoiseState(NamedTuple):
 
 
 class Draws(NamedTuple):
-    """Philox's arrays of one trial, a column a block of a noise current: those of block 0 first."""
+    """Arrays for the random draws of one trial, with a column for each block of a noise current.
+
+    The columns of block 0 come first.
+    """
 
     keys: U32  # [2, blocks]
     counters: U32  # [4, blocks]
@@ -107,7 +110,7 @@ def normal_pair(first: int, second: int) -> tuple[float, float]:
 
 @compiled()
 def start_flicker(p: NoisePlan, x: NoiseState, d: Draws) -> None:
-    """Draw the relaxations of their stationary distribution: grid step 2^32 - 1 of the counters."""
+    """Draw the relaxations from their stationary distribution, by the counter of grid step 2^32 - 1."""
     d.counters[0, :] = np.uint32(0xFFFFFFFF)
     philox(d.keys, d.counters, d.words)
     for i in range(x.relaxation.shape[0]):
@@ -218,7 +221,10 @@ def _try_step(k: Kernel, p: NoisePlan, x: NoiseState, step: float, scratch: Scra
 
 @compiled()
 def allowed_error(level: int) -> float:
-    """Error over the tolerance that a step of a level may have; what fails to converge never passes."""
+    """Error, over the tolerance, with which a step of a level of halving is accepted.
+
+    A step that fails to converge has an infinite error, which no level accepts.
+    """
     return 1.0 if level < SMALL_ERROR else 10.0 if level < LARGE_ERROR else 1e300
 
 
@@ -246,7 +252,7 @@ def advance_noisy(
 ) -> int:  # fmt: skip
     """Advance over grid steps, or until the recorder is nearly full; returns how it ended.
 
-    The kernel has one more column a node from `p.first` on; its thresholds are moved.
+    The kernel has one more column for each unknown node, from `p.first` on, and its thresholds are moved.
     """
     n, grid = k.unknowns, steps.length
     w, v, cursor = scratch.work, scratch.v, scratch.cursor

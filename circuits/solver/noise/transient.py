@@ -1,10 +1,10 @@
-"""Transient with noise: a testbench run from rest while its devices make noise, as often as is wanted.
+"""Transient with noise: a run of a testbench from rest while its devices make noise, in many trials.
 
-A noise current is a pure function of (seed, trial, instance path, time on the grid): trials come out the same
-in any order and on any number of threads, a neuron at its place on a chip has the chip's noise, and a die is
-the same die whatever the seed. White currents and flicker are those of `circuits.devices.noise`, taken at the
-state of the moment; how they are stepped is in `circuits.solver.noise.steps`. A run begins at rest without
-noise on its nodes, the flicker in its stationary state.
+A noise current is a pure function of the seed, the trial, the device's instance path and the time on a grid.
+So trials come out the same in any order and on any number of threads, a circuit at its place on a chip has
+the chip's noise, and a die stays the same die whatever the seed. The noise is that of
+`circuits.devices.noise`, taken at the state of the moment; `circuits.solver.noise.steps` says how it is
+stepped. A run begins at rest without noise on its nodes, and with flicker in its stationary state.
 """
 
 from __future__ import annotations
@@ -59,9 +59,12 @@ _MOST_GRID_STEPS = 1 << 31
 
 @dataclass(frozen=True, slots=True)
 class NoiseRun:
-    """What noise a run has. `step`: s, for which a current stands still; None for a 20,000th of the run.
+    """Settings of the noise of a run.
 
-    flicker: None for the process's own, `circuits.devices.noise.WHITE_ONLY` for none.
+    seed: another seed is another draw of all noise. step: the time (s) for which a noise current stands
+    still; a 20,000th of the run unless given. flicker: that of the process unless given;
+    `circuits.devices.noise.WHITE_ONLY` is none. Raises `ParameterError` for a negative seed or a step that is
+    not above zero.
     """
 
     seed: int = 0
@@ -161,7 +164,11 @@ def map_trials(
     *,
     record: tuple[str, ...] | None = None,
 ) -> list[T]:
-    """What `function` makes of each trial, in their order, on as many threads as are wanted (all cores)."""
+    """What `function` returns for the result of each trial, in their order.
+
+    workers: number of threads, one for each core unless given. record: nodes to keep, by path, all unless
+    given. Raises `ParameterError` for fewer than one worker.
+    """
     count = os.cpu_count() or 1 if workers is None else workers
     if count < 1:
         raise ParameterError(f"workers: {count}, must be at least 1")
@@ -175,7 +182,10 @@ def map_trials(
 
 
 def grid_step(machine: Machine, run: NoiseRun) -> float:
-    """The grid step, s: the largest that divides the run and is not above the step asked for."""
+    """The grid step, s: the largest that divides the run and is not above the one that was asked for.
+
+    Raises `ParameterError` where the run would have 2^31 steps or more.
+    """
     stop = machine.testbench.stop
     wanted = stop / GRID_STEPS if run.step is None else run.step
     count = math.ceil(stop / wanted * (1.0 - 1e-9)) if stop < math.inf else math.inf
@@ -185,13 +195,13 @@ def grid_step(machine: Machine, run: NoiseRun) -> float:
 
 
 def noise_place(silicon: Silicon, circuit: str) -> str:
-    """Path of a circuit on its chip, as `ranging_chip.neuron[2]`, or its own name without a place."""
+    """Path of a circuit on its chip, such as `ranging_chip.neuron[2]`; its own name where it has no place."""
     place = ((circuit, ()),) if silicon.place is None else silicon.place
     return ".".join(_element(*part) for part in place)
 
 
 def noise_keys(seed: int, trial: int, paths: Sequence[str]) -> U32:
-    """Philox keys of noise currents at instance paths, uint32[2, n]."""
+    """Philox keys of the noise currents at instance paths, uint32[2, n]."""
     digests = [
         hashlib.blake2b(repr((seed, trial, p)).encode(), digest_size=8, person=b"noctule-noise").digest()
         for p in paths
@@ -200,9 +210,9 @@ def noise_keys(seed: int, trial: int, paths: Sequence[str]) -> U32:
 
 
 def with_noise_columns(k: Kernel) -> Kernel:
-    """The kernel with one more column a node, behind ground, that brings a current to it.
+    """A copy of a kernel with one more column for each unknown node, behind ground, that brings it a current.
 
-    Its thresholds are a copy of its own.
+    Its thresholds are a copy too, since flicker moves them.
     """
     g, n = k.conductance, k.unknowns
     start = (g.start + np.arange(n + 1)).astype(np.int32)
