@@ -1,1 +1,1 @@
-"""Circuits with a name, one a file: parameters, biases, testbenches and metrics."""
+"""Circuits that the command line knows by a name, one in each file: sizes, biases, testbench and measures."""

@@ -1,4 +1,4 @@
-"""What every block offers to the command line and to the registry-wide tests."""
+"""The contract of a block: what every named circuit offers to the command line, studies and tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ Values = Mapping[str, float | None]
 
 @dataclass(frozen=True, slots=True)
 class Stimulus:
-    """One knob of a block's testbench. `unit` is SI; a stimulus that can be `off` takes None for it."""
+    """A knob of a block's testbench.
+
+    unit: its SI unit, empty for a plain number. default: its value unless another is given. can_be_off:
+    whether it may be switched off; None is its value then.
+    """
 
     name: str
     unit: str
@@ -32,7 +36,10 @@ DURATION = Stimulus("duration", "s", None, "length of the run", can_be_off=True)
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """A quantity by an equation of the paper: as printed, and corrected (None where the print holds), SI."""
+    """A quantity by an equation of a paper: its value as printed, and as corrected, SI.
+
+    corrected: None where the printed equation holds.
+    """
 
     equation: int
     name: str
@@ -42,7 +49,10 @@ class ClosedForm:
 
 @dataclass(frozen=True, slots=True)
 class EquationText:
-    """An equation of the paper as printed, as corrected (None where the print holds), and what differs."""
+    """An equation of a paper: its text as printed, its text as corrected, and what differs.
+
+    corrected: None where the printed equation holds.
+    """
 
     number: int
     name: str
@@ -53,13 +63,30 @@ class EquationText:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A circuit with its parameters, testbench and metrics.
+    """A circuit with its sizes, its testbench, and what is measured of a run.
 
-    `params`: frozen dataclass of SI floats. `build(params)` returns the circuit. `testbench(circuit,
-    stimuli, v_dd)` takes a value for each of `stimuli` (None is off) and the supply (V). `measures(result)`
-    returns SI numbers by name, None where a quantity is not defined in this run; `outcome(result)` one word.
-    `bias_sets`: values of biases (A or V) by the name of the set, for blocks that come with several.
-    `process`: what its sizes are drawn for.
+    name, summary
+        What the command line calls it, and a line about it.
+    params
+        A frozen dataclass of its sizes, SI floats unless a field's unit says otherwise.
+    build
+        `build(params)` returns the circuit.
+    stimuli
+        The knobs of its testbench.
+    testbench
+        `testbench(circuit, stimuli, v_dd)` takes a value for each knob (None is off) and the supply, V.
+    measures
+        `measures(result)` returns numbers of a run by name, SI; None where one is not defined in this run.
+    outcome
+        `outcome(result)` returns what happened in a run, in a word.
+    plotted
+        Nodes that a picture shows by default, from top to bottom.
+    closed_forms, equations
+        What equations of a paper say of the circuit on a silicon, and their texts.
+    bias_sets
+        Values of biases (A or V) by name, for each of several named sets.
+    process
+        The process that its sizes are drawn for.
     """
 
     name: str
@@ -78,17 +105,18 @@ class Block:
 
     @property
     def defaults(self) -> dict[str, float | None]:
-        """Value of each of the testbench's knobs unless another is given, SI; None is off."""
+        """The default of each knob of the testbench, SI; None is off."""
         return {stimulus.name: stimulus.default for stimulus in self.stimuli}
 
     def bench(self, circuit: Circuit | None = None, **stimuli: float | None) -> Testbench:
-        """The testbench of `circuit`, the block with its default parameters unless given, on its process.
+        """The testbench of a circuit of this block, on the supply of the block's process.
 
-        stimuli: knobs that are not at their default, SI; None is off.
+        circuit: the block with its default sizes unless given. stimuli: the knobs that differ from their
+        defaults, SI; None is off.
         """
         built = self.build(self.params()) if circuit is None else circuit
         return self.testbench(built, self.defaults | stimuli, self.process.v_dd)
 
     def measured(self, result: Result) -> dict[str, float | None]:
-        """All numbers of a run by name: what the block measures, and the mean power of its sources, W."""
+        """All numbers of a run by name, SI: what the block measures, and the mean power of its sources, W."""
         return {**self.measures(result), "supply_power_W": supply_power(result)}

@@ -1,4 +1,7 @@
-"""Sources of a block's testbench: its supply, and what drives its other ports."""
+"""Sources of a block's testbench: its supply, and what drives its other ports.
+
+A source has the name of the node that it drives. A wave is a waveform, or a number for a level that stays.
+"""
 
 from __future__ import annotations
 
@@ -12,20 +15,17 @@ Wave = Waveform | float  # a number is a level that stays, in V or A
 
 
 def powered(v_dd: float, waves: Mapping[str, Wave] | None = None) -> tuple[Source, ...]:
-    """The supply of `v_dd` (V) at the port `vdd`, and behind it a voltage source at each node of `waves`.
-
-    A source has the name of its node.
-    """
+    """The supply of `v_dd` (V) at the port `vdd`, and behind it a voltage source at each node of `waves`."""
     return tuple(Source(node, node, _wave(wave)) for node, wave in {"vdd": v_dd, **(waves or {})}.items())
 
 
 def current_into(node: str, wave: Wave) -> Source:
-    """A source that drives a current into a node, A, and has its name."""
+    """A source that drives a current (A) into a node."""
     return Source(node, node, _wave(wave), "current")
 
 
 def elements(port: Port, waves: Mapping[int, Wave]) -> dict[str, Wave]:
-    """What drives each element of a port, by node: `waves` by index, 0 V where it has none."""
+    """The waves of a port's elements, by node: those of `waves`, by index, and 0 V for all others."""
     return {node: waves.get(k, 0.0) for k, node in enumerate(port.elements())}
 
 

@@ -1,4 +1,4 @@
-"""What blocks measure of a run: when a node passes half the supply, how long for, and when it spikes.
+"""What blocks measure of a run: when nodes pass half the supply, for how long, and when they spike.
 
 The supply is the one that the circuit is wired to (`circuits.lowering.supply`).
 """
@@ -22,38 +22,44 @@ def fall(result: Result, node: str) -> float | None:
 
 
 def between(begin: float | None, end: float | None) -> float | None:
-    """From one time to another, s; None where either is not in the run."""
+    """The time from `begin` to `end`, s; None where either is not in the run."""
     return None if begin is None or end is None else end - begin
 
 
 def high_time(result: Result, node: str) -> float | None:
-    """How long the first pulse of a node lasts, s; None for a node that begins high, or without a pulse."""
+    """How long the first pulse of a node lasts, s.
+
+    None for a node that begins high, and for one without a pulse.
+    """
     return _positive(between(rise(result, node), fall(result, node)))
 
 
 def low_time(result: Result, node: str) -> float | None:
-    """How long a node stays low for the first time, s; None for one that begins low, or stays high."""
+    """How long a node stays low for the first time, s.
+
+    None for a node that begins low, and for one that does not fall or does not rise again.
+    """
     return _positive(between(fall(result, node), rise(result, node)))
 
 
 def latency(result: Result, since: float, port: str = "spike") -> float | None:
-    """From the time `since` (s) to the first spike of a watched port, s; None without one."""
+    """From the time `since` (s) to the first spike of a watched port, s; None without a spike."""
     spikes = result.spikes[port]
     return float(spikes[0]) - since if spikes.size else None
 
 
 def last_rate(spikes: F64) -> float | None:
-    """Rate by the interval between the last two of several times (s), Hz; None where there are fewer."""
+    """Rate (Hz) by the interval between the last two of several times (s); None where there are fewer."""
     return 1.0 / float(spikes[-1] - spikes[-2]) if spikes.size > 1 else None
 
 
 def spiked(result: Result, port: str = "spike") -> bool:
-    """Whether a port that the testbench watches has given a spike."""
+    """Whether a watched port has a spike in the run."""
     return bool(result.spikes[port].size)
 
 
 def spike_outcome(result: Result) -> str:
-    """How often a neuron has given an event at its port `spike`: `none`, `one-spike` or `several-spikes`."""
+    """How often the port `spike` of a neuron has spiked: `none`, `one-spike` or `several-spikes`."""
     return ("none", "one-spike", "several-spikes")[min(result.spikes["spike"].size, 2)]
 
 

@@ -1,4 +1,4 @@
-"""What a metric is: a number, or a word, that a machine on a die is judged by."""
+"""The contract of a metric: a number, or a word, by which a study judges a circuit on a die."""
 
 from __future__ import annotations
 
@@ -13,13 +13,23 @@ from circuits.silicon.silicon import Silicon
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """A metric of the blocks whose circuits are called `circuits`.
+    """A metric of the circuits whose names are in `circuits`.
 
-    `prepare(circuit, silicon)` is the machine to measure, `measure(machine)` a measurement that several
-    metrics can share, `outcome` and `reason` of it a word and why it failed (empty unless it did), and
-    `value` of it the metric, in `unit` (SI), NaN where it is not defined; None for a metric that is the
-    outcome itself. yes_no: it is 1 or 0, for yes or no. `shown` of it are stimuli of the block's testbench
-    that show what was measured, for a measurement that makes runs of its own.
+    name, unit, summary
+        What studies call it, its SI unit (empty for a plain number), and a line about it.
+    prepare
+        `prepare(circuit, silicon)` returns the machine that is measured.
+    measure
+        `measure(machine)` returns a measurement, which several metrics can share.
+    outcome, reason
+        What happened in a measurement, in a word, and why it failed, empty unless it did.
+    value
+        The metric of a measurement, NaN where it is not defined; None where the metric is the outcome itself.
+    yes_no
+        Whether the metric is 1 or 0, for yes or no.
+    shown
+        Knobs of the block's testbench that show what was measured, where the measurement makes runs of its
+        own.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Transistors and logic of blocks whose sizes are given in micrometre, bulks at the supplies."""
+"""Transistors and logic gates by their sizes in micrometre, with the bulks at the supplies."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ UM = 1e-6
 def mos(
     name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
 ) -> Transistor:
-    """A transistor of `width` by `length` in um, its bulk at `vdd` or ground."""
+    """A transistor of `width` by `length` (um); its bulk is at `vdd` for a pFET and at ground for an nFET."""
     bulk = "vdd" if polarity == "p" else "0"
     return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
 
 
 def inverter(name: str, gate: str, out: str, *, width: float, length: float) -> tuple[Transistor, Transistor]:
-    """PFET `{name}p` of twice the width and nFET `{name}n`, um."""
+    """An inverter: the pFET `{name}p`, of twice the width, and the nFET `{name}n`; width and length in um."""
     return (
         mos(f"{name}p", "p", out, gate, "vdd", 2.0 * width, length),
         mos(f"{name}n", "n", out, gate, "0", width, length),
@@ -25,7 +25,11 @@ def inverter(name: str, gate: str, out: str, *, width: float, length: float) -> 
 
 
 def nor(name: str, gates: tuple[str, ...], out: str, *, width: float, length: float) -> list[Transistor]:
-    """NFETs side by side and pFETs in series, the first gate's at the supply, um; inner nodes `{name}_k`."""
+    """A NOR gate: nFETs in parallel and pFETs in series, that of the first gate at the supply.
+
+    width, length: um. An nFET is `width` wide, and a pFET is wider by twice the number of gates. The nodes
+    between the pFETs are called `{name}_k`.
+    """
     stack = ["vdd", *(f"{name}_{k}" for k in range(1, len(gates))), out]
     pulls = [mos(f"{name}n{k}", "n", out, g, "0", width, length) for k, g in enumerate(gates)]
     return pulls + [
@@ -35,7 +39,11 @@ def nor(name: str, gates: tuple[str, ...], out: str, *, width: float, length: fl
 
 
 def nand(name: str, gates: tuple[str, ...], out: str, *, width: float, length: float) -> list[Transistor]:
-    """PFETs side by side and nFETs in series, the first gate's at ground, um; inner nodes `{name}_k`."""
+    """A NAND gate: pFETs in parallel and nFETs in series, that of the first gate at ground.
+
+    width, length: um. A pFET is twice `width` wide, and an nFET is wider than `width` by the number of gates.
+    The nodes between the nFETs are called `{name}_k`.
+    """
     stack = ["0", *(f"{name}_{k}" for k in range(1, len(gates))), out]
     pulls = [mos(f"{name}p{k}", "p", out, g, "vdd", 2.0 * width, length) for k, g in enumerate(gates)]
     return pulls + [

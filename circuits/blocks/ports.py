@@ -13,12 +13,12 @@ SUPPLY = Port("vdd", "supply")
 
 
 def event_in(*names: str) -> tuple[Port, ...]:
-    """Ports at which events come in: pulses of the full supply."""
+    """Ports at which events come in, as pulses of the full supply."""
     return tuple(Port(name, "event") for name in names)
 
 
 def event_out(*names: str) -> tuple[Port, ...]:
-    """Ports at which the circuit gives events."""
+    """Ports at which the circuit gives events, as pulses of the full supply."""
     return tuple(Port(name, "event", "out") for name in names)
 
 
@@ -33,7 +33,7 @@ def analog_out(*names: str) -> tuple[Port, ...]:
 
 
 def bias_in(*names: str) -> tuple[Port, ...]:
-    """Ports that a bias sets."""
+    """Ports that biases set."""
     return tuple(Port(name, "bias") for name in names)
 
 

@@ -1,4 +1,7 @@
-"""Testbenches that start near a block's state of rest, for simulators that do not find it from 0 V."""
+"""Testbenches that start near a block's state of rest.
+
+Outside simulators do not always find that state from 0 V at every node.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,10 @@ REFERENCE_C = 27.0  # degC
 
 
 def started_at_rest(bench: Testbench, process: Process, held: tuple[Source, ...] = ()) -> Testbench:
-    """`bench` with the operating point of the nominal die at 27 degC as its start, to 1 mV.
+    """`bench` with the operating point of the nominal die at 27 degC as its start, rounded to 1 mV.
 
-    Not every simulator finds it from 0 V; a state that is found without this start is reported beside. held:
-    sources that choose one of several states of rest and are gone in the run.
+    held: sources that choose one of several states of rest and are not there in the run. A state that is
+    found without the start is still reported beside.
     """
     driven = {"0", *(source.node for source in bench.sources)}
     choosing = replace(bench, sources=(*bench.sources, *held))

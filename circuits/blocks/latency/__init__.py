@@ -1,1 +1,1 @@
-"""Circuits of the latency chip."""
+"""Circuits of the latency chip, which computes with the times of spikes."""

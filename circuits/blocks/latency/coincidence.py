@@ -1,18 +1,18 @@
-"""Coincidence detector: spikes where two of its inputs came within a window of each other.
+"""Coincidence detector: it spikes where two of its three inputs come within a window of each other.
 
-Each input switches the same current on for the window's length (`circuits.blocks.latency.synapse`); they meet
-at one node, from which `mk` takes 1.4 of them away:
+Each input switches the same current on for the length of the window (`circuits.blocks.latency.synapse`). The
+currents meet at the node `sum`, from which the transistor `mk` takes 1.4 of them away:
 
     sum rises where two currents or more are on:  |t_i - t_j| < T_w = C_t V_ref / I_window
 
 less the 15 us that the node takes to rise. What `mk` takes is a copy of what 1.4 inputs would give: `me`, of
-the inputs' length and gate and 1.4 of their width, feeds the mirror, so that whatever all devices share
-moves both alike. One input alone and two of them are as far from it, by a factor of the square root of 2. Two
-inverters make the spike of it, which lasts as long as the overlap. An input that comes again within the
+the inputs' length and gate and 1.4 times their width, feeds the mirror, so that whatever all devices share
+moves both alike. One input is as far below it as two inputs are above it, by a factor of the square root of
+2. Two inverters make the spike, which lasts as long as the overlap. An input that comes again within the
 window lengthens its own step, and coincides with nothing.
 
 Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory": the coincidence detector of a latency unit is
-excited by A, B and the integrating neuron, and spikes where two of them do within 3 ms; circuit and numbers
+excited by A, B and the integrating neuron, and spikes where two of them do within 3 ms. Circuit and numbers
 are ours.
 """
 
@@ -41,7 +41,7 @@ SHARE = 1.4  # of an input's current that is taken away; ours, between 1 and 2 b
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
+    """Capacitors, F; ours. Raises `ParameterError` unless both are above zero."""
 
     timer_capacitance: float = quantity(5e-12, "F")
     sum_capacitance: float = quantity(20e-15, "F")
@@ -58,7 +58,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event[3] (in: A, B, integrating), spike (event out), biases and the supply."""
+    """The detector: ports event[3] (inputs A, B, integrating), spike (event out), biases and the supply."""
     part = step_synapse(params.timer_capacitance)
     event = Port("event", "event", "in", (len(INPUTS),))
     ports = (SUPPLY, event, *event_out("spike"), *bias_ports(BIASES))
@@ -83,7 +83,7 @@ STOP = 12e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """The first input at 1 ms, the second and third `second` and `third` later, or off."""
+    """The first input comes at 1 ms, and the others `second` and `third` (s) after it, or not at all."""
     times = (0.0, stimuli["second"], stimuli["third"])
     sources = powered(v_dd, events(circuit.port("event"), times, START, v_dd))
     bench = Testbench("coincidence", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
@@ -91,9 +91,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the spike after the first input, `window_s`.
+    """Numbers of a run: `latency_s`, from the first input to the spike, and `window_s`.
 
-    window: how long the first input's current is on; None where what is asked for is not in the run.
+    window: how long the current of the first input is on. None where what is asked for is not in the run.
     """
     return {
         "latency_s": latency(result, START),
@@ -102,7 +102,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """`coincidence`, or `none`."""
+    """`coincidence` where the detector spikes, else `none`."""
     return "coincidence" if spiked(result) else "none"
 
 

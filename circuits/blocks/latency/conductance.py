@@ -1,20 +1,21 @@
-"""Conductance neuron of subthreshold transistors: sodium that follows the membrane, potassium that lags it.
+"""Conductance neuron of subthreshold transistors: a fast sodium conductance and a slow potassium one.
 
-Each conductance is a differential pair, whose share of its tail is a sigmoid of a voltage, so that with
-s(x) = 1 / (1 + e^(-kappa x / U_T)), the membrane v and the potassium's gate w
+Each conductance is a differential pair, whose share of its tail current is a sigmoid of a voltage. With s(x)
+= 1 / (1 + e^(-kappa x / U_T)), the membrane v and the gate w of the potassium follow
 
     C dv/dt = I_Na s(v - V_Na) - I_K s(w - V_K) + I_leak (2 s(V_rest - v) - 1) + I_tonic + I_synapse
     C_w dw/dt = I_w (2 s(v - w) - 1)
 
-Potassium pulls down to where its pair leaves saturation, about kappa (w - V_T0), below rest: its reversal
-potential. The sodium's comes from a mirror at the supply. The slow gate opens the potassium and so ends the
-spike; there is no inactivation apart from it, as in reductions of the Hodgkin-Huxley equations to two
-variables. What the network asks of a Hodgkin-Huxley neuron, it does: rest, one spike for a strong synapse
-and none for a weak one, a spike for two weak ones that coincide, spikes without end for a steady current,
-silence under inhibition, and a refractory time.
+Potassium pulls the membrane down to where its pair leaves saturation, about kappa (w - V_T0), below rest:
+that is its reversal potential. That of sodium is the supply, where its mirror ends. The slow gate opens the
+potassium and so ends the spike. There is no inactivation apart from it, as in reductions of the
+Hodgkin-Huxley equations to two variables. The circuit does what the network asks of a Hodgkin-Huxley neuron:
+it rests, spikes once for a strong synapse and never for a weak one, spikes for two weak ones that coincide,
+spikes without end for a steady current, is silent under inhibition, and has a refractory time.
 
-Source: Wen & Horiuchi 2022, equations (12) and (13), says what is asked; the two-variable circuit is that of
-Patel & DeWeerth (1997), Electronics Letters 33, 997, in outline and from memory; sizes and numbers are ours.
+Source: Wen & Horiuchi 2022, equations (12) and (13), for what is asked; the circuit of two variables is that
+of Patel & DeWeerth (1997), Electronics Letters 33, 997, in outline and from memory. Sizes and numbers are
+ours.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ REST, SODIUM, POTASSIUM = 1.5, 1.8, 1.95  # V: leak, and where the conductances 
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad; ours. Raises `ParameterError` unless all are above 0."""
+    """Capacitors, F; ours. Raises `ParameterError` unless all are above zero."""
 
     membrane_capacitance: float = quantity(5e-12, "F")
     gate_capacitance: float = quantity(2e-12, "F")
@@ -70,7 +71,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports excite[2], inhibit (events in), spike (event out), biases and the supply."""
+    """The neuron: ports excite[2], inhibit (events in), spike (event out), biases and the supply."""
     excitation = step_synapse(params.timer_capacitance)
     inhibition = step_inhibition(params.timer_capacitance)
     excite = Port("excite", "event", "in", (EXCITATIONS,))
@@ -119,7 +120,7 @@ STOP = 40e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Excitations and an inhibition, each off or so long after 5 ms."""
+    """Two excitations and an inhibition, each so long (s) after 5 ms, or not at all."""
     excite = events(circuit.port("excite"), (stimuli["first"], stimuli["second"]), START, v_dd)
     inhibit = events(circuit.port("inhibit"), (stimuli["inhibit"],), START, v_dd)
     sources = powered(v_dd, excite | inhibit)
@@ -128,7 +129,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`spikes`, `latency_s` of the first after 5 ms, `rate_Hz` by the last two, `rest_V`."""
+    """Numbers of a run: `spikes`, `latency_s` of the first after 5 ms, `rate_Hz` and `rest_V`.
+
+    The rate is that of the last interval. None where what is asked for is not in the run.
+    """
     spikes = result.spikes["spike"]
     return {
         "spikes": float(spikes.size),

@@ -1,15 +1,16 @@
-"""Layer that races to the first spike: cells of `circuits.blocks.latency.race` and what stops them all.
+"""Layer of cells that race to the first spike, and the inhibition that the first spike stops them with.
 
-Each cell's spike pulls one line down, which a latch keeps; from then on the recurrent inhibition charges its
-capacitor, and at the reference it stops every cell until the next ping:
+The cells are those of `circuits.blocks.latency.race`. The spike of any cell pulls a common line down, and a
+latch keeps it there. From then on the recurrent inhibition charges its capacitor; when it reaches the
+reference it stops every cell until the next ping:
 
     T_stop = T_first + C_r V_ref / I_recurrent
 
-Cells whose own spike comes before that win too, so that the layer may have several winners, as the paper's
-has while its recurrent inhibitory neuron charges. The ping resets cells, latch and capacitor.
+Cells that spike before that win too, so that the layer may have several winners, as the paper's has while its
+recurrent inhibitory neuron charges. The ping resets cells, latch and capacitor.
 
-Source: Wen & Horiuchi 2022, section 3, "Action Selection Layer", Figure 8; circuit and all numbers are ours:
-1.4 ms of recurrent inhibition, as in the network.
+Source: Wen & Horiuchi 2022, section 3, "Action Selection Layer", Figure 8. The circuit and all numbers are
+ours: 1.4 ms of recurrent inhibition, as in the network.
 """
 
 from __future__ import annotations
@@ -40,7 +41,10 @@ RECURRENT_CAPACITANCE = 5e-12  # F; ours
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, number of cells; ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitors (F) and number of cells; ours.
+
+    Raises `ParameterError` for a capacitor that is not above zero or a number of cells that cannot be built.
+    """
 
     membrane_capacitance: float = quantity(10e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
@@ -59,7 +63,10 @@ BIASES = (
 
 
 def recurrent_inhibition(capacitance: float, cells: int) -> Circuit:
-    """Latch and timer (F): ports spike[n], reset (events in), stop (event out), biases."""
+    """What stops the cells: ports spike[cells], reset (events in), stop (event out), biases.
+
+    capacitance: of its timer, F.
+    """
     spike, biases = Port("spike", "event", "in", (cells,)), bias_in("v_recurrent", "v_cmp", "v_ref")
     ports = (SUPPLY, spike, *event_in("reset"), *event_out("stop"), *biases)
     devices = (
@@ -78,7 +85,7 @@ def recurrent_inhibition(capacitance: float, cells: int) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports inhibit[n], excite[n], reset (events in), spike[n] (events out), biases and the supply."""
+    """The layer: ports inhibit[n], excite[n], reset (events in), spike[n] (out), biases and the supply."""
     count = int(params.cells)
     cell = latency_race.build(
         latency_race.Params(
@@ -106,7 +113,7 @@ STOP = 70e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Reset at 20 us; excitation and inhibition of the first three cells, each off or so long after it."""
+    """The ping at 20 us; excitation and inhibition of three cells, each so long (s) after it or off."""
     excite, inhibit = (
         events(circuit.port(kind), tuple(stimuli[f"{kind}_{k}"] for k in range(3)), PING, v_dd)
         for kind in ("excite", "inhibit")
@@ -117,7 +124,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the first spike, `stop_s` of the recurrent inhibition after it, `winners`."""
+    """Numbers of a run: `latency_s` of the first spike after the ping, `stop_s` and `winners`.
+
+    stop: from the first spike to the recurrent inhibition. None where what is asked for is not in the run.
+    """
     half = half_supply(result.machine)
     firsts = sorted(float(t[0]) for t in result.spikes.values() if t.size)
     after = result.time > PING
@@ -130,7 +140,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """Numbers of the cells that won, or `none`."""
+    """The numbers of the cells that won, or `none`."""
     won = [name.partition("[")[2].rstrip("]") for name, times in result.spikes.items() if times.size]
     return " ".join(sorted(won)) if won else "none"
 

@@ -1,17 +1,17 @@
-"""Integrate-and-fire neuron with step-current synapses: spike latencies in, one spike latency out.
+"""Integrate-and-fire neuron with step-current synapses, which turns spike latencies into a latency.
 
-Each synapse answers an event by a current E_0 into the membrane for a fixed time, and the membrane spikes
-where it comes to a reference: with inputs at t_1 to t_n, as long as all currents are on,
+Each synapse (`circuits.blocks.latency.synapse`) answers an event by a current E_0 into the membrane for a
+fixed time, and the membrane spikes where it comes to a reference. With inputs at t_1 to t_n, and as long as
+all currents are on,
 
     T_eval = (C_mem V_ref + E_0 sum t_i) / (n E_0)          (9)
 
-The synapses are those of `circuits.blocks.latency.synapse`.
+`spike` rises where the membrane passes the reference, and stays high until the ping at `reset` discharges the
+membrane: one spike for each ping. After the spike the currents flow on, into a membrane that ends at the
+supply.
 
-`spike` rises where the membrane passes the reference, and stays until `reset`, the ping, which discharges the
-membrane: one spike a ping. After the spike the currents flow on into a membrane that ends at the supply.
-
-Source: Wen & Horiuchi 2022, section 3, equation (9), step of 20 ms; circuit and all numbers are ours: 8 ms
-from one input to the spike, and parasitics of about a hundredth of the capacitors, which are large for it.
+Source: Wen & Horiuchi 2022, section 3, equation (9), step of 20 ms. The circuit and all numbers are ours: 8
+ms from one input to the spike, and parasitics of about a hundredth of the capacitors, which are large for it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,11 @@ INPUTS = 3  # of the block as it is simulated by itself
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, number of synapses; ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitors (F) and number of synapses; ours.
+
+    Raises `ParameterError` for a capacitor that is not above zero or a number of synapses that cannot be
+    built.
+    """
 
     membrane_capacitance: float = quantity(10e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
@@ -59,7 +63,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event[n] (in), reset (event in), spike (event out), biases and the supply."""
+    """The neuron: ports event[n], reset (events in), spike (event out), biases and the supply."""
     part = step_synapse(params.timer_capacitance)
     event = Port("event", "event", "in", (int(params.synapses),))
     ports = (SUPPLY, event, *event_in("reset"), *event_out("spike"), *bias_ports(BIASES))
@@ -77,7 +81,7 @@ STOP = 30e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Reset at 20 us, and an event at each of the first three synapses, `first` to `third` after it."""
+    """The ping at 20 us, and an event at each of three synapses so long (s) after it, or none."""
     times = (stimuli["first"], stimuli["second"], stimuli["third"])
     inputs = events(circuit.port("event"), times, PING, v_dd)
     sources = powered(v_dd, {"reset": pulse((PING,), v_dd), **inputs})
@@ -86,9 +90,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the spike after the ping, `step_s` of the first synapse.
+    """Numbers of a run: `latency_s` from the ping to the spike, and `step_s` of the first synapse.
 
-    step: from the first synapse's switch closing to its opening; None where either is not in the run.
+    step: from the closing of the first synapse's switch to its opening. None where what is asked for is not
+    in the run.
     """
     return {
         "latency_s": latency(result, PING),
@@ -97,7 +102,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """`spike`, or `none`."""
+    """`spike` or `none`."""
     return "spike" if spiked(result) else "none"
 
 

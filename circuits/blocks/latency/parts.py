@@ -1,15 +1,16 @@
-"""Parts of the latency chip that its blocks do not have by themselves: cells of both layers, gates, a pulse.
+"""Parts of the latency chip that are no blocks of their own: cells of both layers, gates and a pulse.
 
-* `racing_cell`: the first layer's cell, `circuits.blocks.latency.race` with a charge of its own for the goal
-  and for the direction of the ping, and an inhibition by distance of the memory, which the next ping ends;
-* `following_cell`: the second layer's, whose only current is switched on by the first layer's spike until
-  the next ping;
-* `lone_cell`: a passive current alone, the emergency neuron;
-* `any_of`: the memory's output, high while any of its units is;
-* `edge_pulse`: an event of some 13 us at each rise, between the integrating neuron, which stays high until
-  the next ping, and the units, which take events; the circuit is that of a tap's end.
+* `racing_cell`: a cell of the first layer. It is that of `circuits.blocks.latency.race` with a charge of its
+  own for the goal and for the direction of the ping, and with inhibitions that depend on the distance of the
+  memory and end at the next ping.
+* `following_cell`: a cell of the second layer, whose only current is switched on by a spike of the first
+  layer until the next ping.
+* `lone_cell`: the emergency neuron, with a passive current alone.
+* `any_of`: the memory's output, which is high while any of its units is.
+* `edge_pulse`: an event of some 13 us at each rise. It stands between the integrating neuron, which stays
+  high until the next ping, and the units, which take events. Its circuit is that of the end of a tap.
 
-Source: Wen & Horiuchi 2022, section 3; circuits and numbers are ours.
+Source: Wen & Horiuchi 2022, section 3. Circuits and numbers are ours.
 """
 
 from __future__ import annotations
@@ -29,9 +30,10 @@ MEMBRANE, TIMER = 10e-12, 5e-12  # F, of the cells; ours
 
 
 def racing_cell(reach: int) -> Circuit:
-    """Ports goal, direction, inhibit[2 reach + 1], reset, stop (events in), spike (event out), biases.
+    """A cell of the first layer, with inhibitions from memories up to `reach` cells away.
 
-    v_inhibit[reach + 1]: by the distance of the memory that inhibits.
+    Ports goal, direction, inhibit[2 reach + 1], reset, stop (events in), spike (event out), and biases, of
+    which v_inhibit[reach + 1] counts by the distance of the memory that inhibits.
     """
     excitation, inhibition = step_synapse(TIMER), ended(step_inhibition(TIMER))
     count = 2 * reach + 1
@@ -59,7 +61,7 @@ def racing_cell(reach: int) -> Circuit:
 
 
 def following_cell() -> Circuit:
-    """Ports excite, reset, stop (events in), spike (event out), biases."""
+    """A cell of the second layer: ports excite, reset, stop (events in), spike (event out), biases."""
     part = ended(step_synapse(TIMER))
     excitation = part.instance("excite0", event="excite", end="reset", v_exc="v_second", v_step="v_kept")
     biases = bias_in("v_second", "v_kept", "v_cmp", "v_ref")
@@ -68,14 +70,14 @@ def following_cell() -> Circuit:
 
 
 def lone_cell() -> Circuit:
-    """Ports reset, stop (events in), spike (event out), biases."""
+    """The emergency neuron: ports reset, stop (events in), spike (event out), biases."""
     biases = bias_in("v_passive", "v_cmp", "v_ref")
     ports = (SUPPLY, *event_in("reset", "stop"), *event_out("spike"), *biases)
     return Circuit("lone_cell", ports, (*_membrane(), passive_current()), (_threshold(),))
 
 
 def any_of(count: int) -> Circuit:
-    """Pseudo-nMOS NOR and an inverter: ports in[n] (events), out (event out)."""
+    """An OR gate, of a pseudo-nMOS NOR and an inverter: ports each[count] (events in), out (event out)."""
     ports = (SUPPLY, Port("each", "event", "in", (count,)), *event_out("out"))
     devices = (
         *(mos(f"mo{k}", "n", "none", f"each[{k}]", "0", 6, 1.5) for k in range(count)),
@@ -86,13 +88,16 @@ def any_of(count: int) -> Circuit:
 
 
 def edge_pulse() -> Circuit:
-    """Ports level (in), out (event out), v_cmp, which sets the width."""
+    """A pulse at each rise: ports level (event in), out (event out), v_cmp, which sets the pulse's width."""
     ports = (SUPPLY, *event_in("level"), *event_out("out"), *bias_in("v_cmp"))
     return Circuit("edge_pulse", ports, edge_event("level"))
 
 
 def ended(part: Circuit) -> Circuit:
-    """A step synapse with an event port `end`, which fills its timer: without it steps outlast the ping."""
+    """A step synapse with one more event port, `end`, which ends its step by filling its timer.
+
+    Without it steps last longer than from one ping to the next.
+    """
     devices = (
         *inverter("mw", "end", "going_on", width=3.0, length=1.5),
         mos("mq", "p", "timer", "going_on", "vdd", 6, 1.5),

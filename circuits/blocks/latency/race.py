@@ -1,15 +1,17 @@
-"""Cell of the race to the first spike: a passive current against step inhibitions, stopped by another spike.
+"""Cell of the race to the first spike: a passive current that inhibitions oppose.
 
-From the ping on, a passive current charges the membrane; excitations add a charge each, inhibitions switch a
-current on that lasts to the end of the race. With charges Q and inhibitory currents I_i from t_i on,
+From the ping on a passive current charges the membrane. Each excitation adds a charge, and each inhibition
+switches a current on that lasts to the end of the race. With charges Q and inhibitory currents I_i from t_i
+on,
 
     T_WTA = (C_mem V_ref - Q_goal - Q_dir - sum I_i t_i) / (I_passive - sum I_i)          (10)
 
-A charge is a step of I_charge for T_charge = C_t V_ref / I_pulse. `stop` is what recurrent inhibition
-gives all cells where one of them has spiked: it brings the membrane to ground, as `reset`, the ping, does.
+A charge is a step of I_charge for T_charge = C_t V_ref / I_pulse. `stop` is the event that recurrent
+inhibition gives all cells when one of them has spiked: it brings the membrane to ground, as the ping at
+`reset` does. The synapses are those of `circuits.blocks.latency.synapse`.
 
-Synapses are those of `circuits.blocks.latency.synapse`. Source: Wen & Horiuchi 2022, section 3, "Action
-Selection Layer", equation (10); circuit and all numbers are ours: 58 ms without any input, as in the network.
+Source: Wen & Horiuchi 2022, section 3, "Action Selection Layer", equation (10). The circuit and all numbers
+are ours: 58 ms without any input, as in the network.
 """
 
 from __future__ import annotations
@@ -44,7 +46,11 @@ EXCITATIONS, INHIBITIONS = 2, 2  # by itself: goal and direction of the ping; me
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, numbers of synapses; ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitors (F) and numbers of synapses; ours.
+
+    Raises `ParameterError` for a capacitor that is not above zero or a number of synapses that cannot be
+    built.
+    """
 
     membrane_capacitance: float = quantity(10e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
@@ -68,7 +74,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports excite[n], inhibit[m], reset, stop (events in), spike (event out), biases and the supply."""
+    """The cell: ports excite[n], inhibit[m], reset, stop (events in), spike (out), biases and the supply."""
     excitation = step_synapse(params.timer_capacitance)
     inhibition = step_inhibition(params.timer_capacitance)
     excite = Port("excite", "event", "in", (int(params.excitations),))
@@ -88,12 +94,12 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def passive_current() -> Device:
-    """What charges `v_mem` of a cell from the ping on."""
+    """The transistor that charges a cell's `v_mem` from the ping on."""
     return mos("mp", "p", "v_mem", "v_passive", "vdd", 6, 24)
 
 
 def membrane_resets() -> tuple[Device, Device]:
-    """What brings `v_mem` of a cell to ground: events at `reset` and at `stop`."""
+    """The transistors that bring a cell's `v_mem` to ground, at events of `reset` and of `stop`."""
     return (
         mos("mz", "n", "v_mem", "reset", "0", 6, 1.5),
         mos("mx", "n", "v_mem", "stop", "0", 6, 1.5),
@@ -105,7 +111,7 @@ STOP = 90e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Reset at 20 us; excitations and inhibitions, each off or so long after it; `stop` likewise."""
+    """The ping at 20 us; excitations, inhibitions and `stop` so long (s) after it, or not at all."""
     ports = {"stop": ("stop",), "excite": ("goal", "direction"), "inhibit": ("first", "second")}
     waves: dict[str, Wave] = {"reset": pulse((PING,), v_dd)}
     for name, knobs in ports.items():
@@ -116,12 +122,12 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the spike after the ping, None without one."""
+    """Numbers of a run: `latency_s` from the ping to the spike, None without one."""
     return {"latency_s": latency(result, PING)}
 
 
 def outcome(result: Result) -> str:
-    """`spike`, or `none`."""
+    """`spike` or `none`."""
     return "spike" if spiked(result) else "none"
 
 

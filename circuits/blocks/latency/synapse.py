@@ -1,16 +1,18 @@
-"""Step-current synapse: an event switches a current on for a fixed time; and the comparator of its timer.
+"""Step-current synapse, which answers an event by a current for a fixed time, and its comparator.
 
-The event discharges the timer's capacitor through `mr`; the starved source `mt` charges it again, and as long
-as it is below the reference a comparator keeps a switch at the foot of a current source closed:
+The event discharges the capacitor of a timer through `mr`, and the starved source `mt` charges it again. As
+long as the capacitor is below the reference, the comparator keeps a switch at the foot of a current source
+closed:
 
     T_syn = C_t V_ref / I_step
 
-Another event while a step lasts makes it last longer, not stronger: the synapse saturates, as the paper's do.
-The switch is at the source of the current source, so that its edges reach the output only through a
-transistor in saturation. `step_synapse` gives a current into its output (pFETs), `step_inhibition` takes one
-(nFETs), by the same timer.
+Another event during a step makes it last longer, not stronger: the synapse saturates, as the paper's do. The
+switch is at the source of the current source, so that its edges reach the output only through a transistor in
+saturation. `step_synapse` gives a current into its output, from pFETs; `step_inhibition` takes one out of it,
+by nFETs, with the same timer.
 
-Source: Wen & Horiuchi 2022, equations (9), (10) and (14), steps of 20 ms; circuit and all numbers are ours.
+Source: Wen & Horiuchi 2022, equations (9), (10) and (14), steps of 20 ms. The circuit and all numbers are
+ours.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ REFERENCE = 2.0  # V, of every comparator
 
 
 def comparator() -> Circuit:
-    """Differential pair, a second stage balanced with it, and an inverter: high where plus > v_ref."""
+    """A comparator, whose output `above` is high where `plus` is above `v_ref`; v_cmp sets its current."""
     ports = (SUPPLY, *analog_in("plus"), *event_out("above"), *bias_in("v_ref", "v_cmp"))
     devices = (
         *comparator_stages("plus", 6),
@@ -38,7 +40,10 @@ def comparator() -> Circuit:
 
 
 def comparator_stages(plus: str, width: float) -> tuple[Device, ...]:
-    """A pair, its nFETs `width` um wide, and a stage balanced with it: `y` is low where `plus` > v_ref."""
+    """The two stages of a comparator: the node `y` is low where the node `plus` is above `v_ref`.
+
+    A differential pair, its nFETs `width` um wide, drives a second stage that is balanced with it.
+    """
     return (
         mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
         mos("mc1", "n", "m", plus, "tail", width, 3),
@@ -51,12 +56,15 @@ def comparator_stages(plus: str, width: float) -> tuple[Device, ...]:
 
 
 def compared(name: str, plus: str, above: str) -> Instance:
-    """A comparator called `name`: node `above` is high where node `plus` is above `v_ref`."""
+    """A comparator called `name`, at which node `above` is high where node `plus` is above `v_ref`."""
     return comparator().instance(name, plus=plus, above=above)
 
 
 def comparator_biases(device: str) -> tuple[Bias, Bias]:
-    """What all comparators of a block share; device: path of the tail `mc0` of one of them."""
+    """The current and the reference that all comparators of a block share.
+
+    device: path of the tail `mc0` of one of the comparators.
+    """
     return (
         Bias("i_cmp", "v_cmp", "gate", 50e-9, device),
         Bias("v_ref", "v_ref", "voltage", REFERENCE),
@@ -64,7 +72,10 @@ def comparator_biases(device: str) -> tuple[Bias, Bias]:
 
 
 def timer(reset: str, gate: str, capacitance: float) -> tuple[Device, ...]:
-    """What a timer (F) counts with: `reset` empties the node `timer`, a source at `gate` fills it."""
+    """The counting part of a timer: an event at `reset` empties the node `timer`, a source fills it again.
+
+    gate: gate of the source. capacitance: F.
+    """
     return (
         mos("mr", "n", "timer", reset, "0", 6, 1.5),
         mos("mt", "p", "timer", gate, "vdd", 6, 24),
@@ -73,7 +84,10 @@ def timer(reset: str, gate: str, capacitance: float) -> tuple[Device, ...]:
 
 
 def step_synapse(timer_capacitance: float) -> Circuit:
-    """Timer (F) and switched source: ports event (in), v_mem (a current into it), biases."""
+    """A synapse that gives a current: ports event (in), v_mem (current out), biases.
+
+    timer_capacitance: F.
+    """
     ports = _synapse_ports("v_exc", "v_step")
     devices = (
         *timer("event", "v_step", timer_capacitance),
@@ -84,7 +98,10 @@ def step_synapse(timer_capacitance: float) -> Circuit:
 
 
 def step_inhibition(timer_capacitance: float) -> Circuit:
-    """Timer (F) and switched sink: ports event (in), v_mem (a current out of it), biases."""
+    """A synapse that takes a current: ports event (in), v_mem (current in), biases.
+
+    timer_capacitance: F.
+    """
     ports = _synapse_ports("v_inh", "v_hold")
     devices = (
         *timer("event", "v_hold", timer_capacitance),
@@ -101,9 +118,9 @@ def _synapse_ports(current: str, time: str) -> tuple[Port, ...]:
 
 
 def events(port: Port, times: tuple[float | None, ...], ping: float, v_dd: float) -> dict[str, Wave]:
-    """What drives the nodes of an event port: a pulse at each of `times` (s after the ping; None: silent).
+    """The waves of an event port, by node: an event at each of `times`, s after the ping; None is silent.
 
-    Raises `ParameterError` for a time before the ping.
+    ping: when the times count from, s. Raises `ParameterError` for a time before the ping.
     """
     waves: dict[int, Wave] = {}
     for k, after in enumerate(times[: len(port.elements())]):

@@ -1,18 +1,18 @@
-"""Tap of a delay line: an event in, an event out a fixed time later.
+"""Tap of a delay line: an event comes in, and one goes out a fixed time later.
 
-The event discharges the timer's capacitor, the starved source `mt` charges it again, and where it passes the
-reference the comparator of `circuits.blocks.latency.synapse` makes the next event, which lasts until the
-starved inverter `md` has followed:
+The event discharges the capacitor of a timer, and the starved source `mt` charges it again. Where it passes
+the reference, the comparator of `circuits.blocks.latency.synapse` makes the next event, which lasts until a
+starved inverter has followed:
 
     T_tap = T_in + C_t V_ref / I_tap,    T_out = C_d (V_dd - V_i) / I_cmp
 
-T_in being the width of the event, which holds the capacitor at ground, and V_i the threshold of an inverter.
-Two inverters make the comparator's edge steep, so that at the event the gate closes before `late` has risen.
-Taps in a row are a delay line. A second event before the first has left starts the tap anew: the first is
-lost.
+T_in is the width of the event, which holds the capacitor at ground, and V_i the threshold of an inverter. Two
+inverters make the edge of the comparator steep, so that at the event the gate closes before `late` has risen.
+Taps in a row are a delay line. A second event that comes before the first has left starts the tap again, and
+the first is lost.
 
 Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory": neurons in series, each of which makes the next
-one fire with a fixed delay; circuit and all numbers are ours, 3 ms as in the network.
+one fire with a fixed delay. The circuit and all numbers are ours, 3 ms as in the network.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ PULSE_CAPACITANCE = 0.2e-12  # F; ours: events of some 10 us
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Timer capacitance in farad, taps in a row; ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitor of a timer (F) and number of taps in a row; ours.
+
+    Raises `ParameterError` for a capacitor that is not above zero or a number of taps that cannot be built.
+    """
 
     timer_capacitance: float = quantity(5e-12, "F")
     taps: int = quantity(2, "")
@@ -59,7 +62,7 @@ BIASES = (
 
 
 def edge_event(level: str) -> tuple[Device, ...]:
-    """An event at node `out` where node `level` rises, which the starved inverter at `v_cmp` ends."""
+    """Devices that make an event at node `out` where node `level` rises; its length is set at `v_cmp`."""
     return (
         *inverter("mp", level, "going", width=3.0, length=1.5),
         *inverter("mg", "going", "gone", width=3.0, length=1.5),
@@ -70,7 +73,7 @@ def edge_event(level: str) -> tuple[Device, ...]:
 
 
 def starved_inverter(gate: str) -> tuple[Device, ...]:
-    """Node `late` follows the inverse of `gate`, and falls as slowly as the current at `v_cmp` lets it."""
+    """An inverter from `gate` to the node `late`, whose fall is slowed by the current set at `v_cmp`."""
     return (
         mos("mdp", "p", "late", gate, "vdd", 3, 6),
         mos("mdn", "n", "late", gate, "starved", 3, 1.5),
@@ -80,7 +83,7 @@ def starved_inverter(gate: str) -> tuple[Device, ...]:
 
 
 def delay_tap(timer_capacitance: float) -> Circuit:
-    """One tap (F): ports event (in), out (event out), biases."""
+    """One tap: ports event (in), out (event out), biases. timer_capacitance: F."""
     biases = bias_in("v_tap", "v_cmp", "v_ref")
     ports = (SUPPLY, *event_in("event"), *event_out("out"), *biases)
     devices = (*timer("event", "v_tap", timer_capacitance), *edge_event("passed"))
@@ -88,7 +91,7 @@ def delay_tap(timer_capacitance: float) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event (in), out (event out), biases and the supply; between taps the nodes `wire[k]`."""
+    """A delay line: ports event (in), out[taps] (events out), biases and the supply."""
     part, count = delay_tap(params.timer_capacitance), int(params.taps)
     ports = (SUPPLY, *event_in("event"), Port("out", "event", "out", (count,)), *bias_ports(BIASES))
     first = part.instance("tap", out="out[0]")
@@ -108,7 +111,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`delay_s` of the first tap, `hop_s` from it to the second, `pulse_s` of the first."""
+    """Numbers of a run: `delay_s` of the first tap, `hop_s` from it to the second, `pulse_s` of the first.
+
+    None where what is asked for is not in the run.
+    """
     first, second = (next(map(float, result.spikes.get(f"out[{k}]", ())), None) for k in range(2))
     return {
         "delay_s": None if first is None else first - START,
@@ -118,7 +124,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """How many taps made an event, in a word."""
+    """How many taps gave an event, such as `2 taps`, or `none`."""
     count = sum(1 for times in result.spikes.values() if times.size)
     return f"{count} taps" if count else "none"
 

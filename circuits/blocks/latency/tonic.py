@@ -1,21 +1,21 @@
-"""Tonic inhibitory neuron and the long inhibitory synapse that keeps it silent.
+"""Tonic inhibitory neuron, which spikes by itself, and the long synapse that keeps it silent.
 
-A current I_tonic charges the membrane, and at the reference a comparator makes a spike, which discharges it:
+A current I_tonic charges the membrane. At the reference a comparator makes a spike, which discharges it:
 
     T_tonic = C_mem V_ref / I_tonic + C_d (V_dd - V_i) / I_cmp        for as long as nothing inhibits
 
-Two inverters make the comparator's edge a steep one, and a starved inverter lets the membrane be discharged
-some 13 us later only: by itself the comparator would follow the membrane back before it has risen.
+Two inverters make the edge of the comparator steep, and a starved inverter lets the membrane be discharged
+only some 13 us later: by itself the comparator would follow the membrane back before it has risen.
 
-An event at the long synapse holds the membrane at ground for T_hold = C_t V_ref / I_hold, however long it
-lasts already: another event makes it last longer. An event at `end` ends it and starts the membrane from
-ground. The synapse's switch sinks far more than I_tonic, so that inhibition is complete.
+An event at the long synapse holds the membrane at ground for T_hold = C_t V_ref / I_hold; another event makes
+that last longer. An event at `end` ends it and starts the membrane from ground. The switch of the synapse
+sinks far more than I_tonic, so that the inhibition is complete.
 
-At rest a simulator finds the membrane balanced at the reference, where noise would not leave it: the
+At rest a simulator finds the membrane balanced at the reference, where noise would not leave it. So the
 testbench begins while `end` is high, as a chip begins with a reset.
 
 Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory": INH fires tonically, an excitation of the
-coincidence detector silences it for around 300 ms (150 ms in Figure 12), and a reset makes it fire again;
+coincidence detector silences it for around 300 ms (150 ms in Figure 12), and a reset makes it fire again. The
 circuit and all numbers are ours: 10 ms and 177 ms, as in the network.
 """
 
@@ -46,7 +46,7 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad; ours. Raises `ParameterError` unless both are above 0."""
+    """Capacitors, F; ours. Raises `ParameterError` unless both are above zero."""
 
     membrane_capacitance: float = quantity(5e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
@@ -63,7 +63,10 @@ BIASES = (
 
 
 def long_synapse(timer_capacitance: float) -> Circuit:
-    """Timer (F) that an event starts anew and `end` ends; ports event, end (in), on (event out), biases."""
+    """A timer that an event starts anew: ports event, end (events in), on (event out), biases.
+
+    timer_capacitance: F.
+    """
     biases = bias_in("v_hold", "v_cmp", "v_ref")
     ports = (SUPPLY, *event_in("event", "end"), *event_out("on"), *biases)
     devices = (
@@ -76,7 +79,7 @@ def long_synapse(timer_capacitance: float) -> Circuit:
 
 
 def spike_and_reset() -> tuple[Device, ...]:
-    """Two inverters from node `above` to `spike`, and the starved one that then empties `v_mem`."""
+    """Devices that make a spike of the node `above`, and then empty the node `v_mem`."""
     return (
         *inverter("ma", "above", "below", width=3.0, length=1.5),
         *inverter("mb", "below", "spike", width=3.0, length=1.5),
@@ -87,7 +90,10 @@ def spike_and_reset() -> tuple[Device, ...]:
 
 
 def tonic_cell(membrane_capacitance: float) -> Circuit:
-    """Oscillator (F): ports stop, restart (events in), spike (event out), biases."""
+    """The membrane that spikes by itself: ports stop, restart (events in), spike (event out), biases.
+
+    membrane_capacitance: F.
+    """
     biases = bias_in("v_tonic", "v_cmp", "v_ref")
     ports = (SUPPLY, *event_in("stop", "restart"), *event_out("spike"), *biases)
     devices = (
@@ -101,7 +107,7 @@ def tonic_cell(membrane_capacitance: float) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event, end (in), spike (event out), biases and the supply."""
+    """The neuron: ports event, end (events in), spike (event out), biases and the supply."""
     hold, cell = long_synapse(params.timer_capacitance), tonic_cell(params.membrane_capacitance)
     ports = (SUPPLY, *event_in("event", "end"), *event_out("spike"), *bias_ports(BIASES))
     instances = (hold.instance("hold"), cell.instance("cell", stop="on", restart="end"))
@@ -113,7 +119,7 @@ STOP = 0.25  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """`end` until 30 us and again, or not, so long after 20 us; `event` likewise, or off."""
+    """`end` is high until 30 us, and for an event so long (s) after 20 us or not; `event` likewise."""
     inhibit, end = stimuli["inhibit"], stimuli["end"]
     if end is not None and end <= 2.0 * WIDTH:
         raise ParameterError(f"end: {end:g} s, must be after the start's event of {WIDTH:g} s, or off")
@@ -124,7 +130,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def reset_wave(again: float | None, v_dd: float) -> PiecewiseLinear:
-    """High from the beginning to `START` + `WIDTH`, and for an event at `again` (s), or not."""
+    """A level that is high until `START` + `WIDTH`, and for an event at `again` (s) unless that is None."""
     last = START + WIDTH
     time, volts = [0.0, last, last + EDGE], [v_dd, v_dd, 0.0]
     if again is not None:
@@ -134,9 +140,9 @@ def reset_wave(again: float | None, v_dd: float) -> PiecewiseLinear:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`period_s` of the last two spikes, `hold_s` of the synapse, `silence_s`.
+    """Numbers of a run: `period_s` of the last two spikes, `hold_s` of the synapse, `silence_s`.
 
-    silence: the longest time between two spikes; None where what is asked for is not in the run.
+    silence: the longest time between two spikes. None where what is asked for is not in the run.
     """
     spikes = result.spikes["spike"]
     apart = spikes[1:] - spikes[:-1]

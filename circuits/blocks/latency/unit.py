@@ -1,16 +1,17 @@
-"""Latency memory unit: remembers that a spike came when a tap of the delay line did, and repeats it.
+"""Latency memory unit: it stores that a spike came when a tap of the delay line did, and repeats it.
 
-The tap's event is A; it is also B, unless the tonic neuron INH has spiked within the last 20 ms, for which a
-timer and a gate stand (`gate`). The coincidence detector CD takes A, B and the integrating neuron's spike:
+The tap's event is the input A of a coincidence detector CD. It is also the input B, unless the tonic neuron
+INH has spiked within the last 20 ms, for which a timer and a gate stand (`gate`). The third input is the
+spike of the integrating neuron:
 
     the integrating neuron's within 3 ms of A:  CD spikes, and silences INH for 177 ms
     INH silent:                                 A and B make CD spike at the tap, which silences INH anew
     a reset:                                    INH spikes again after its period, and B is blocked
 
-so that what was stored comes again at every ping, until a reset or a ping that comes too late. CD's spike
-lasts as long as its currents overlap, and INH's silence counts from its end.
+So what was stored comes again at every ping, until a reset or a ping that comes too late. CD's spike lasts as
+long as its currents overlap, and INH's silence counts from its end.
 
-Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory", Figure 7A; circuit and all numbers are ours.
+Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory", Figure 7A. The circuit and all numbers are ours.
 """
 
 from __future__ import annotations
@@ -44,7 +45,10 @@ BIASES = (
 
 
 def inhibited_gate(timer_capacitance: float) -> Circuit:
-    """Timer (F) that blocks a gate: ports block, event (in), out (event out), biases."""
+    """A gate that a timer blocks: ports block, event (events in), out (event out), biases.
+
+    timer_capacitance: F.
+    """
     biases = bias_in("v_block", "v_cmp", "v_ref")
     ports = (SUPPLY, *event_in("block", "event"), *event_out("out"), *biases)
     devices = (
@@ -56,7 +60,7 @@ def inhibited_gate(timer_capacitance: float) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:  # noqa: B008 - it is frozen
-    """Ports tap, integrating, reset (events in), spike (event out), biases and the supply."""
+    """The unit: ports tap, integrating, reset (events in), spike (event out), biases and the supply."""
     cd = latency_coincidence.build(latency_coincidence.Params(timer_capacitance=params.timer_capacitance))
     inh, gate = latency_tonic.build(params), inhibited_gate(params.timer_capacitance)
     inputs = event_in("tap", "integrating", "reset")
@@ -84,9 +88,10 @@ STOP = 0.36  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A reset until 30 us, three events of the tap, the integrating neuron's about the first, another reset.
+    """A reset until 30 us, three events of the tap, the integrating neuron's about the first, and a reset.
 
-    `integrating` may be before the tap's event, below 0; it and `reset` count from the first tap's.
+    `integrating` (s) counts from the first event of the tap and may be below zero, or off; so does `reset`,
+    which is above zero or off. Raises `ParameterError` for times that do not fit.
     """
     first = stimuli["first"] or 0.0
     if first <= START + WIDTH:
@@ -110,9 +115,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s` of the first spike after the first tap's event, `recalls`.
+    """Numbers of a run: `latency_s`, and `recalls`.
 
-    recalls: spikes within the window of a later tap's event.
+    latency: of the first spike after the first event of the tap, None without a spike. recalls: how many
+    later events of the tap have a spike within 1 ms.
     """
     spikes = result.spikes["spike"]
     first, *later = _taps(result)
@@ -130,7 +136,7 @@ def _taps(result: Result) -> tuple[float, ...]:
 
 
 def outcome(result: Result) -> str:
-    """`remembered` where later pings recall, `seen` where only the first spiked, or `none`."""
+    """`remembered` where later pings recall the spike, `seen` where only the first did, or `none`."""
     if not spiked(result):
         return "none"
     return "remembered" if measures(result)["recalls"] else "seen"

@@ -1,1 +1,1 @@
-"""Circuits of two ears that tell a direction."""
+"""Circuits of the sonar head's comparison of its two ears."""

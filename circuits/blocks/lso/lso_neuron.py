@@ -1,19 +1,20 @@
-"""Neuron of the lateral superior olive: spikes for what one ear hears more than the other.
+"""Neuron of the lateral superior olive: it spikes for what one ear hears more than the other.
 
-Every event of the near ear switches a current I on for T, and every event of the far ear one that is taken
-away: the synapses of both are those of `circuits.blocks.latency.synapse`, and a mirror turns the sum of the
-inhibitory ones around, so that both sides come from pFETs of the same lines and nothing but local mismatch
-tells them apart. The membrane integrates what is left and is emptied at the reference:
+Every event of the near ear switches a current I on for a time T, and every event of the far ear switches on
+one that is taken away. The synapses of both are those of `circuits.blocks.latency.synapse`, and a mirror
+turns the sum of the inhibitory ones around. So both sides come from pFETs of the same lines, and nothing but
+local mismatch tells them apart. The membrane integrates what is left and is emptied at the reference:
 
     C dV/dt = I (n_exc - n_inh),  V >= 0;    spike and V = 0 at V_ref
     spikes of simultaneous inputs = (n_exc - n_inh) I T / (C V_ref),    T = C_t V_ref / I_step
 
-a ratio of two currents, which neither temperature nor the process moves. Each spike costs a dead time: two
-inverters make the comparator's edge a steep one, and a starved inverter empties the membrane some 13 us
-later, as in `circuits.blocks.latency.tonic`. `reset`, the call, empties the membrane too.
+The number of spikes is a ratio of two currents, which neither temperature nor the process moves. Each spike
+costs a dead time: two inverters make the edge of the comparator steep, and a starved inverter empties the
+membrane some 13 us later, as in `circuits.blocks.latency.tonic`. The call, at `reset`, empties the membrane
+too.
 
 Source: Cheely & Horiuchi 2003, section 4, names the circuit (their reference 23, Horiuchi & Hynna 2001):
-excitation from one side and inhibition from the other; circuit and all numbers are ours.
+excitation from one side and inhibition from the other. The circuit and all numbers are ours.
 """
 
 from __future__ import annotations
@@ -41,7 +42,11 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, numbers of synapses; ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitors (F) and numbers of synapses; ours.
+
+    Raises `ParameterError` for a capacitor that is not above zero or a number of synapses that cannot be
+    built.
+    """
 
     membrane_capacitance: float = quantity(5e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
@@ -62,7 +67,10 @@ BIASES = (
 
 
 def spiking_cell(membrane_capacitance: float) -> Circuit:
-    """Membrane (F) that spikes and is emptied: ports v_mem (currents in), reset (event in), spike, biases."""
+    """A membrane that spikes and is emptied: ports v_mem (currents in), reset (event in), spike, biases.
+
+    membrane_capacitance: F.
+    """
     events = (*event_in("reset"), *event_out("spike"))
     ports = (SUPPLY, *analog_in("v_mem"), *events, *bias_in("v_cmp", "v_ref"))
     devices = (
@@ -74,7 +82,7 @@ def spiking_cell(membrane_capacitance: float) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports excite[n], inhibit[m], reset (events in), spike (event out), biases and the supply."""
+    """The neuron: ports excite[n], inhibit[m], reset (events in), spike (out), biases and the supply."""
     synapse, cell = step_synapse(params.timer_capacitance), spiking_cell(params.membrane_capacitance)
     counts = {"excite": int(params.excitations), "inhibit": int(params.inhibitions)}
     ports = (
@@ -101,7 +109,10 @@ STOP = 10e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A reset until 30 us, and an event at each of the first two synapses of either side, or none."""
+    """A reset until 30 us, and events at the first two synapses of either side so long (s) after 20 us.
+
+    Each of the events can be off. Raises `ParameterError` for an event at a synapse that is not there.
+    """
     waves: dict[str, Wave] = {"reset": reset_wave(None, v_dd)}
     for port in (circuit.port("excite"), circuit.port("inhibit")):
         times = (stimuli[f"{port.name}_1"], stimuli[f"{port.name}_2"])
@@ -115,9 +126,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`spikes`, `latency_s` of the first after the reset, `step_s` of the first synapse.
+    """Numbers of a run: `spikes`, `latency_s` of the first after the reset, `step_s` of a synapse.
 
-    step: from the first excitatory synapse's switch closing to its opening; None where it is not in the run.
+    step: from the closing of the first excitatory synapse's switch to its opening. None where what is asked
+    for is not in the run.
     """
     return {
         "spikes": float(result.spikes["spike"].size),
@@ -127,7 +139,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """`spikes`, or `silent`."""
+    """`spikes` or `silent`."""
     return "spikes" if spiked(result) else "silent"
 
 
