@@ -1,1 +1,1 @@
-"""Circuits that make biases."""
+"""Circuits that make bias currents and voltages."""

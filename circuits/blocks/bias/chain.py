@@ -1,23 +1,24 @@
-"""Bias chain: 13 gate voltages each for I_inh_tau and I_ex_tau, from cascaded mirrors with currents added.
+"""Bias chain of the ranging chip: gate voltages for 13 neurons from a cascade of current mirrors.
 
-A stage copies the current of the stage before through two mirrors, the second with a size ratio r, and adds a
-further small current of its own:
+There is a chain for I_inh_tau and one for I_ex_tau. A stage copies the current of the stage before through
+two mirrors, the second with a size ratio r, and adds a further small current of its own:
 
     I_0 = I_start,    I_s = r_s I_(s-1) + I_step,    stage s biases neuron 12 - s
 
-The last neuron has the smallest currents and the longest delay, so the chains begin there: what accumulates
-over the stages ends where the delay, and with it the error in time, is short. The sum flows into a
-diode-connected device with the W/L of the biased one (mi5 of the neuron, or me4 in the other polarity), whose
-gate voltage the neuron takes. A shift of V_T in a stage moves that stage and all later ones.
+The last neuron has the smallest currents and the longest delay, so that the chains begin there: what
+accumulates over the stages ends where the delay, and with it the error in time, is short. The sum flows into
+a diode-connected device with the W/L of the biased one (mi5 of the neuron, or me4 in the other polarity),
+whose gate voltage the neuron takes. A shift of V_T in a stage moves that stage and all later ones.
 
-Two settings: `LINEAR`, all ratios 1, is the paper's "approximately linearly increasing set of currents".
-`RECIPROCAL` (ours) has ratios from 1.04 to 2.88, set by the width of the second mirror's output, at the same
-added current in every stage, so that I_inh_tau falls as 1/delay and the best delays are near-linear in the
-index. I_ex_tau is linear in both. On the nominal die all currents are within 1 % of the facts' by design.
+There are two settings. `LINEAR`, with all ratios 1, is the paper's "approximately linearly increasing set of
+currents". `RECIPROCAL` (ours) has ratios from 1.04 to 2.88, set by the width of the second mirror's output,
+at the same added current in every stage, so that I_inh_tau falls as 1/delay and the best delays are nearly
+linear in the neuron's number. I_ex_tau is linear in both. On the nominal die all currents are within 1 % of
+those of the rebound neuron's facts, by design.
 
 Source: Cheely & Horiuchi 2003, section "Biasing and power consumption": "a cascaded series of current mirrors
-with a further small bias current added in at each stage"; currents from the facts on the rebound neuron,
-topology of a stage and sizes ours.
+with a further small bias current added in at each stage". The currents are from the facts on the rebound
+neuron; the topology of a stage and sizes are ours.
 """
 
 from __future__ import annotations
@@ -53,9 +54,9 @@ EVEN_RATIOS = (1.0,) * (NEURONS - 1)
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Size ratios of stages 1 to 12, currents of the biases in ampere, side of a device in metre.
+    """Size ratios of stages 1 to 12, currents of the biases (A), and the side of a device, m.
 
-    Raises `ParameterError` unless there are 12 ratios of each chain, all above 0.
+    Raises `ParameterError` unless there are 12 ratios for each chain, all above zero.
     """
 
     inhibition_ratios: tuple[float, ...] = quantity(RECIPROCAL_RATIOS, "")
@@ -86,7 +87,7 @@ class Currents(NamedTuple):
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports v_inh_tau[13] and v_ex_tau[13] (out), start and step biases of both chains, the supply."""
+    """Both chains: ports v_inh_tau[13], v_ex_tau[13] (out), start and step biases of each, the supply."""
     chains = (
         ("inhibition", "inh", _chain("n", params.inhibition_ratios, params.side_length)),
         ("excitation", "ex", _chain("p", params.excitation_ratios, params.side_length)),
@@ -166,9 +167,9 @@ def _mos(name: str, polarity: Polarity, nodes: tuple[str, str], side: float) -> 
 
 
 def currents(point: OperatingPoint) -> Currents:
-    """Currents that the chain's gate voltages give in biased devices without mismatch of their own, A.
+    """Currents (A) that the chains' gate voltages give in biased devices without mismatch of their own.
 
-    point: operating point of a chain, or of a chip whose nodes v_inh_tau[13] and v_ex_tau[13] it drives.
+    point: operating point of the chains, or of a chip whose nodes v_inh_tau[13] and v_ex_tau[13] they drive.
     """
     silicon = point.machine.silicon
     v_dd, size = silicon.process.v_dd, (BIASED_SIZE, BIASED_SIZE)
@@ -184,7 +185,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """Currents of neurons 0 and 12 (`i_inh_tau_0_A` and the like)."""
+    """Numbers of a run: the currents of neurons 0 and 12, called `i_inh_tau_0_A` and the like."""
     found = currents(result.operating_point)
     ends = {
         f"i_{name}_{k}_A": float(values[k])

@@ -1,24 +1,25 @@
-"""Bias generator: a current from a 3-bit coarse and an 8-bit fine code, `I = I_coarse fine / 256`, PTAT.
+"""Bias generator: a current from a 3-bit coarse and an 8-bit fine code, proportional to temperature.
 
-A self-biased core makes the master current, a current splitter divides a scaled copy into the eight coarse
-currents, one of these is mirrored into a splitter of octaves, and the bits of the fine code steer its
-branches to the output or to the supply:
+The current is `I = I_coarse fine / 256`. A self-biased core makes the master current, a current splitter
+divides a scaled copy into the eight coarse currents, one of these is mirrored into a splitter of octaves, and
+the bits of the fine code steer its branches to the output or to the supply:
 
     I_master = (U_T / R) ln M                           m1, m2 in weak inversion
     g_k / g_tap = sum(I_j, j > k) / (I_k - I_(k+1))     W/L between the coarse nodes k and k + 1
     I_out = I_coarse (b_7 / 2 + b_6 / 4 + ... + b_0 / 256)
 
-The transistors of a splitter share gate and bulk voltage, so that their ratios are those of W/L at any
-current (Bult & Geelen 1992), switches included: a switch that is on has the gate voltage of its branch.
-The splitters divide to any small current, but the copies at the output are nFETs with their sources at
+The transistors of a splitter share their gate and bulk voltages, so that their ratios are those of W/L at any
+current (Bult & Geelen 1992), switches included: a switch that is on has the gate voltage of its branch. The
+splitters divide down to any small current, but the copies at the output are nFETs with their sources at
 ground: at code 0 they deliver their off current `I_0 W/L`, and the lowest codes sit on it. A self-biased core
 can also rest where only off and junction currents flow; the diodes `mk1` to `mk3` pull the gate of `mk4` up
-until `mk5` conducts, so that the working state is the only one. Mismatch is that of the devices: nothing else
-is drawn.
+until `mk5` conducts, so that the working state is the only one. On a die the devices have their mismatch, and
+nothing else is drawn.
 
-Source: codes from the control software of ROLLS (mn256r1_ncs), the master's formula from jAER's Masterbias,
-PTAT from the abstract of Delbruck & van Schaik (2005), "Bias current generators with wide dynamic range". The
-topology in detail, sizes, M, R and start-up are ours, in the AMI 1.5 um process.
+Source: codes from the control software of ROLLS (mn256r1_ncs), the formula of the master current from jAER's
+Masterbias, proportionality to absolute temperature from the abstract of Delbruck & van Schaik (2005), "Bias
+current generators with wide dynamic range". The topology in detail, sizes, M, R and start-up are ours, in the
+AMI 1.5 um process.
 """
 
 from __future__ import annotations
@@ -64,10 +65,10 @@ _COPY = (6.0, 6.0)  # diode-connected copies at the output, the size of the neur
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Codes, the core's resistor in ohm, and the size ratio M of its two nFETs.
+    """Codes, the core's resistor (Ohm), and the size ratio M of the core's two nFETs.
 
-    Raises `ParameterError` for a code outside 0 to 7 or 0 to 255, a ratio not above 1 or a resistor not
-    above 0.
+    Raises `ParameterError` for a code outside 0 to 7 or 0 to 255, a ratio that is not above 1, and a resistor
+    that is not above zero.
     """
 
     coarse: int = quantity(5, "")
@@ -85,7 +86,7 @@ class Params:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports i_out (sinks the current), v_n and v_p (gate voltages of 6/6 copies, out) and the supply."""
+    """The generator: ports i_out (sinks the current), v_n, v_p (gates of 6/6 copies, out) and the supply."""
     return Circuit(
         "bias_generator",
         (SUPPLY, *analog_in("i_out"), *analog_out("v_n", "v_p")),
@@ -174,7 +175,7 @@ def _output() -> tuple[Device, ...]:
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """An ideal voltage `output` at i_out, through which the current is measured; starts as it works."""
+    """An ideal voltage `output` (V) at i_out, through which the current flows; it begins as it works."""
     sources = powered(v_dd, {"i_out": stimuli["output"] or 0.0})
     bench = Testbench("bias generator", circuit, sources, stimuli["duration"] or STOP)
     return started_at_rest(bench, AMI_1500)
@@ -184,7 +185,7 @@ STOP = 1e-3  # s; ours: nothing moves
 
 
 def transistor_current(point: OperatingPoint, path: str) -> float:
-    """Current from drain to source of the transistor at `path` (as in `stage_3.md`), A, negative in a pFET.
+    """Current from drain to source of the transistor at a path such as `stage_3.md`, A, negative in a pFET.
 
     Raises `UnknownNameError` for a path that is no transistor.
     """
@@ -204,7 +205,7 @@ def output_current(point: OperatingPoint) -> float:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`output_current_A`, `master_current_A`, all at rest."""
+    """Numbers at rest: `output_current_A` and `master_current_A`."""
     point = result.operating_point
     return {
         "output_current_A": output_current(point),

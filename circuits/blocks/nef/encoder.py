@@ -1,13 +1,14 @@
-"""Encoder input stage of the NEF chip: a signed, weighted copy of a signal's current into a membrane.
+"""Encoder stage of the NEF chip: a signed and weighted copy of a signal's current into a membrane.
 
-A signal comes as the gate voltages of two pFETs: `v_pos` for what it is above its middle, `v_neg` for what it
-is below; one of the two is off. A bank of binary-weighted pFETs copies each, the bits let the banks' currents
-through, and the sign says which goes to the output directly and which through a mirror that draws:
+A signal comes as the gate voltages of two pFETs: `v_pos` for what it is above its middle and `v_neg` for what
+it is below; one of the two is off. A bank of binary-weighted pFETs copies each of them. The bits let the
+currents of the banks through, and the sign says which bank goes to the output directly, and which through a
+mirror that draws a current:
 
     I_out = +-(code / unit) (I_pos - I_neg),    code = sum of 2^k over the bits that are on
 
-Bits are on at 0 V. A column of such stages has one signal and a stage a neuron; what a neuron gets is the sum
-of its stages. With a fixed current in the place of the signal a stage is the neuron's bias. Topology, sizes
+A bit is on at 0 V. A column of such stages has one signal and a stage for each neuron; a neuron gets the sum
+of its stages. With a fixed current in the place of the signal, a stage is the neuron's bias. Topology, sizes
 and numbers are ours.
 """
 
@@ -41,7 +42,7 @@ MEMBRANE = 0.3  # V, ours: ideal voltage at which the testbench measures the out
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Sizes in um; ours. Raises `ParameterError` for a size that cannot be built."""
+    """Sizes, um; ours. Raises `ParameterError` for a size that is not above zero."""
 
     unit_width: float = quantity(0.5, "um")
     unit_length: float = quantity(2.0, "um")
@@ -63,7 +64,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports v_pos, v_neg, b0 to b7 (low: on), sign (high: positive), i_out, and the supply."""
+    """The stage: ports i_out, v_pos, v_neg, b0 to b7 (low is on), sign (high is positive), the supply."""
     unit, switch = (params.unit_width, params.unit_length), (params.switch_width, params.switch_length)
     banks = []
     for letter, gate, out in (("d", "v_pos", "pos"), ("r", "v_neg", "neg")):
@@ -85,7 +86,7 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def bits_of(code: float, v_dd: float) -> dict[str, float]:
-    """Voltages of the latches that a code from -255 to 255 stands for, V, by port.
+    """Voltages of the bits and the sign for a code from -255 to 255, V, by port.
 
     Raises `ParameterError` for another code.
     """
@@ -100,7 +101,7 @@ STEP_TIME, STOP = 1e-3, 5e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A code, and a signal above its middle whose gate goes `step` volts down from its bias at 1 ms."""
+    """A code, and a signal above its middle, whose gate falls by `step` (V) below its bias at 1 ms."""
     waves: dict[str, Wave] = {"i_out": MEMBRANE, **bits_of(stimuli["code"] or 0.0, v_dd)}
     if stimuli["step"]:
         begin = float(bias_voltages(circuit, circuit.bias("i_pos"), Silicon(ROLLS_180)))
@@ -109,7 +110,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`current_A` into the membrane at the end, `before_A` before the step."""
+    """Numbers of a run: the current into the membrane, `current_A` at the end, `before_A` before the step."""
     current = output_current(result)
     before = int((result.time < STEP_TIME).sum()) - 1
     return {
@@ -119,7 +120,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def output_current(result: Result) -> F64:
-    """Current out of `i_out`, A, float64[T]: pFETs' less the mirror's."""
+    """Current out of `i_out`, A, float64[T]: that of the pFETs less that of the mirror."""
     return np.asarray(
         np.abs(drain_current(result, "mx1"))
         + np.abs(drain_current(result, "mx3"))
@@ -128,7 +129,7 @@ def output_current(result: Result) -> F64:
 
 
 def outcome(result: Result) -> str:
-    """`source`, `sink`, or `none` below a hundredth of a unit."""
+    """`source` or `sink`, or `none` below a hundredth of a unit."""
     current = float(output_current(result)[-1])
     if abs(current) < 0.01 * UNIT:
         return "none"

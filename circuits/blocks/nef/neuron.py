@@ -1,21 +1,22 @@
-"""Integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset.
+"""Integrate-and-fire neuron of the NEF chip, with a constant leak, a threshold, and a refractory reset.
 
-Parts:
+Its parts are:
 
-* membrane: C_mem takes the input current; an nFET with its gate at `v_leak` draws I_leak from it, and, its
-  drain above 4 U_T, always the same. So `C dv_mem/dt = I - I_leak` between reset and threshold;
-* threshold: an nFET at v_mem against the pFET's I_buf: `v_o1` falls where `I_n(v_mem) = I_buf`, and by a pFET
-  pulls the membrane up, so that the spike is whole; an inverter makes `spike`;
-* reset: `spike` fills C_ref to the supply; while `v_ref` is above an inverter's threshold V_inv the membrane
-  is held at `v_reset`, above 4 U_T; I_rfr empties C_ref: `t_ref = C_ref (V_dd - V_inv) / I_rfr`.
+* membrane: C_mem takes the input current. An nFET with its gate at `v_leak` draws I_leak from it, which is
+  constant while its drain is above 4 U_T. So `C dv_mem/dt = I - I_leak` between reset and threshold.
+* threshold: an nFET at v_mem stands against the I_buf of a pFET. `v_o1` falls where `I_n(v_mem) = I_buf`, and
+  pulls the membrane up by a pFET, so that the spike is whole; an inverter makes `spike`.
+* reset: `spike` fills C_ref to the supply. While `v_ref` is above the threshold V_inv of an inverter, the
+  membrane is held at `v_reset`, above 4 U_T. I_rfr empties C_ref: `t_ref = C_ref (V_dd - V_inv) / I_rfr`.
 
 So a steady current fires it at the rate
 
     r = 1 / (t_ref + Q / (I - I_leak)),    Q = C (V_th - v_reset),    I > I_leak
 
-whose three numbers are its own on every die. The leak is of the constant kind (linear integrate-and-fire:
-Fusi and Mattia 1999; Indiveri et al. 2011, "Neuromorphic silicon neuron circuits"). Topology, sizes and
-numbers are ours; nominal at 27 degC: threshold 40 pA, Q / I_leak 19 ms, refractory period 1.0 ms.
+whose three numbers are a neuron's own on every die. The leak is of the constant kind (linear
+integrate-and-fire: Fusi and Mattia 1999; Indiveri et al. 2011, "Neuromorphic silicon neuron circuits").
+Topology, sizes and numbers are ours. Nominally, at 27 degC, the least current that fires it is 40 pA, Q /
+I_leak is 19 ms, and the refractory period is 1.0 ms.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ REFRACTORY_CURRENT = 0.54e-9  # A: a refractory period of 1.0 ms
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, sizes in um; all ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitors (F) and sizes (um); ours. Raises `ParameterError` unless the capacitors are above zero."""
 
     membrane_capacitance: float = quantity(2e-12, "F")
     refractory_capacitance: float = quantity(0.5e-12, "F")
@@ -71,7 +72,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports v_mem (current in), spike (event out), biases and the supply."""
+    """The neuron: ports v_mem (current in), spike (event out), biases and the supply."""
     ports = (SUPPLY, *analog_in("v_mem"), *event_out("spike"), *bias_ports(BIASES))
     length, switch = params.logic_length, (params.switch_width, params.switch_length)
     devices = (
@@ -107,9 +108,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s`, `rate_Hz`.
+    """Numbers of a run: `latency_s` from the step to the first spike, and `rate_Hz` of the last interval.
 
-    latency: from the step to the first spike; rate: of the last interval, None below two spikes.
+    None where there are no, or fewer than two, spikes.
     """
     return {
         "latency_s": latency(result, STEP_TIME),

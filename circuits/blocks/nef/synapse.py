@@ -1,18 +1,18 @@
-"""Synapse of the NEF chip: a current-mode low-pass of first order, and the line that carries its signal.
+"""Synapse of the NEF chip: a low-pass of first order, and the line that brings its signal to encoders.
 
-A converter, of whose nFETs the block has that of the middle, draws the current `I_in = I_mid (1 + x)` from
+A converter, of whose nFETs the block has the one of the middle, draws the current `I_in = I_mid (1 + x)` from
 the DPI filter of `circuits.blocks.rolls.dpi_synapse`. With its pair in weak inversion, S being what flows to
 the supply over what reaches the capacitor,
 
     (1 + 1 / S) tau dS/dt = I_in / I_tau - 1 - S,    tau = C_syn U_T / (kappa_n I_tau)
     I_syn = g S^(kappa_p / kappa_n)
 
-S is far above 1, so that it is a linear low-pass of first order, and its output bends: a fixed curve, which
-neurons' tuning curves take in. The line adds up the outputs of the filters of one signal, with a time
-constant each, in an nFET, and takes the reference I_ref away: what is above it comes through an nFET whose
-drain makes `v_pos`, what is below it leaves through a pFET and a mirror that make `v_neg`, so that both begin
-at the same current. Unity-gain drivers pass both on to the
-gates of up to thousands of encoder stages, of which a unit copies a sixty-fourth.
+S is far above 1, so that the filter is a linear low-pass of first order whose output bends along a fixed
+curve, which the neurons' tuning curves take in. The line adds up the outputs of all filters of one signal,
+each with its own time constant, in an nFET, and takes the reference I_ref away. What is above the reference
+comes through an nFET whose drain makes `v_pos`; what is below it leaves through a pFET and a mirror that make
+`v_neg`, so that both begin at the same current. Unity-gain drivers pass both on to the gates of up to
+thousands of encoder stages, whose unit copies a sixty-fourth of them.
 
 Topology, sizes and numbers are ours: I_mid 10 nA, C_syn 6 pF, 41 pA for 5 ms, I_ref 1.28 nA.
 """
@@ -53,7 +53,10 @@ DRIVER_GAIN, DRIVER_RESISTANCE = 1e3, 1e4  # of a line's driver, in Ohm
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitor in farad, sizes in um; ours. Raises `ParameterError` for what cannot be built."""
+    """Capacitors (F) and sizes (um); ours.
+
+    Raises `ParameterError` unless the capacitor of the filter is above zero.
+    """
 
     synapse_capacitance: float = quantity(6e-12, "F")
     tau_width: float = quantity(0.5, "um")
@@ -73,7 +76,7 @@ class Params:
 
 
 def low_pass(params: Params = Params()) -> Circuit:
-    """The filter: ports line (from which I_in is drawn), v_syn, i_out, v_thr, v_tau."""
+    """The filter: ports line (I_in is drawn from it), v_syn, i_out (current out), v_thr, v_tau (biases)."""
     return dpi_synapse.excitatory_filter(
         replace(
             dpi_synapse.Params(),
@@ -87,7 +90,7 @@ def low_pass(params: Params = Params()) -> Circuit:
 
 
 def line(params: Params = Params()) -> Circuit:
-    """What adds up filters and splits the sum: ports i_sum (current in), v_pos, v_neg, v_ref, v_split."""
+    """What adds up filters and splits their sum: ports i_sum (current in), v_pos, v_neg, v_ref, v_split."""
     mirror, split = (params.mirror_width, params.mirror_length), (params.split_width, params.split_length)
     unit = EncoderParams()
 
@@ -129,7 +132,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Filter, converter, line: ports i_in (drawn beside the middle), v_pos, v_neg, biases, the supply."""
+    """Filter, converter and line: ports i_in (drawn beside the middle), v_pos, v_neg, biases, the supply."""
     ports = (SUPPLY, *analog_in("i_in"), *analog_out("v_pos", "v_neg"), *bias_ports(BIASES))
     parts = (
         low_pass(params).instance("filter", line="i_in", i_out="i_sum"),
@@ -144,7 +147,10 @@ _SETTLED = 12.0  # time constants of the longest step response that is awaited, 
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """The converter at its middle, and x = `step` from 1 ms on."""
+    """The converter at its middle, and x = `step` from 1 ms on.
+
+    Raises `ParameterError` for a step of -1 or below, where no current is left.
+    """
     x = stimuli["step"] or 0.0
     if x <= -1.0:
         raise ParameterError(f"step: {x:g}, must be above -1, where no current is left")
@@ -155,11 +161,11 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`time_constant_s`, `middle_A`, `current_A`, `signal_A`.
+    """Numbers of a run: `time_constant_s`, `middle_A`, `current_A` and `signal_A`.
 
-    middle, current: of the filter's output, before the step and at the end; signal: what is left of it above
-    the reference, or missing (negative). The time constant is when S, the current to the power of kappa_n /
-    kappa_p, has made 1 - 1 / e of its step, None without a step.
+    middle, current: of the filter's output, before the step and at the end. signal: what is left of it above
+    the reference, or missing (negative). The time constant is when S, which is the current to the power of
+    kappa_n / kappa_p, has made 1 - 1 / e of its step; None without a step.
     """
     current = np.abs(drain_current(result, "line.ml2"))
     process = result.machine.silicon.process
@@ -179,7 +185,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """`up`, `down` or `still`."""
+    """`up`, `down` or `still`: how the output has moved."""
     found = measures(result)
     ratio = (found["current_A"] or 0.0) / (found["middle_A"] or 1.0)
     if abs(ratio - 1.0) < 1e-3:

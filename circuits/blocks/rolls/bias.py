@@ -1,9 +1,10 @@
-"""Biases of the ROLLS chip by coarse and fine code: `I = I_coarse fine / 256`.
+"""Biases of the ROLLS chip by their coarse and fine codes: `I = I_coarse fine / 256`.
 
-The codes are the defaults of the chip's control software (mn256r1_ncs). Code 0 means off: a device is then
-given the current of fine code 1 in the lowest range, 0.06 pA, which at 27 degC is the off current of a device
-nine times as long as wide. A shorter one would need its gate beyond the rail, which no copy in the generator
-reaches (see `bias_generator`): devices that a bias may turn off are that long in these circuits.
+The codes are the defaults of the chip's control software (mn256r1_ncs). Code 0 means off. A device that is
+off is given the current of fine code 1 in the lowest range, 0.06 pA, which at 27 degC is the off current of a
+device nine times as long as wide. A shorter one would need its gate beyond the rail, which no copy in the
+bias generator reaches (`circuits.blocks.bias.generator`). So devices that a bias may turn off are that long
+in these circuits.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ DEFAULT_CODES: Mapping[str, Code] = {
 
 
 def current_of(code: Code) -> float:
-    """Nominal current of a (coarse, fine) code at 27 degC, A.
+    """Nominal current of a (coarse, fine) code at 27 degC, A; that of a device that is off for fine code 0.
 
     Raises `ParameterError` for a code outside 0 to 7 and 0 to 255.
     """
@@ -57,17 +58,21 @@ def current_of(code: Code) -> float:
 
 
 def default_current(name: str) -> float:
-    """Current of the lab software's default code of the bias `name`, A; raises `UnknownNameError`."""
+    """Current (A) of the default code that the lab software has for the bias called `name`.
+
+    Raises `UnknownNameError` for a name that the software does not have.
+    """
     if name not in DEFAULT_CODES:
         raise unknown_name("ROLLS bias", name, DEFAULT_CODES)
     return current_of(DEFAULT_CODES[name])
 
 
 def gate_bias(name: str, code: Code | str, device: str) -> Bias:
-    """Bias `i_{name}` of the port `v_{name}` into `device`: of a code, or of a bias of the lab software.
+    """The bias `i_{name}` of the port `v_{name}` into a device.
 
-    Raises `ParameterError` for a code outside 0 to 7 and 0 to 255, `UnknownNameError` for a name that the
-    software does not have.
+    code: a (coarse, fine) code, or the name of a bias of the lab software, which means its default code.
+    device: path of the device. Raises `ParameterError` for a code outside 0 to 7 and 0 to 255, and
+    `UnknownNameError` for a name that the software does not have.
     """
     current = default_current(code) if isinstance(code, str) else current_of(code)
     return Bias(f"i_{name}", f"v_{name}", "gate", current, device)

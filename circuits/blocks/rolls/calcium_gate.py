@@ -1,20 +1,20 @@
-"""Learning circuit of a neuron of ROLLS' kind: whether its plastic synapses may go up, or down, or neither.
+"""Learning circuit of a neuron: it tells plastic synapses whether they may go up, or down, or neither.
 
-* calcium: each spike of the neuron, made longer by an extender, adds to the current I_ca of a DPI filter with
-  a time constant of its own (`circuits.blocks.rolls.dpi_synapse`);
-  between pulses the far node of the switch to the line is held at v_shift, or it would leak more than I_tau;
-* I_ca is copied three times, each time against the current of a threshold; the node between is high where
-  I_ca is the larger one; a fourth copy, to ground, is the monitor;
-* a comparator, a pair of nFETs with a mirror, holds v_mem against v_memthr;
+* calcium: each spike of the neuron, made longer by a pulse extender, adds to the current I_ca of a DPI filter
+  with a time constant of its own (`circuits.blocks.rolls.dpi_synapse`). Between pulses the far node of the
+  switch to the line is held at v_shift, or it would leak more than I_tau.
+* thresholds: I_ca is copied three times, each time against the current of a threshold; the node between them
+  is high where I_ca is the larger one. A fourth copy, to ground, is the monitor.
+* membrane: a comparator, a pair of nFETs with a mirror, compares v_mem with v_memthr.
 * logic makes the two lines of the neuron's row of plastic synapses:
 
     up = (v_mem > v_memthr) and I_thmin < I_ca < I_thup
     dn = (v_mem < v_memthr) and I_thmin < I_ca < I_thdn
 
-Found: the rule (learning "fusi" of teili, after Brader, Senn, Fusi 2007, which has two lower thresholds) and
-the biases' names (control software of ROLLS: SL_CAW, SL_CATAU, SL_CATHR, SL_THMIN, SL_THUP, SL_THDN,
-SL_MEMTHR, SL_WTA). One lower threshold for both directions follows these names. Topology, sizes and currents
-are ours.
+Found are the rule (learning "fusi" of teili, after Brader, Senn, Fusi 2007, which has two lower thresholds)
+and the names of the biases (control software of ROLLS: SL_CAW, SL_CATAU, SL_CATHR, SL_THMIN, SL_THUP,
+SL_THDN, SL_MEMTHR, SL_WTA). One lower threshold for both directions follows these names. Topology, sizes and
+currents are ours.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ THRESHOLDS = ("thmin", "thdn", "thup")
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Sizes in um of the copies, thresholds and comparator, and the filter's; all ours."""
+    """Sizes (um) of copies, thresholds and comparator, and the sizes of the filter; ours."""
 
     copy_width: float = quantity(1.0, "um")
     copy_length: float = quantity(4.0, "um")
@@ -62,7 +62,7 @@ class Params:
 
 
 def gate(params: Params) -> Circuit:
-    """Ports pulse (in), v_mem (in), up_b, dn, biases."""
+    """The circuit behind the extender: ports pulse, v_mem (in), up_b (low is on), dn (out), biases."""
     biases = bias_ports(b for b in BIASES if b.port != "v_pwlk")
     ports = (SUPPLY, *analog_in("pulse", "v_mem"), *analog_out("up_b", "dn"), *biases)
     return Circuit("learning_gate", ports, (*_calcium(params), *_comparators(params), *_logic(params)))
@@ -138,7 +138,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event (in), v_mem (in), up_b, dn, biases and the supply."""
+    """The learning circuit: ports event, v_mem (in), up_b (low is on), dn (out), biases and the supply."""
     instances = (pulse_extender(params.synapse).instance("extender"), gate(params).instance("gate"))
     inputs = (*event_in("event"), *analog_in("v_mem"))
     ports = (SUPPLY, *inputs, *analog_out("up_b", "dn"), *bias_ports(BIASES))
@@ -150,7 +150,7 @@ AFTER = 0.25  # s, ours: of the run, after the last spike
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """`spikes` spikes at `rate` from 1 ms on, the membrane at an ideal voltage."""
+    """`spikes` spikes at `rate` (Hz) from 1 ms on, with the membrane at an ideal voltage."""
     count, rate = (float(stimuli[name] or 0.0) for name in ("spikes", "rate"))
     times = train("spikes", count, rate, FIRST)
     sources = powered(v_dd, {"event": pulse(times, v_dd), "v_mem": stimuli["membrane"] or 0.0})
@@ -159,9 +159,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`calcium_A` (peak), `decay_s`, `up_s` and `dn_s`: how long each line was active.
+    """Numbers of a run: `calcium_A` at its peak, `decay_s`, `up_s` and `dn_s`.
 
-    decay: time from half to a fifth of the last peak over ln 2.5.
+    decay: the time from half to a fifth of the last peak, over ln 2.5. up, dn: how long each line was active.
     """
     half = half_supply(result.machine)
     t, current = result.time, np.abs(drain_current(result, "gate.mk_mon"))

@@ -1,24 +1,25 @@
-"""ROLLS synapse with short-term depression: spikes weaken its excitatory weights, which come back.
+"""ROLLS synapse with short-term depression: spikes weaken its excitatory weights, which recover.
 
-The non-plastic synapse (`circuits.blocks.rolls.dpi_synapse`), but each of the three pFETs of the excitatory
-weights has its gate on a capacitor of its own, `x` volt above the weight's bias:
+It is the non-plastic synapse (`circuits.blocks.rolls.dpi_synapse`), but each of the three pFETs of the
+excitatory weights has its gate on a capacitor of its own, `x` volt above the bias of the weight:
 
 * step: an excitatory pulse of length t connects a pFET of I_std to the supply, `x += I_std t / C_w`. Between
-  pulses its source is held at the weight's bias, 0.4 V and more below the supply: its switch leaks to there,
-  and it carries nothing. Its drain is at the capacitor, so little of the switches' charge gets there;
-* recovery: a pFET between the capacitor and the bias, of r times the W/L of a diode whose source is at that
+  pulses its source is held at the bias of the weight, 0.4 V and more below the supply: its switch leaks to
+  there, and it carries nothing. Its drain is at the capacitor, so that little of the switches' charge gets
+  there.
+* recovery: a pFET between the capacitor and the bias has r times the W/L of a diode whose source is at that
   bias and that carries I_rec: `C_w dx/dt = -r I_rec (e^(x / U_T) - 1)` in weak inversion.
 
-With `R = e^(-x / U_T)` these are `R -> R e^(-I_std t / (C_w U_T))` at a spike and
-`dR/dt = (1 - R) / tau`, `tau = C_w U_T / (r I_rec)`, between: the resource of the phenomenological models of
-depression, at any depth. The weight is `I_w = I_w0 R^kappa` in weak inversion. A train at the interval T
-finds `R = (1 - E) / (1 - E e^(-d / U_T))` at its pulses, d being a step and `E = e^(-T / tau)`.
+With `R = e^(-x / U_T)` these are `R -> R e^(-I_std t / (C_w U_T))` at a spike, and between spikes `dR/dt = (1
+- R) / tau` with `tau = C_w U_T / (r I_rec)`: R is the resource of the phenomenological models of depression,
+at any depth. The weight is `I_w = I_w0 R^kappa` in weak inversion. A train at the interval T finds `R = (1 -
+E) / (1 - E e^(-d / U_T))` at its pulses, d being a step and `E = e^(-T / tau)`.
 
-Found: the name of one bias, NPA_WEIGHT_STD_N, code 0 in the control software's default file (mn256r1_ncs),
-and no equation; general knowledge, unverified, is the form: a step of the weight's gate at a spike, a
-recovery, an exponential weight. That NPA_WEIGHT_STD is the step's current is ours: were it the recovery's,
-synapses of the default file would not come back from their first spikes. Topology, sizes, capacitor, I_rec,
-for which there is no name, and the codes of both currents are ours.
+Found is the name of one bias, NPA_WEIGHT_STD_N, with code 0 in the default file of the control software
+(mn256r1_ncs), and no equation. The form is general knowledge and unverified: a step of the weight's gate at a
+spike, a recovery, an exponential weight. That NPA_WEIGHT_STD is the current of the step is ours: were it that
+of the recovery, synapses of the default file would not come back from their first spikes. Topology, sizes,
+capacitor, I_rec, for which there is no name, and the codes of both currents are ours.
 """
 
 from __future__ import annotations
@@ -51,7 +52,10 @@ STEP, RECOVERY = (5, 36), (7, 27)  # codes, ours: R falls to 0.6 at a spike; tau
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitor of a weight in farad, sizes in um, and the synapse; all ours."""
+    """Capacitor of a weight (F), sizes (um) and the synapse; ours.
+
+    Raises `ParameterError` unless the capacitor is above zero.
+    """
 
     weight_capacitance: float = quantity(0.2e-12, "F")
     bias_width: float = quantity(0.5, "um")  # of the nFETs of both biases, long enough to be turned off
@@ -72,12 +76,12 @@ class Params:
 
     @property
     def ratio(self) -> float:
-        """The recovery's share r of I_rec."""
+        """The share r of I_rec that recovery gets."""
         return self.recovery_width * self.diode_length / (self.recovery_length * self.diode_width)
 
 
 def depression(params: Params) -> Circuit:
-    """Ports exc_off, exc_on (the pulse), level (bias of the weight), w (its gate), v_std, v_rec."""
+    """One weight's gate: ports exc_off, exc_on (pulse), level (its bias), w (the gate), v_std, v_rec."""
     bias = params.bias_width, params.bias_length
     mirror = params.mirror_width, params.mirror_length
     switch = params.switch_width, params.switch_length
@@ -113,7 +117,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports of the DPI synapse, and the gates `w_exc`, `w_exc0` and `w_exc1` of the excitatory weights."""
+    """The synapse: ports of the DPI synapse, and the gates w_exc, w_exc0 and w_exc1 of its weights."""
     base, cell = dpi_synapse.build(params.synapse), depression(params)
     to_gate = {f"v_{name}": f"w_{name}" for name in WEIGHTS}
     connected = synapse(params).instance("synapse", **to_gate)
@@ -127,18 +131,19 @@ AFTER = 25e-3  # s, ours: of the run, after the last event
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """`events` events at `rate` from 1 ms on, at a synapse of a `level` that rests."""
+    """`events` events at `rate` (Hz) from 1 ms on, at a rested synapse of a `level`."""
     bench = dpi_synapse.testbench(circuit, stimuli, v_dd)
     last = dpi_synapse.FIRST_EVENT + (int(stimuli["events"] or 0) - 1) / float(stimuli["rate"] or 1.0)
     return replace(bench, title="depressing synapse", stop=stimuli["duration"] or last + AFTER)
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`step_V`, `depression_V`, `recovery_s`, `weight_A`, `paired_pulse`, `last_to_first`.
+    """Numbers of a run: `step_V`, `depression_V`, `recovery_s`, `weight_A`, `paired_pulse`, `last_to_first`.
 
-    step: of the constant weight's gate over the first pulse, None where the next comes before it has settled;
-    depression: x after the last one; recovery: time constant of `1 - R` from there to the end of the run;
-    weight: mean current of the first pulse; ratios of the second and the last pulse's charge to the first's.
+    step: of the gate of the constant weight over the first pulse; None where the next pulse comes before it
+    has settled. depression: x after the last pulse. recovery: time constant of `1 - R` from there to the end
+    of the run. weight: mean current of the first pulse. paired_pulse, last_to_first: charge of the second and
+    of the last pulse over that of the first. All are None without a pulse.
     """
     pulses = _pulses(result)
     if not pulses:

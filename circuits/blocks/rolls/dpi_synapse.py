@@ -1,23 +1,26 @@
-"""ROLLS synapse: pulse extender, non-plastic synapse with four levels of either sign, and two DPI filters.
+"""Synapse of the ROLLS chip: pulse extender, weights of four levels of either sign, and two DPI filters.
 
-* pulse extender: the event pulls `v_p` to ground, I_pwlk lets it rise again; the pulse lasts as long as the
-  event and `C_pw V_inv / I_pwlk` more, V_inv the inverter's threshold;
-* synapse: four latches, of which the circuit has the outputs as levels: `recurrent` lets the pulse in,
-  `sign` (high: excitatory), `w0` and `w1`. During the pulse it draws `I_w = I_const + w0 I_w0 + w1 I_w1` from
-  the line of its sign, each sign with three currents of its own; the excitatory ones are pFETs' and mirrored.
-  Between pulses the far node of the switch to the line is held at `v_shift`, above ground as the generator's
-  shifted sources are: with its gate at 0 V the switch then leaks `I_0 (W/L) e^(-v_shift / U_T)`;
-* filter (DPI, one a sign): a differential pair of nFETs with gates v_thr and v_syn divides I_w between the
-  supply and a capacitor that I_tau fills again; a pFET at v_syn gives I_syn. In weak inversion with equal
-  kappa, `tau = C_syn U_T / (kappa I_tau)`,
+* pulse extender: the event pulls `v_p` to ground, and I_pwlk lets it rise again. The pulse lasts as long as
+  the event and `C_pw V_inv / I_pwlk` more, V_inv being the threshold of the inverter.
+* synapse: it has four latches, of which the circuit has the outputs as levels: `recurrent` lets the pulse in,
+  `sign` is high for an excitatory synapse, and `w0` and `w1` set the weight. During the pulse it draws
+  `I_w = I_const + w0 I_w0 + w1 I_w1` from the line of its sign. Each sign has three currents of its own; the
+  excitatory ones are those of pFETs, and mirrored. Between pulses the far node of the switch to the line is
+  held at `v_shift`, above ground as the shifted sources of the generator are: with its gate at 0 V the switch
+  then leaks `I_0 (W/L) e^(-v_shift / U_T)`.
+* filter: a differential-pair integrator (DPI) for each sign. A pair of nFETs with gates v_thr and v_syn
+  divides I_w between the supply and a capacitor that I_tau fills again; a pFET at v_syn gives I_syn. In weak
+  inversion with equal kappa, and `tau = C_syn U_T / (kappa I_tau)`,
   `(1 + I_th / I_syn) tau dI_syn/dt = (I_th / I_tau) I_w - I_syn - I_th`,
   and where I_syn >> I_th a pulse of width t adds `(I_th I_w / I_tau)(1 - e^(-t / tau))`. Here the pair has
-  kappa_n and the output kappa_p, which bends the gain. The inhibitory one is mirrored, to draw.
+  kappa_n and the output kappa_p, which bends the gain. The inhibitory filter is mirrored, to draw a current.
 
 The line carries the drains of all synapses that share it (`line_capacitance`): 256 drains of 0.5 um.
-Sources: bias names and the sum rule of the weights from the control software of ROLLS (mn256r1_ncs) and its
-header; DPI equation as software models print it (teili, after Chicca et al. 2014; its -I_th term is kept
-here). Topology in detail, sizes and capacitors are ours; default weights and times are the software's codes.
+
+Sources: names of biases and the sum rule of the weights from the control software of ROLLS (mn256r1_ncs) and
+its header; the DPI equation as software models print it (teili, after Chicca et al. 2014; its -I_th term is
+kept here). The topology in detail, sizes and capacitors are ours; default weights and times are the
+software's codes.
 """
 
 from __future__ import annotations
@@ -71,7 +74,7 @@ class Params:
 
 
 def pulse_extender(params: Params) -> Circuit:
-    """Ports event (in), pulse (out), v_pwlk."""
+    """What makes an event longer: ports event (in), pulse (out), v_pwlk (bias)."""
     size = {"width": params.logic_width, "length": params.logic_length}
     return Circuit(
         "pulse_extender",
@@ -88,7 +91,7 @@ def pulse_extender(params: Params) -> Circuit:
 
 
 def synapse(params: Params) -> Circuit:
-    """Ports pulse, the latches, lines exc and inh from which it draws, and six weight biases."""
+    """The synapse: ports pulse, the latches, the lines exc and inh that it draws from, and weight biases."""
     size = {"width": params.logic_width, "length": params.logic_length}
     gates = (
         *nand("mq1", ("pulse", "recurrent", "sign"), "exc_off", **size),
@@ -164,13 +167,13 @@ def _filter_ports(out: str) -> tuple[Port, ...]:
 
 
 def excitatory_filter(params: Params) -> Circuit:
-    """DPI whose output current flows into `i_out`."""
+    """The DPI filter whose output current flows into `i_out`; params: sizes and capacitors."""
     output = mos("md5", "p", "i_out", "v_syn", "vdd", params.output_width, params.output_length)
     return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params), output))
 
 
 def inhibitory_filter(params: Params) -> Circuit:
-    """DPI whose output current is drawn from `i_out`."""
+    """The DPI filter whose output current is drawn from `i_out`; params: sizes and capacitors."""
     width, length = params.output_width, params.output_length
     output = (
         mos("md5", "p", "vm", "v_syn", "vdd", width, length),
@@ -198,7 +201,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event (in), i_exc and i_inh (currents out and in), biases and the supply."""
+    """The whole: ports event (in), i_exc_out and i_inh_out (currents out and in), biases and the supply."""
     instances = (
         pulse_extender(params).instance("extender"),
         synapse(params).instance("synapse"),
@@ -219,10 +222,10 @@ DECAY_FROM, DECAY_TO = 0.5, 0.1  # of the last peak, between which the decay is 
 
 
 def latches(level: float, v_dd: float) -> dict[str, float]:
-    """Voltages of the latches that a level from -4 to 4 stands for, V; 0 lets nothing in.
+    """Voltages (V) of the latches for a level from -4 to 4, by name; level 0 lets nothing in.
 
-    Levels 1 to 4 are `weight_0` to `weight_3` of the control software: constant, with I_w0, with I_w1, with
-    both; negative ones inhibit. Raises `ParameterError` for another level.
+    Levels 1 to 4 are `weight_0` to `weight_3` of the control software: the constant current alone, with I_w0,
+    with I_w1, and with both. Negative levels inhibit. Raises `ParameterError` for another level.
     """
     if level != int(level) or not -4 <= level <= 4:
         raise ParameterError(f"level: {level:g}, must be a whole number from -4 to 4; 0 is off")
@@ -232,7 +235,7 @@ def latches(level: float, v_dd: float) -> dict[str, float]:
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """`events` events at `rate` from 1 ms on, at a synapse of a `level`; outputs at ideal voltages."""
+    """`events` events at `rate` (Hz) from 1 ms on, at a synapse of a `level`, into ideal voltages."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
     times = train("events", values["events"], values["rate"], FIRST_EVENT)
     held = {"i_exc_out": MEMBRANE, "i_inh_out": MEMBRANE, **latches(values["level"], v_dd)}
@@ -242,11 +245,11 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`pulse_width_s`, `peak_current_A`, `decay_s`, `charge_C`.
+    """Numbers of a run: `pulse_width_s`, `peak_current_A`, `decay_s` and `charge_C`.
 
-    Of the filter of the level's sign. peak: largest output current less that before the first event; decay:
-    time in which it falls from half to a tenth of the peak, over ln 5: the time constant where it falls
-    exponentially; charge: of the whole run, the current before the first event taken away.
+    They are those of the filter of the level's sign, whose current before the first event is taken away.
+    decay: the time in which the current falls from half to a tenth of its peak, over ln 5, which is the time
+    constant where it falls exponentially. charge: that of the whole run.
     """
     half = half_supply(result.machine)
     excites = bool(result["sign"][0] > half)

@@ -1,29 +1,30 @@
-"""Silicon neuron of ROLLS: leaky integration by a DPI, positive feedback, refractory reset, adaptation.
+"""Silicon neuron of the ROLLS chip: leak, positive feedback, refractory reset, adaptation, NMDA gate.
 
-Parts, I_mem being what an nFET with its gate at v_mem carries:
+I_mem is the current that an nFET with its gate at v_mem carries. The parts are:
 
-* leak: the input current divides between ground and the membrane in a differential pair of pFETs with gates
-  v_thr and v_mem; the leak is one of two currents, chosen by the latch `select`. In weak inversion, with
-  `tau = C_mem U_T / (kappa I_tau)`,
-  `(1 + I_th / I_mem) tau dI_mem/dt = (I_th / I_tau)(I_in + ...) - I_th - I_mem (...)`;
-* sodium: an nFET at v_mem, its source at `v_shift`, mirrored into the membrane:
+* leak, a differential-pair integrator (DPI): the input current divides between ground and the membrane in a
+  differential pair of pFETs with gates v_thr and v_mem. The leak is one of two currents, which the latch
+  `select` chooses. In weak inversion, with `tau = C_mem U_T / (kappa I_tau)`,
+  `(1 + I_th / I_mem) tau dI_mem/dt = (I_th / I_tau)(I_in + ...) - I_th - I_mem (...)`.
+* sodium: an nFET at v_mem, its source at `v_shift`, is mirrored into the membrane:
   `I_fb = I_0 (W/L) e^((kappa v_mem - v_shift) / U_T)`. It rises with v_mem as I_mem does, so that it meets
-  the leak at a fixed ratio of I_mem to I_th at any temperature, and is far below the leak at rest;
+  the leak at a fixed ratio of I_mem to I_th at any temperature, and is far below the leak at rest.
 * comparator: `v_o1` falls where I_mem passes I_buf and pulls the membrane up, so that the spike is whole; an
-  inverter makes `spike`;
-* reset: while `spike` is high I_rfr1 fills C_ref; while `v_ref` is above the inverter's threshold V_inv the
-  membrane is held at ground; I_rfr2 empties C_ref: `t_ref = C_ref (V_dd - V_inv) / I_rfr2`;
-* adaptation: a DPI that the spike feeds with I_ahw and that draws I_ahp from the membrane;
-* NMDA gate: the current into `i_nmda` reaches the input only while v_mem is above v_nmda;
+  inverter makes `spike`.
+* reset: while `spike` is high I_rfr1 fills C_ref. While `v_ref` is above the threshold V_inv of an inverter
+  the membrane is held at ground. I_rfr2 empties C_ref: `t_ref = C_ref (V_dd - V_inv) / I_rfr2`.
+* adaptation: a DPI that spikes feed with I_ahw and that draws I_ahp from the membrane.
+* NMDA gate: the current into `i_nmda` reaches the input only while v_mem is above v_nmda.
 * a direct current I_dc into the input.
 
 Whatever is shut while the membrane rests is long: its off current, that of a gate at the rail, is I_0 / 16 or
 I_0 / 9, where the slower leak is five times I_0. A bias of fine code 0 (0.06 pA) is such a current too, so
-that it needs no gate voltage beyond the rails at 27 degC; a generator's would, from 30 degC on.
+that it needs no gate voltage beyond the rails at 27 degC; that of a generator would, from 30 degC on.
 
-Sources: the parts and their bias names are those of the control software of ROLLS (mn256r1_ncs), the
-current-mode equations those of Chicca et al. 2014 as software models print them; topology in detail, sizes
-and capacitors are ours. IF_RST_N and IF_CASC_N, whose place in the circuit is not public, have none here.
+Sources: the parts and the names of their biases are those of the control software of ROLLS (mn256r1_ncs), and
+the current-mode equations those of Chicca et al. 2014 as software models print them. The topology in detail,
+sizes and capacitors are ours. IF_RST_N and IF_CASC_N, whose place in the circuit is not public, have none
+here.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, sizes in um; all ours."""
+    """Capacitors (F) and sizes (um); ours."""
 
     membrane_capacitance: float = quantity(2e-12, "F")
     refractory_capacitance: float = quantity(0.5e-12, "F")
@@ -71,7 +72,7 @@ class Params:
 
 
 def leak(params: Params) -> Circuit:
-    """DPI of the membrane: ports i_in, v_mem, select (high: tau1), v_thr, v_tau1, v_tau2."""
+    """The leak, a DPI: ports i_in, v_mem, select (high takes tau1), v_thr, v_tau1, v_tau2, v_dc."""
     pair = params.pair_width, params.pair_length
     slow = params.leak_width, params.leak_length
     switch = params.switch_width, params.switch_length
@@ -94,7 +95,7 @@ def leak(params: Params) -> Circuit:
 
 
 def sodium(params: Params) -> Circuit:
-    """Positive feedback into v_mem; `v_shift` is the source of the transistor that senses it."""
+    """Positive feedback into v_mem; `v_shift` is the source of the transistor that senses the membrane."""
     mirror = params.mirror_width, params.mirror_length
     return Circuit(
         "sodium",
@@ -108,7 +109,7 @@ def sodium(params: Params) -> Circuit:
 
 
 def reset(params: Params) -> Circuit:
-    """Comparator, spike, and the refractory reset of v_mem."""
+    """The comparator, the spike, and the refractory reset of v_mem."""
     length = params.logic_length
     switch = params.switch_width, params.switch_length
     return Circuit(
@@ -139,7 +140,7 @@ def reset(params: Params) -> Circuit:
 
 
 def adaptation(params: Params) -> Circuit:
-    """DPI fed by the spike (v_o1 low), whose output draws current from v_mem."""
+    """A DPI that spikes feed (v_o1 is low then), and whose output draws a current from v_mem."""
     pair = params.adaptation_width, params.adaptation_length
     slow = params.leak_width, params.leak_length
     return Circuit(
@@ -165,9 +166,9 @@ def adaptation(params: Params) -> Circuit:
 
 
 def nmda_gate(params: Params) -> Circuit:
-    """Differential pair that passes `i_nmda` to `i_in` while v_mem is above v_nmda.
+    """A differential pair that passes the current of `i_nmda` to `i_in` while v_mem is above v_nmda.
 
-    Two mirrors stand between, or the input's current would leave backwards through the pair.
+    Two mirrors stand between, or the current of the input would leave backwards through the pair.
     """
     pair = params.pair_width, params.pair_length
     mirror = params.switch_width, params.switch_length
@@ -204,7 +205,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports i_in, i_nmda (currents in), v_mem, spike (event out), biases and the supply."""
+    """The neuron: ports i_in, i_nmda (currents in), v_mem, spike (event out), biases and the supply."""
     instances = (
         leak(params).instance("leak"),
         sodium(params).instance("sodium"),
@@ -223,7 +224,7 @@ RESTING = 0.13e-12  # A, ours: leak of a silent filter into the NMDA gate, whose
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A step of current into the input at 2 ms, and one through the NMDA gate; `select` takes tau1."""
+    """A step of current into the input at 2 ms, and one through the NMDA gate; `slow` takes the leak tau1."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
     supply, select = powered(v_dd, {"select": 0.0 if stimuli["slow"] is None else v_dd})
     edge = STEP_TIME, STEP_TIME + STEP_RISE
@@ -237,10 +238,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`latency_s`, `rate_Hz`, `adaptation`.
+    """Numbers of a run: `latency_s`, `rate_Hz` and `adaptation`.
 
-    latency: from the step to the first spike; rate: of the last interval, None below two spikes; adaptation:
-    the first interval over the last, None below three spikes.
+    latency: from the step to the first spike, None without one. rate: of the last interval, None below two
+    spikes. adaptation: the first interval over the last, None below three spikes.
     """
     spikes = result.spikes["spike"]
     gaps = spikes[1:] - spikes[:-1]

@@ -58,7 +58,10 @@ SHIFT = 0.25  # V, as the non-plastic synapse's
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitor in farad, sizes in um, and the synapse whose extender it shares; all ours."""
+    """Capacitor (F), sizes (um), and the synapse whose pulse extender it shares; ours.
+
+    Raises `ParameterError` unless the capacitor is above zero.
+    """
 
     weight_capacitance: float = quantity(0.1e-12, "F")
     move_width: float = quantity(0.25, "um")  # of the devices whose current moves w
@@ -78,7 +81,10 @@ class Params:
 
 
 def cell(params: Params) -> Circuit:
-    """Ports pulse, up_b, dn, line from which it draws, w, low (the weight's bit, inverted), biases."""
+    """The weight: ports pulse, up_b, dn (in), line (it draws from it), w, low (out), biases.
+
+    low: the weight's bit, inverted.
+    """
     size = {"width": params.synapse.logic_width, "length": params.synapse.logic_length}
     move = params.move_width, params.move_length
     switch = params.move_width, params.switch_length
@@ -139,7 +145,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports event (in), up_b, dn, line, w, low, biases and the supply."""
+    """The synapse: ports event, up_b, dn (in), line, w, low (out), biases and the supply."""
     instances = (pulse_extender(params.synapse).instance("extender"), cell(params).instance("cell"))
     inputs = (*event_in("event"), *analog_in("up_b", "dn"))
     ports = (SUPPLY, *inputs, *analog_out("line", "w", "low"), *bias_ports(BIASES))
@@ -152,7 +158,7 @@ AFTER = 4e-3  # s, ours: of the run, after the last event
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """`events` events at `rate` from 1 ms on: they move w up (1), down (-1) or not (0), from a rail."""
+    """`events` events at `rate` (Hz) from 1 ms on, which move w up (1), down (-1) or not (0), from a rail."""
     up, count, rate = (float(stimuli[name] or 0.0) for name in ("up", "events", "rate"))
     if up not in (-1.0, 0.0, 1.0):
         raise ParameterError(f"up: {up:g}, must be 1, 0 or -1")
@@ -165,9 +171,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`jump_V` of the first event, `drift_V_per_s` after the last, `weight_V` at the end, `charge_C`.
+    """Numbers of a run: `jump_V`, `drift_V_per_s`, `weight_V` at the end and `charge_C`.
 
-    drift: mean slope over the last 2 ms of the run; charge: drawn from the line in the whole run.
+    jump: that of the first event. drift: mean slope over the last 2 ms of the run. charge: drawn from the
+    line in the whole run.
     """
     w, t = result["w"], result.time
     before, after = (float(x) for x in (w[t < FIRST][-1], w[t < FIRST + 0.1e-3][-1]))
@@ -182,7 +189,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """`high` or `low`, the weight at the end."""
+    """`high` or `low`: the weight at the end."""
     return "low" if result["low"][-1] > half_supply(result.machine) else "high"
 
 

@@ -1,1 +1,1 @@
-"""Circuits that choose among currents."""
+"""Circuits that choose the best of several currents."""

@@ -68,12 +68,11 @@ LOAD = (3.0, 12.0)  # um
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Number of cells, width and reach of the projection in cells, capacitance in farad; all ours.
+    """Number of cells, width and reach of the projection (cells), and a cell's capacitor (F); ours.
 
-    Nine cells are enough to see a decision and quick in any simulator; the selection has `CELLS`.
-
-    Raises `ParameterError` for less than two cells or too many, a reach below 0, or a width or capacitance
-    that is none.
+    Nine cells are enough to see a decision and quick in any simulator; the selection has `CELLS`. Raises
+    `ParameterError` for fewer than two cells or too many, a reach below zero, and a width or capacitor that
+    is not above zero.
     """
 
     cells: int = quantity(9, "")
@@ -93,12 +92,12 @@ BIASES = (Bias("i_tail", "v_tail", "gate", 1e-6, "mt"),)  # ours
 
 
 def weight(params: Params, distance: int) -> float:
-    """Weight of a risk `distance` cells away, 1."""
+    """Weight of a risk that is `distance` cells away, without dimension."""
     return math.exp(-((distance / params.sigma) ** 2))
 
 
 def cell(params: Params = Params()) -> Circuit:
-    """One direction: input mirrors, the pair m1 and m2, and its share compared with the reference."""
+    """One direction: its input mirrors, the pair m1 and m2, and its share compared with the reference."""
     ports = (
         SUPPLY,
         *analog_in("excite", "risk"),
@@ -127,9 +126,9 @@ def cell(params: Params = Params()) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports excite[N] (a current out of each), risk[N] (into), equalise; share[N] and line[N] out.
+    """The circuit: ports excite[N] (currents out), risk[N] (currents in), equalise; share[N], line[N] (out).
 
-    Raises `ParameterError` for parameters that are none.
+    Raises `ParameterError` for sizes that cannot be built.
     """
     shape = (int(params.cells),)
     ports = (
@@ -152,7 +151,7 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def projection_name(target: int, source: int, reach: int) -> str:
-    """Name of the mirror with which the risk of cell `source` inhibits cell `target`."""
+    """Name of the mirror by which the risk of cell `source` inhibits cell `target`."""
     return f"mg{target}_{source - target + reach}"
 
 
@@ -177,9 +176,9 @@ OTHERS = 0.7  # excitation of the other cells, a share of the winner's; ours
 def decision_testbench(
     circuit: Circuit, excite: F64, risk: F64, stop: float, v_dd: float, release: float = RELEASE
 ) -> Testbench:
-    """One decision: currents from the beginning, `equalise` high until `release` (s).
+    """One decision: currents from the beginning on, and `equalise` high until `release`, s.
 
-    excite, risk: float64[N], A; a risk is at least `STANDING`.
+    excite, risk: float64[N], A; a risk is at least `STANDING`. stop: s.
     """
     sources = [*powered(v_dd, {"equalise": step(release, release + EDGE, v_dd, 0.0)})]
     for k in range(excite.size):
@@ -189,7 +188,7 @@ def decision_testbench(
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A winner, a rival `contrast` below it, all others at 0.7 of it, and one obstacle's risk."""
+    """A winner, a rival `contrast` below it, all others at 0.7 of it, and the risk of one obstacle."""
     n = circuit.port("line").shape[0]
     scale, contrast = stimuli["scale"] or 0.0, stimuli["contrast"] or 0.0
     if not (scale > 0.0 and 0.0 <= contrast <= 1.0):
@@ -213,14 +212,17 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def lines_high(result: Result) -> I64:
-    """Cells whose line is high at the end."""
+    """Numbers of the cells whose line is high at the end of a run, int64[n]."""
     half = half_supply(result.machine)
     n = result.machine.testbench.circuit.port("line").shape[0]
     return np.flatnonzero([result[f"line[{k}]"][-1] > half for k in range(n)])
 
 
 def decision_time(result: Result, release: float = RELEASE) -> float | None:
-    """From the release to the time since when the winner's line is high and no other, s; None without one."""
+    """From `release` (s) to when the winner's line is the only one that is high, s.
+
+    None without a winner, and where its line is the only high one from the beginning.
+    """
     half = half_supply(result.machine)
     n = result.machine.testbench.circuit.port("line").shape[0]
     high = np.array([result[f"line[{k}]"] for k in range(n)])
@@ -240,10 +242,10 @@ def decision_time(result: Result, release: float = RELEASE) -> float | None:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`winner`, `decision_s`, `margin_V`.
+    """Numbers of a run: `winner`, `decision_s` and `margin_V`.
 
-    decision_s: from the release to the time since when the winner's line is high and no other; margin_V: its
-    v_in above the next at the end. None without a winner.
+    decision: as of `decision_time`. margin: by how much the winner's v_in is above the next at the end. None
+    without a winner.
     """
     winners = lines_high(result)
     n = result.machine.testbench.circuit.port("line").shape[0]
@@ -257,7 +259,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """The winner's number; `tie` with several lines high, `undecided` with none."""
+    """The number of the winner, `tie` with several lines high, or `undecided` with none."""
     winners = lines_high(result)
     return str(winners[0]) if winners.size == 1 else "tie" if winners.size else "undecided"
 

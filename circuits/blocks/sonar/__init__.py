@@ -1,1 +1,1 @@
-"""Circuits of the sonar: hearing, ranging, and the next call."""
+"""Circuits of the sonar: they hear echoes, measure range, and control the next call."""

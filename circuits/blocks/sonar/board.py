@@ -1,4 +1,4 @@
-"""Parts of the boards beside the ranging chip: logic, compensated amplifiers, strays, a transmission gate.
+"""Parts of the boards beside the ranging chip: logic gates, amplifiers, strays and a transmission gate.
 
 All numbers are ours, and the same on every board. The compensation sets an amplifier's unity-gain frequency,
 `gain / (2 pi R_o C) = 1.6 MHz`.
@@ -20,7 +20,7 @@ GATE_WIDTH = 100.0  # um, of both pass transistors of a transmission gate
 
 
 def inverter(name: str, a: str, y: str, width: float = 30.0) -> tuple[Device, ...]:
-    """An inverter from `a` to `y`; `width` of its nFET in um, the pFET twice as wide."""
+    """An inverter from `a` to `y`; its nFET is `width` (um) wide, and its pFET twice as much."""
     return (
         mos(f"{name}_p", "p", y, a, "vdd", 2 * width, LENGTH),
         mos(f"{name}_n", "n", y, a, "0", width, LENGTH),
@@ -28,7 +28,7 @@ def inverter(name: str, a: str, y: str, width: float = 30.0) -> tuple[Device, ..
 
 
 def nor(name: str, a: str, b: str, y: str, width: float = 30.0) -> tuple[Device, ...]:
-    """`y = not (a or b)`; `width` of the nFETs in um, the stacked pFETs four times as wide."""
+    """A NOR gate, `y = not (a or b)`; its nFETs are `width` (um) wide, and its pFETs four times as much."""
     return (
         mos(f"{name}_pa", "p", f"{name}_mid", a, "vdd", 4 * width, LENGTH),
         mos(f"{name}_pb", "p", y, b, f"{name}_mid", 4 * width, LENGTH),
@@ -51,7 +51,7 @@ def strays(*nodes: str) -> tuple[Device, ...]:
 
 
 def transmission_gate() -> Circuit:
-    """An nFET and a pFET that join a and b while control is high; an inverter makes the complement."""
+    """A gate that joins a and b while control is high: an nFET and a pFET, whose gate an inverter drives."""
     return Circuit(
         "transmission_gate",
         (SUPPLY, *event_in("control"), *analog_in("a"), *analog_out("b")),

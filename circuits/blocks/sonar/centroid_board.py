@@ -1,15 +1,18 @@
-"""Centroid board: each spike pulls a common node towards its neuron's look-up voltage; filtered: proximity.
+"""Centroid board: it turns the spikes of the ranging chip's neurons into a voltage for proximity.
 
-Cheely & Horiuchi 2003, section 4 and Figure 9, describe it in words; values are ours. While the spikes of a
-set S of neurons are high their transmission gates are on, and the common node tends to
-`V = sum_S(V_k / R) / (|S| / R + 1 / R_leak)` with the time constant `C_hold / (|S| / R + 1 / R_leak)`:
-spikes of length t move it by the share `1 - exp(-|S| t / (R C_hold))` of the way (the gates' own resistance,
-up to 10 % of R, and strays, 3 % of C_hold, left out). Without spikes it falls to ground, the far default,
-with `R_leak C_hold`, but for the gates' off current through R_leak: 8 mV at 27 degC, 67 mV at 85 degC.
-A follower, R_lp and C_lp and a second follower give the proximity voltage, which rises as the target nears.
+Each spike pulls a common node towards the look-up voltage of its neuron, and the low-passed common node is
+the proximity voltage. Cheely & Horiuchi 2003, section 4 and Figure 9, describe the board in words; all values
+are ours. While the spikes of a set S of neurons are high, their transmission gates are on, and the common
+node tends to `V = sum_S(V_k / R) / (|S| / R + 1 / R_leak)` with the time constant `C_hold / (|S| / R + 1 /
+R_leak)`. So spikes of length t move it by the share `1 - exp(-|S| t / (R C_hold))` of the way, but for the
+resistance of the gates (up to 10 % of R) and strays (3 % of C_hold). Without spikes it falls to ground, which
+stands for far, with `R_leak C_hold`, but for the off current of the gates through R_leak: 8 mV at 27 degC, 67
+mV at 85 degC. A follower, a low-pass of R_lp and C_lp and a second follower give the proximity voltage, which
+rises as the target nears.
 
-The d^4 law. An amplitude that falls as `a = a_0 + s V` with its control voltage follows
-`a_k = a(V_far) (d_k / d_max)^4` where `V_k = (a_k - a_0) / s`, as far as V_k stays within the board's range.
+The look-up voltages can make the amplitude of the call fall with the fourth power of range. An amplitude `a =
+a_0 + s V` of a control voltage V follows `a_k = a(V_far) (d_k / d_max)^4` where `V_k = (a_k - a_0) / s`, as
+far as V_k stays within the board's range.
 """
 
 from __future__ import annotations
@@ -38,10 +41,11 @@ NEAREST, FARTHEST = 3.0, 0.2  # V, look-up voltages of the first and the last ne
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Resistances in ohm, capacitances in farad; ours.
+    """Resistances (Ohm) and capacitances (F); ours.
 
-    R C_hold is as long as an event, so that one spike moves the estimate by 63 % and two by 86 %; the leak
-    (2 s) is slow against call intervals of 33 to 200 ms; the low-pass (50 ms) lags 3 m/s by 0.15 m.
+    R C_hold is as long as an event, so that one spike moves the estimate by 63 % and two by 86 %. The leak (2
+    s) is slow against intervals of 33 to 200 ms between calls, and the low-pass (50 ms) lags by 0.15 m at 3
+    m/s.
     """
 
     gate_resistance: float = quantity(5e3, "Ohm")
@@ -53,21 +57,21 @@ class Params:
 
 @dataclass(frozen=True, slots=True)
 class Lookup:
-    """Look-up voltages (V) in the order of the neurons, and which of them the board's range clipped."""
+    """Look-up voltages (V) in the order of the neurons, and which of them the board's range has clipped."""
 
     voltages: tuple[float, ...]
     clipped: tuple[bool, ...]
 
     @property
     def summary(self) -> str:
-        """One line that says how many neurons do not follow the law."""
+        """A line that says how many neurons do not follow the law."""
         return f"{sum(self.clipped)} of {len(self.clipped)} look-up voltages are clipped to the board's range"
 
 
 def linear_lookup(
     count: int = NEURONS, nearest: float = NEAREST, farthest: float = FARTHEST
 ) -> tuple[float, ...]:
-    """Voltages of `count` neurons in equal steps from `nearest` to `farthest`, V."""
+    """Look-up voltages of `count` neurons in equal steps from `nearest` to `farthest`, V."""
     return tuple(float(v) for v in np.linspace(nearest, farthest, count))
 
 
@@ -77,12 +81,12 @@ def fourth_power_lookup(
     nearest: float = NEAREST,
     farthest: float = FARTHEST,
 ) -> Lookup:
-    """Look-up that makes the call's amplitude follow the fourth power of range.
+    """Look-up voltages by which the amplitude of the call follows the fourth power of range.
 
-    ranges: of the neurons, m (or their best delays, s: only ratios count). law: (intercept V, slope V/V) of
-    the amplitude, as `vocalization_controller.amplitude_law` gives it. nearest, farthest: the board's range,
-    V. The amplitude at the farthest neuron is the law's at `farthest`. Raises `ParameterError` unless all
-    ranges are above zero and the slope is below zero.
+    ranges: those of the neurons, m (or their best delays, s: only ratios count). law: intercept (V) and slope
+    (V/V) of the amplitude, as `vocalization_controller.amplitude_law` gives them. nearest, farthest: the
+    range of the board, V. At the farthest neuron the amplitude is that of the law at `farthest`. Raises
+    `ParameterError` unless all ranges are above zero and the slope is below zero.
     """
     d = np.asarray(ranges, dtype=np.float64)
     if d.size == 0 or not (np.isfinite(d).all() and (d > 0.0).all()):
@@ -110,7 +114,7 @@ def lookup_switch(params: Params) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The board: ports spike and lookup (13 each), proximity (out) and supply."""
+    """The board: ports spike[13] (events in), lookup[13] (biases), proximity (out) and the supply."""
     ports = (
         SUPPLY,
         Port("spike", "event", shape=(NEURONS,)),
@@ -131,7 +135,7 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def neuron_index(name: str, value: float | None) -> int:
-    """Check a stimulus that chooses a neuron; `ParameterError` unless it is an index."""
+    """A knob that chooses a neuron, as an index; raises `ParameterError` unless it is one."""
     if value is None or value != int(value) or not 0 <= value < NEURONS:
         raise ParameterError(
             f"{name}: {value}, must be a whole number from 0 to {NEURONS - 1}; give a neuron's index"
@@ -143,7 +147,10 @@ FIRST_SPIKE = 5e-3  # s, when the testbench's first spikes arrive; ours
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Spikes of `neuron`, and of `second` unless off at the same times, at `rate` from 5 ms to `duration`."""
+    """Spikes of `neuron`, and of `second` at the same times unless off, at `rate` (Hz) from 5 ms on.
+
+    `duration` is the length of the run, s.
+    """
     stop, rate = stimuli["duration"] or 0.0, stimuli["rate"]
     chosen = {neuron_index(name, stimuli[name]) for name in ("neuron", "second") if stimuli[name] is not None}
     wanted = 0.0 if rate is None else max(0.0, float(np.ceil((stop - FIRST_SPIKE) * rate - 1e-9)))
@@ -154,7 +161,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`centroid_V` and `proximity_V` at the end, `proximity_peak_V`."""
+    """Numbers of a run: `centroid_V` and `proximity_V` at the end, and `proximity_peak_V`."""
     return {
         "centroid_V": float(result["common"][-1]),
         "proximity_V": float(result["proximity"][-1]),
@@ -163,7 +170,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """`target` while the centroid is above half of the lowest look-up voltage, else `far` (the default)."""
+    """`target` where the centroid ends above half of the lowest look-up voltage, else `far`."""
     lowest = min(float(result[f"lookup[{k}]"][-1]) for k in range(NEURONS))
     return "target" if float(result["common"][-1]) > 0.5 * lowest else "far"
 

@@ -1,18 +1,18 @@
-"""Envelope detector: turns the 40 kHz signal of a microphone into its envelope.
+"""Envelope detector: it turns the 40 kHz signal of a microphone into its envelope.
 
-A source follower `mf` charges C_e on the peaks of the microphone and R_e discharges it; an equal follower
-`mr`, its gate at the microphone's rest voltage, makes the same node without sound, and a difference
+A source follower `mf` charges C_e on the peaks of the microphone and R_e discharges it. An equal follower
+`mr`, with its gate at the rest voltage of the microphone, makes the same node without sound, and a difference
 amplifier subtracts, amplifies and smooths:
 
     C_e dv_e/dt = I_S e^((kappa (v_mic - V_T0) - v_e) / U_T) - (v_e - v_return) / R_e - (v_e - v_q) / R_1
     envelope = v_pedestal + (R_2 / R_1) (v_e - v_r) / (1 + s R_2 C_2)
 
-For a tone of peak A, if C_e averaged perfectly over its cycle, weak inversion would give
-`v_e - v_r = U_T ln I_0(kappa A / U_T)`, I_0 the modified Bessel function: `(kappa A)^2 / (4 U_T)` for a
-weak sound, and a straight line of slope kappa above about 0.3 V. Ripple and moderate inversion take some
-10 % of a loud sound and 20 % of a weak one. Noise of a few mV is squared away. Matched followers cancel
-the drift of the threshold voltage. C_e falls back in finite time, since R_e pulls it towards `v_return`,
-far below its rest: the tail after a loud sound is short.
+For a tone of peak A, if C_e averaged perfectly over its cycle, weak inversion would give `v_e - v_r = U_T ln
+I_0(kappa A / U_T)`, I_0 being the modified Bessel function: `(kappa A)^2 / (4 U_T)` for a weak sound, and a
+straight line of slope kappa above about 0.3 V. Ripple and moderate inversion take some 10 % of a loud sound
+and 20 % of a weak one. Noise of a few mV is squared and so disappears. Matched followers cancel the drift of
+the threshold voltage. C_e falls back in finite time, since R_e pulls it towards `v_return`, far below its
+rest: the tail after a loud sound is short.
 
 Source: Cheely & Horiuchi 2003, section 4, says only that sound "is converted into an envelope signal"; the
 circuit and every number here are ours. A follower is used and not an operational amplifier with a diode in
@@ -42,7 +42,7 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Resistors in ohm, capacitors in farad, followers' size in metre, gain in V/V; all ours."""
+    """Resistors (Ohm), capacitors (F), size of the followers (m), and gain (V/V); ours."""
 
     # C_e; averages weak sounds over U_T C_e / (1.8 uA at rest) = 14 us
     hold_capacitance: float = quantity(1e-9, "F")
@@ -67,7 +67,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The detector: ports microphone (analog in), envelope (analog out), biases and the supply."""
+    """The detector: ports microphone (in), envelope (out), biases and the supply."""
     width, length = params.follower_width, params.follower_length
     r_1, r_2, stray = params.input_resistance, params.feedback_resistance, params.stray_capacitance
     return Circuit(
@@ -108,10 +108,11 @@ HEARD = 5e-3  # V, ours: an envelope that rises by less counts as silence
 def tone_bursts(
     bursts: tuple[tuple[float, float, float], ...], stop: float, middle: float, v_dd: float
 ) -> Sampled:
-    """Microphone signal of bursts (start s, duration s, peak V) about `middle` V, cut off at the rails.
+    """Microphone signal of tone bursts about `middle` (V), cut off at the rails.
 
-    Samples run from 0 to `stop` s at `SAMPLE_RATE`. Raises `ParameterError` for a burst without time for
-    its two edges, or for too many samples.
+    bursts: the start (s), duration (s) and peak (V) of each. The samples run from 0 to `stop` (s) at
+    `SAMPLE_RATE`. Raises `ParameterError` for a burst that is too short for its two edges, and for too many
+    samples.
     """
     count = whole_number("samples", float(np.ceil(stop * SAMPLE_RATE)) + 1.0, 1, SAMPLES)
     time = np.arange(count) / SAMPLE_RATE
@@ -127,7 +128,7 @@ def tone_bursts(
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A burst of peak `amplitude` at 0.5 ms, and one of `second_amplitude` after `delay` unless it is off."""
+    """A burst of peak `amplitude` (V) at 0.5 ms, and one of `second_amplitude` after `delay` unless off."""
     duration, delay = stimuli["duration"] or 0.0, stimuli["delay"] or 0.0
     bursts = [(SOUND_TIME, duration, stimuli["amplitude"] or 0.0)]
     second = stimuli["second_amplitude"]
@@ -139,11 +140,11 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`pedestal_V`, `envelope_peak_V`, `latency_s`, `fall_time_s`.
+    """Numbers of a run: `pedestal_V`, `envelope_peak_V`, `latency_s` and `fall_time_s`.
 
-    pedestal: the envelope at the start; envelope_peak: its largest rise above that; latency: from the first
-    burst's start to the envelope's rise through half its peak; fall_time: from its last fall through half the
-    peak to its last fall through 5 % of it. Both are None in silence.
+    pedestal: the envelope at the start. envelope_peak: its largest rise above that. latency: from the start
+    of the first burst to the envelope's rise through half its peak. fall_time: from its last fall through
+    half the peak to its last fall through 5 % of it. The times are None in silence.
     """
     time, envelope = result.time, result["envelope"]
     rise = envelope - envelope[0]

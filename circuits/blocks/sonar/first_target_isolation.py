@@ -1,10 +1,12 @@
-"""First-target isolation: from the array's first spike to the next call V_ex,max is switched to the supply.
+"""First-target isolation: after the array's first spike it shuts off excitation until the next call.
 
-Cheely & Horiuchi 2003, section 4, say what it does; the circuit and its values are ours. Thirteen nFETs pull
-a line with a pull-up low (wired OR); its inverse sets a latch of two cross-coupled NOR gates, a call resets:
-`q = not (call or q_bar)`, `q_bar = not (set or q)`, `set = spike_0 or ... or spike_12`; a call wins over a
-spike. Two transmission gates put `V_dd` on the output while q is high and the bias `v_ex_max_set` while it is
-low, so that ideally the output is `V_dd` from the first spike after a call to the next call.
+From the first spike on, V_ex,max of all neurons is switched to the supply. Cheely & Horiuchi 2003, section 4,
+say what it does; the circuit and its values are ours. Thirteen nFETs pull a line with a pull-up low (a wired
+OR). The inverse of the line sets a latch of two cross-coupled NOR gates, and a call resets it: `q = not (call
+or q_bar)`, `q_bar = not (set or q)`, `set = spike_0 or ... or spike_12`; a call wins over a spike. Two
+transmission gates put `V_dd` on the output while q is high, and the bias `v_ex_max_set` while it is low. So,
+ideally, the output is `V_dd` from the first spike after a call to the next call.
+
 The latch has two rest states; `rest(v_dd)` starts a run with the array open.
 """
 
@@ -32,7 +34,7 @@ V_EX_MAX = 4.301  # V, of the rebound neuron's facts: I_max 1 nA
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Pull-up in ohm, capacitance in farad; ours.
+    """Pull-up (Ohm) and capacitance of the load (F); ours.
 
     The load is a pad (2 pF) and the gates' side of 13 synapses (20 fF each).
     """
@@ -42,7 +44,7 @@ class Params:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The board: ports spike (13) and call (events in), v_ex_max (out), bias v_ex_max_set and supply."""
+    """The board: ports spike[13], call (events in), v_ex_max_set (bias), v_ex_max (out) and the supply."""
     spike = Port("spike", "event", shape=(NEURONS,))
     ports = (SUPPLY, spike, *event_in("call"), *bias_in("v_ex_max_set"), *analog_out("v_ex_max"))
     devices = (
@@ -66,12 +68,15 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def rest(v_dd: float) -> dict[str, float]:
-    """Start voltages (V) by node of the rest state in which the array is open."""
+    """Start voltages (V), by node, of the rest state in which the array is open; v_dd: V."""
     return {"q": 0.0, "q_bar": v_dd}
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A spike of `neuron` at `spike` (s) and a call at `call` (s), each can be off, within `duration`."""
+    """A spike of `neuron` at `spike` (s) and a call at `call` (s), each of which can be off.
+
+    `duration` is the length of the run, s.
+    """
     stop = stimuli["duration"] or 0.0
     neuron = neuron_index("neuron", stimuli["neuron"])
     spike, call = (() if time is None else (time,) for time in (stimuli["spike"], stimuli["call"]))
@@ -81,10 +86,10 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`set_delay_s`, `reset_delay_s`, `v_ex_max_V` (at the end), `v_ex_max_peak_V`.
+    """Numbers of a run: `set_delay_s`, `reset_delay_s`, `v_ex_max_V` at the end, and `v_ex_max_peak_V`.
 
-    Delays are from the half-supply crossing of the first spike or call to the output's passage half-way
-    between its two levels; None where either does not happen.
+    A delay is from when the first spike or call passes half the supply to when the output passes the middle
+    of its two levels; None where either does not happen.
     """
     process = result.machine.silicon.process
     half, level = 0.5 * process.v_dd, 0.5 * (process.v_dd + float(result["v_ex_max_set"][0]))

@@ -1,10 +1,11 @@
-"""High-threshold neuron: a single spike for the outgoing call, and none for echoes.
+"""High-threshold neuron: it spikes once for the outgoing call, and never for echoes.
 
 It fires when the envelope rises above `v_threshold`, which echoes never reach, and stays silent from then
-until a refractory period after the envelope has fallen below it again: one spike a call, however long.
-Its spike is the call input of the ranging chip. Spikes come from the `spike_generator`.
+until a refractory period after the envelope has fallen below it again: one spike for a call, however long.
+Its spike is the call input of the ranging chip. The spikes come from the circuit of
+`circuits.blocks.sonar.spike_generator`.
 
-Source: Cheely & Horiuchi 2003, section 4, Triggering and Figure 8; the circuit and every number are ours.
+Source: Cheely & Horiuchi 2003, section 4, Triggering and Figure 8. The circuit and every number are ours.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitor in farad, resistor in ohm; both ours."""
+    """Capacitor (F) and resistor (Ohm) of the refractory period; ours."""
 
     refractory_capacitance: float = quantity(470e-12, "F")
     refractory_resistance: float = quantity(11e6, "Ohm")  # 3 ms
@@ -30,7 +31,7 @@ BIASES = (Bias("v_threshold", "v_threshold", "voltage", 1.5), *spike_generator.B
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The neuron: ports envelope (analog in), spike (event out), biases and the supply."""
+    """The neuron: ports envelope (in), spike (event out), biases and the supply."""
     refractory = params.refractory_capacitance, params.refractory_resistance
     generator = spike_generator.generator(*refractory, "envelope")
     ports = (SUPPLY, *analog_in("envelope"), *event_out("spike"), *bias_ports(BIASES))

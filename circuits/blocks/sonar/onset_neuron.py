@@ -1,19 +1,20 @@
-"""Onset neuron: a single spike at the beginning of a sound.
+"""Onset neuron: it spikes once at the beginning of a sound.
 
 It is "triggered by a positive derivative on a signal of sufficient magnitude". An amplifier of fixed gain G,
-cut off at its rails, lets weak echoes be seen and leaves no trace of loud calls; a high-pass follows it
-whose resistor's current is balanced by a source follower `mh`, and an equal branch without the capacitor,
-its follower `mt` with a slightly higher gate, makes the threshold:
+cut off at its rails, lets weak echoes be seen and leaves no trace of loud calls. A high-pass follows, whose
+resistor's current is balanced by a source follower `mh`. An equal branch without the capacitor, whose
+follower `mt` has a slightly higher gate, makes the threshold:
 
     C_h d(v_h - v_amp)/dt = I_S e^((kappa (v_base - V_T0) - v_h) / U_T) - v_h / R_h
     v_threshold - v_h = kappa (v_level - v_base)   at rest
 
-v_h follows a fast rise of the envelope and falls back at the slope `s_h = v_h / (R_h C_h)`; it cannot fall
-far below its rest, because the follower's current grows e-fold in U_T: the neuron is ready again soon
-after the loudest call. Under a steady rise v_h keeps on rising only if `G d envelope/dt > s_h`; a slower
-one, `G d envelope/dt = s`, moves it by `-U_T ln(1 - s / s_h)`. Spikes come from the `spike_generator`.
+v_h follows a fast rise of the envelope and falls back at the slope `s_h = v_h / (R_h C_h)`. It cannot fall
+far below its rest, because the current of the follower grows e-fold in U_T: the neuron is ready again soon
+after the loudest call. Under a steady rise v_h keeps on rising only if `G d envelope/dt > s_h`; a slower one,
+`G d envelope/dt = s`, moves it by `-U_T ln(1 - s / s_h)`. The spikes come from the circuit of
+`circuits.blocks.sonar.spike_generator`.
 
-Source: Cheely & Horiuchi 2003, section 4, Echoes; the circuit and every number here are ours.
+Source: Cheely & Horiuchi 2003, section 4, Echoes. The circuit and every number here are ours.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Resistors in ohm, capacitors in farad, followers' size in metre; all ours."""
+    """Resistors (Ohm), capacitors (F) and size of the followers (m); ours."""
 
     ground_resistance: float = quantity(100e3, "Ohm")  # with the next: G = 10
     feedback_resistance: float = quantity(900e3, "Ohm")
@@ -54,7 +55,7 @@ BIASES = (
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The neuron: ports envelope (analog in), spike (event out), biases and the supply."""
+    """The neuron: ports envelope (in), spike (event out), biases and the supply."""
     width, length = params.follower_width, params.follower_length
     refractory = params.refractory_capacitance, params.refractory_resistance
     return Circuit(

@@ -1,8 +1,8 @@
-"""Closed forms of a rebound neuron, from its own circuit: equations (3) to (17) with its sizes and biases.
+"""Closed forms of a rebound neuron by its own circuit: equations (3) to (17) with its sizes and biases.
 
-`V_inhH` and `V_hl` are not printed in the paper. In weak inversion the diode mi4, gate and drain at V_dd,
-charges C for the call's length t: `V_inhH = v_p + U_T ln(I_S t / (C U_T))`. The starved inverter switches
-where its nFET mi8 carries the limited current: `I_lim = I_S ln^2(1 + e^(v_p / 2U_T))`.
+The paper does not print `V_inhH` and `V_hl`. In weak inversion the diode mi4, with gate and drain at V_dd,
+charges C for the length t of the call: `V_inhH = v_p + U_T ln(I_S t / (C U_T))`. The starved inverter
+switches where its nFET mi8 carries the limited current: `I_lim = I_S ln^2(1 + e^(v_p / 2U_T))`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from circuits.silicon.silicon import Silicon
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Parameters with the drawn capacitors, and with all capacitance that loads the nodes."""
+    """Parameters of the closed forms: with the drawn capacitors, and with all capacitance at the nodes."""
 
     drawn: eq.ReboundParameters
     loaded: eq.ReboundParameters

@@ -1,4 +1,4 @@
-"""Equations (1) to (17) of Cheely & Horiuchi (2003): the printed form beside the corrected one."""
+"""Equations (1) to (17) of Cheely & Horiuchi (2003), each as printed and as corrected."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from circuits.blocks.sonar import rebound_equations as eq
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """One equation of the paper. `corrected` is None where the print holds under its own assumptions.
+    """One equation of the paper, as printed and as corrected.
 
-    Both functions take a `ReboundParameters` first; `printed_form` and `corrected_form` are their texts.
+    printed, corrected: functions that take `ReboundParameters` first; `corrected` is None where the print
+    holds under its own assumptions. printed_form, corrected_form: their texts. difference: what differs.
     """
 
     number: int

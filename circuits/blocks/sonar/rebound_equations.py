@@ -1,12 +1,14 @@
-"""Closed forms of the rebound neuron: equations (1) to (17) as printed, and corrected where they are wrong.
+"""Closed forms of the rebound neuron: equations (1) to (17) as printed, and corrected where needed.
 
-The print writes V_T (in (8) and (9) also V_t) for the thermal voltage k T / q, here U_T, and one I_0 for both
-polarities; here I_0n is the nFET's and I_0p the pFET's. Bulks: nFET at ground, pFET at V_dd; (5) and (8)
-require it. `EQUATIONS` lists the printed form beside the corrected one, with what differs.
+The print writes V_T (in (8) and (9) also V_t) for the thermal voltage k T / q, which is U_T here, and one I_0
+for both polarities; here I_0n is that of the nFET and I_0p that of the pFET. The bulk of an nFET is at ground
+and that of a pFET at V_dd, as (5) and (8) require. `rebound_equation_table.EQUATIONS` lists the printed form
+beside the corrected one, and says what differs.
 
 Every function takes scalars in SI units and returns one: V for voltages, to ground unless said (`v_gb` is
-gate to bulk); A for `i_*`; s for `t_*` and durations; V/s for rates. Symbols are those of
-`ReboundParameters`. Corrections are ours; each derivation stands at its function.
+from gate to bulk); A for `i_*`; s for `t_*` and durations; V/s for rates. Symbols are those of
+`ReboundParameters`. The corrections are ours, and each derivation stands at its function.
+
 Source: M. Cheely, T. Horiuchi, "Analog VLSI Models of Range-Tuned Neurons in the Bat Echolocation System",
 EURASIP Journal on Applied Signal Processing 2003:7.
 """

@@ -1,9 +1,9 @@
 """Rebound neuron: a range-tuned neuron that fires when an echo meets its postinhibitory rebound.
 
-Five sub-circuits (Cheely & Horiuchi 2003, Figure 3): an inhibitory synapse started by the call, membrane
-dynamics with a slow restoring node, an excitatory synapse started by the echo, a comparator, an axon.
-The paper's schematic is reconstructed: topology from its text, sizes ours (the feasibility study's guesses),
-C_m, C_r, C_ex and C_inh from the paper; C_ax, C_fb and the membrane reset (ma8) ours.
+It has five sub-circuits (Cheely & Horiuchi 2003, Figure 3): an inhibitory synapse that the call starts, a
+membrane with a slow restoring node, an excitatory synapse that the echo starts, a comparator, and an axon.
+The schematic of the paper is reconstructed. The topology is from its text and the capacitors C_m, C_r, C_ex
+and C_inh are the paper's; the sizes, C_ax, C_fb and the reset of the membrane (ma8) are ours.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad."""
+    """Capacitors, F: those of the paper, and ours where the field says so."""
 
     membrane_capacitance: float = quantity(600e-15, "F")
     rebound_capacitance: float = quantity(600e-15, "F")
@@ -51,7 +51,7 @@ def _inverter(p: str, n: str, a: str, y: str, top: str = "vdd") -> tuple[Device,
 
 
 def inhibitory_synapse(params: Params) -> Circuit:
-    """The call charges C_inh through a diode, I_inh_tau empties it; while it is high v_mem is held down."""
+    """The call charges C_inh through a diode and I_inh_tau empties it; until then v_mem is held down."""
     return Circuit(
         "inhibitory_synapse",
         (SUPPLY, *event_in("call"), *analog_out("v_mem"), *bias_in("v_inh_tau", "v_ilim")),
@@ -71,7 +71,7 @@ def inhibitory_synapse(params: Params) -> Circuit:
 
 
 def membrane(params: Params) -> Circuit:
-    """C_m, charged by I_rslope, tied to V_rest through m1, whose gate v_r follows at I_rtau / C_r."""
+    """C_m, charged by I_rslope and tied to V_rest by m1, whose gate v_r follows v_mem at I_rtau / C_r."""
     return Circuit(
         "membrane",
         (SUPPLY, *analog_out("v_mem"), *bias_in("v_rest", "v_rslope", "v_rtau")),
@@ -87,7 +87,7 @@ def membrane(params: Params) -> Circuit:
 
 
 def excitatory_synapse(params: Params) -> Circuit:
-    """The echo pulls v_ex to V_ex,max; I_ex_tau charges it back: the output current decays exponentially."""
+    """The echo pulls v_ex to V_ex,max, and I_ex_tau charges it back: the current decays exponentially."""
     return Circuit(
         "excitatory_synapse",
         (SUPPLY, *event_in("echo"), *analog_out("v_mem"), *bias_in("v_ex_max", "v_ex_tau")),
@@ -102,7 +102,7 @@ def excitatory_synapse(params: Params) -> Circuit:
 
 
 def comparator(params: Params) -> Circuit:
-    """Differential pair: charges the axon's input while v_mem is above V_th."""
+    """A differential pair that charges the input of the axon while v_mem is above V_th."""
     return Circuit(
         "comparator",
         (SUPPLY, *analog_in("v_mem"), *analog_out("v_ax"), *bias_in("v_th", "v_bcmp")),
@@ -117,7 +117,7 @@ def comparator(params: Params) -> Circuit:
 
 
 def axon(params: Params) -> Circuit:
-    """Axon-hillock: two inverters with capacitive feedback; a spike resets v_ax at I_pw, and v_mem."""
+    """The axon hillock: two inverters with capacitive feedback; a spike resets v_ax, at I_pw, and v_mem."""
     return Circuit(
         "axon",
         (SUPPLY, *analog_out("v_ax", "v_mem"), *event_out("spike"), *bias_in("v_ilim", "v_pw")),
@@ -179,7 +179,7 @@ BIAS_SETS: Mapping[str, Mapping[str, float]] = {
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The neuron: ports call, echo (events in), v_mem (analog), spike (event out), biases and supply."""
+    """The neuron: ports call, echo (events in), v_mem (analog), spike (event out), biases and the supply."""
     instances = (
         inhibitory_synapse(params).instance("inhibition"),
         membrane(params).instance("membrane"),
@@ -198,7 +198,10 @@ NOMINAL_RELEASE = 7e-3  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A call at 1 ms and an echo `delay` later; either can be off. `duration` overrides the length."""
+    """A call at 1 ms and an echo `delay` (s) later, each of which can be off.
+
+    `duration` is another length of the run, s. Raises `ParameterError` for a delay below zero.
+    """
     delay = stimuli["delay"] or 0.0
     if delay < 0.0:
         raise ParameterError(f"delay: {delay:g} s, must be >= 0; the echo follows the call")
@@ -210,11 +213,11 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`t_inh_s`, `t_reb_s`, `v_mem_peak_V`.
+    """Numbers of a run: `t_inh_s`, `t_reb_s` and `v_mem_peak_V`.
 
-    t_inh: from the call's edge to the fall of the inhibition gate (node inhibition.b) through half the
-    supply; t_reb: from there to the peak of v_mem, or to the spike that ends the rise; None without a call.
-    v_mem_peak: largest v_mem after the release, or over the whole run without a call.
+    t_inh: from the edge of the call to the fall of the inhibition's gate (node inhibition.b) through half the
+    supply. t_reb: from there to the peak of v_mem, or to the spike that ends the rise. Both are None without
+    a call. v_mem_peak: the largest v_mem after the release, or over the whole run without a call.
     """
     call, release = rise(result, "call"), fall(result, "inhibition.b")
     v_mem = result["v_mem"]

@@ -1,9 +1,10 @@
-"""Spikes of a rebound neuron after one facilitating echo: one, or a burst.
+"""How often a rebound neuron spikes after one facilitating echo: once, or in a burst.
 
-The neuron's best delay is measured, then a call and an echo that much later are run until a whole rebound has
-passed without a spike: the echo current only falls, so that none can follow. "The rebound chip can be tuned
-to respond with one or multiple spikes to a facilitative stimulus" (Cheely & Horiuchi 2003, section 3); the
-biases do it, see `BIAS_SETS` of the block. A neuron that does not work has no count.
+The best delay of the neuron is measured. Then a call and an echo that much later are run until a whole
+rebound has passed without a spike; since the echo current only falls, none can follow. "The rebound chip can
+be tuned to respond with one or multiple spikes to a facilitative stimulus" (Cheely & Horiuchi 2003, section
+3): the biases do it, see `BIAS_SETS` of `circuits.blocks.sonar.rebound_neuron`. A neuron that does not work
+has no count.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ MOST = 1000  # spikes at which a neuron that goes on is cut off
 
 @dataclass(frozen=True, slots=True)
 class SpikeCount:
-    """A neuron's tuning and its spikes after a call and an echo at its best delay; NaN unless it works."""
+    """A neuron's tuning, and its spikes after a call and an echo at its best delay; NaN unless it works."""
 
     tuning: Tuning
     spikes: float = math.nan
@@ -38,7 +39,7 @@ class SpikeCount:
 def count_spikes(machine: Machine, rtol: float = TUNING_RTOL) -> SpikeCount:
     """Spikes that an echo at its best delay makes in the neuron of a `tuning_machine`.
 
-    A solve that gives up makes the class `failed`, with the reason; it raises nothing.
+    Where the solver gives up, the class is `failed` and has the reason; nothing is raised.
     """
     tuning = tune(machine, rtol)
     if tuning.outcome is not NeuronClass.WORKS:

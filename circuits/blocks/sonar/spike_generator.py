@@ -1,20 +1,22 @@
 """Spike generator: one spike when its input rises above a threshold, and none while it stays there.
 
-Shared by the onset neuron and the high-threshold neuron. Three parts:
+The onset neuron and the high-threshold neuron share it. It has three parts:
 
-* comparator: a differential pair with tail current I_cmp; the axon's input gets
-  `I_cmp tanh(kappa_p (v_in - v_threshold) / 2 U_T)`, and node `v_active` is high while the input is above
-  the threshold;
-* axon: that of the rebound neuron, with larger capacitors. Its spike also empties C_ref (node `v_ref`);
-* refractory: R_ref charges C_ref towards the supply. Until `v_ref` passes the inverter's threshold V_inv the
-  axon's input is held down at I_pw; while the input stays above the threshold `v_ref` is held at ground.
+* comparator: a differential pair with the tail current I_cmp. The input of the axon gets
+  `I_cmp tanh(kappa_p (v_in - v_threshold) / 2 U_T)`, and the node `v_active` is high while the input is above
+  the threshold.
+* axon: that of the rebound neuron, with larger capacitors. Its spike also empties C_ref (node `v_ref`).
+* refractory: R_ref charges C_ref towards the supply. Until `v_ref` passes the threshold V_inv of an inverter,
+  the input of the axon is held down at I_pw; while the input stays above the threshold, `v_ref` is held at
+  ground.
 
 So the neuron is silent from its spike until `R_ref C_ref ln(V_dd / (V_dd - V_inv))` after the input has
-fallen below the threshold, about `0.6 R_ref C_ref`. Resistor and capacitor keep that time over temperature.
-The spike lasts about `V_dd C_fb / (2 I_pw - I_cmp)`, C_fb the axon's feedback.
+fallen below the threshold, which is about `0.6 R_ref C_ref`. A resistor and a capacitor keep that time over
+temperature. The spike lasts about `V_dd C_fb / (2 I_pw - I_cmp)`, C_fb being the feedback of the axon.
 
-Sources: the axon is that of Cheely & Horiuchi 2003, Figure 3 (their reference 22); comparator sizes,
-refractory part and every number here are ours. The pair is large: mismatch shifts its threshold by 3 mV.
+Sources: the axon is that of Cheely & Horiuchi 2003, Figure 3 (their reference 22). The sizes of the
+comparator, the refractory part and every number here are ours. The pair is large: mismatch shifts its
+threshold by 3 mV.
 """
 
 from __future__ import annotations
@@ -43,7 +45,7 @@ from circuits.testbench import Testbench
 
 @dataclass(frozen=True, slots=True)
 class GeneratorParams:
-    """Capacitors in farad, resistor in ohm; all ours."""
+    """Capacitors (F) and resistor (Ohm); ours."""
 
     axon_capacitance: float = 2e-12
     feedback_capacitance: float = 1e-12
@@ -52,9 +54,9 @@ class GeneratorParams:
 
 
 def comparator() -> Circuit:
-    """Differential pair that charges `v_ax`, and a copy of one side that drives `v_active`.
+    """A differential pair that charges `v_ax`, and a copy of one of its sides that drives `v_active`.
 
-    mc7 is 0.65 of the tail: `v_active` rises while mc1 carries less than that, just below the threshold.
+    mc7 carries 0.65 of the tail: `v_active` rises while mc1 carries less than that, just below the threshold.
     """
     inputs = analog_in("v_in", "v_threshold")
     return Circuit(
@@ -73,7 +75,7 @@ def comparator() -> Circuit:
 
 
 def refractory(params: GeneratorParams) -> Circuit:
-    """C_ref, emptied by the axon's spike, holds `v_ax` down until R_ref has filled it."""
+    """C_ref, which the axon's spike empties, holds `v_ax` down until R_ref has filled it again."""
     return Circuit(
         "refractory",
         (SUPPLY, *analog_out("v_ref", "v_ax"), *analog_in("v_active"), *bias_in("v_pw")),
@@ -91,7 +93,7 @@ def refractory(params: GeneratorParams) -> Circuit:
 
 
 def spike_generator(params: GeneratorParams) -> Circuit:
-    """Ports v_in, v_threshold (analog in), spike (event out), v_bcmp, v_ilim, v_pw (bias), supply."""
+    """The circuit: ports v_in, v_threshold (in), spike (event out), v_bcmp, v_ilim, v_pw and the supply."""
     spiking = axon(
         RangingParams(
             axon_capacitance=params.axon_capacitance, feedback_capacitance=params.feedback_capacitance
@@ -108,7 +110,10 @@ def spike_generator(params: GeneratorParams) -> Circuit:
 
 
 def generator(capacitance: float, resistance: float, v_in: str) -> Instance:
-    """A spike generator called `generator` at node `v_in`, with its refractory C_ref (F) and R_ref (Ohm)."""
+    """A spike generator called `generator` at node `v_in`.
+
+    capacitance, resistance: C_ref (F) and R_ref (Ohm) of its refractory part.
+    """
     params = GeneratorParams(refractory_capacitance=capacitance, refractory_resistance=resistance)
     return spike_generator(params).instance("generator", v_in=v_in)
 
@@ -126,7 +131,7 @@ PEDESTAL = 0.15  # V, ours: the envelope detector's output in silence
 
 
 def sound_stimuli(amplitude: float) -> tuple[Stimulus, ...]:
-    """Stimuli of a neuron that listens to an envelope: a trapezoid, and a second one."""
+    """Knobs of a neuron that listens to an envelope: two sounds, the first `amplitude` (V) high."""
     return (
         Stimulus("amplitude", "V", amplitude, "height of the first sound's envelope"),
         Stimulus("second_amplitude", "V", None, "height of a second sound's envelope", can_be_off=True),
@@ -137,7 +142,10 @@ def sound_stimuli(amplitude: float) -> tuple[Stimulus, ...]:
 
 
 def envelope_testbench(title: str, circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Trapezoids of the envelope on its pedestal, at 0.5 ms and `delay` later."""
+    """One or two sounds: trapezoids of the envelope on its pedestal, at 0.5 ms and `delay` (s) later.
+
+    Raises `ParameterError` for edges that do not fit into a sound.
+    """
     values = {name: value or 0.0 for name, value in stimuli.items()}
     rise, duration, delay = values["rise_time"], values["duration"], values["delay"]
     if not 0.0 < 2.0 * rise <= duration:
@@ -156,11 +164,11 @@ def envelope_testbench(title: str, circuit: Circuit, stimuli: Values, v_dd: floa
 
 
 def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, float | None]:
-    """`latency_s`, `interval_s`, `spike_width_s`, `margin_V`.
+    """Numbers of a run: `latency_s`, `interval_s`, `spike_width_s` and `margin_V`.
 
-    latency: from the first sound's start to the first spike; interval: from there to the second spike;
-    spike_width: of the first spike at half the supply; None without such a spike. margin: the largest of
-    node `signal` minus node `threshold`, below 0 where there is no reason to fire.
+    latency: from the start of the first sound to the first spike. interval: from there to the second spike.
+    spike_width: of the first spike at half the supply. All are None without such a spike. margin: the largest
+    difference of node `signal` to node `threshold`, below zero where there is no reason to fire.
     """
     spikes = result.spikes["spike"]
     return {
@@ -175,9 +183,10 @@ def listening_block(
     name: str, summary: str, params: type, build: Callable[[Any], Circuit], amplitude: float,
     plotted: tuple[str, ...], signal: str = "envelope",
 ) -> Block:  # fmt: skip
-    """A neuron that listens to an envelope and spikes where node `signal` is above `v_threshold`.
+    """The block of a neuron that listens to an envelope, and spikes where `signal` is above `v_threshold`.
 
-    Its testbench gives it trapezoids of the envelope on its pedestal, by default one of `amplitude` (V).
+    amplitude: height (V) of the sound that its testbench gives it by default. signal: the node that is
+    compared. The other arguments are those of `Block`.
     """
     return Block(
         name=name,

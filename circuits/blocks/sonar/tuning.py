@@ -1,12 +1,12 @@
-"""Best delay and outcome class of a rebound neuron.
+"""Tuning of a rebound neuron: its best delay, and the class of what it does.
 
-An echo `d` after the call facilitates when the neuron fires. The best delay is the midpoint of the
-facilitating interval, its edges bisected to 10 us. A neuron has a best delay only when it works: when it is
-silent at rest, after a call without an echo and after an echo without a call. Anything else is a class of its
-own and a result, never dropped.
+An echo at a delay after the call facilitates when the neuron fires. The best delay is the middle of the
+facilitating interval, whose edges are bisected to 10 us. A neuron has a best delay only when it works: when
+it is silent at rest, after a call without an echo, and after an echo without a call. Anything else is a class
+of its own, which is a result too and is never dropped.
 
-The search asks an engine (`Trials`), so that another simulator can be asked the same. The solver's runs the
-call once; every echo resumes from a state kept shortly before it.
+The search asks an engine (`Trials`), so that another simulator can be asked the same. The one of the solver
+runs the call once; every echo goes on from a state that was kept shortly before it.
 """
 
 from __future__ import annotations
@@ -59,10 +59,11 @@ class NeuronClass(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """Tuning of one neuron. Times in s; NaN where not defined. `reason`: why a sample failed.
+    """Tuning of a neuron. Times are in s, and NaN where they are not defined.
 
-    first, last: edges of the facilitating interval; t_inh: from the call to the release of the inhibition;
-    t_reb: from there to the peak of v_mem after a call alone.
+    first, last: edges of the facilitating interval. t_inh: from the call to the release of the inhibition.
+    t_reb: from there to the peak of v_mem after a call alone. reason: why a sample failed, empty unless it
+    did.
     """
 
     outcome: NeuronClass
@@ -74,7 +75,7 @@ class Tuning:
 
     @property
     def best_delay(self) -> float:
-        """Midpoint of the facilitating interval, s."""
+        """Middle of the facilitating interval, s."""
         return 0.5 * (self.first + self.last)
 
     @property
@@ -84,7 +85,7 @@ class Tuning:
 
 
 def tuning_machine(neuron: Circuit, silicon: Silicon) -> Machine:
-    """The neuron with call and echo driven from outside."""
+    """The neuron on its silicon, with call and echo driven from outside while a run goes on."""
     sources = (
         Source("vdd", "vdd", Constant(silicon.process.v_dd)),
         Source("call", "call", Driven(0.0)),
@@ -96,7 +97,7 @@ def tuning_machine(neuron: Circuit, silicon: Silicon) -> Machine:
 def tune(machine: Machine, rtol: float = TUNING_RTOL) -> Tuning:
     """Class, best delay and release of the neuron of a `tuning_machine`.
 
-    A solve that gives up makes the class `failed`, with the reason; it raises nothing.
+    Where the solver gives up, the class is `failed` and has the reason; nothing is raised.
     """
     try:
         return search(SolverTrials(machine, rtol))
@@ -106,7 +107,7 @@ def tune(machine: Machine, rtol: float = TUNING_RTOL) -> Tuning:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """The run after a call at time 0 without an echo. Times in s; `latest`: when the rebound is over."""
+    """What a run after a call at time 0 without an echo shows, s; `latest`: when the rebound is over."""
 
     fires: bool
     t_inh: float
@@ -115,7 +116,7 @@ class Call:
 
 
 class Trials(ABC):
-    """What the search asks of an engine: whether one neuron on one die, at rest at time 0, fires in a run."""
+    """What the search asks of an engine: whether a neuron on a die, at rest at time 0, fires in a run."""
 
     @abstractmethod
     def fires_at_rest(self, until: float) -> bool:
@@ -135,7 +136,7 @@ class Trials(ABC):
 
 
 def search(trials: Trials) -> Tuning:
-    """Class and best delay of a neuron, whatever the engine."""
+    """Class and best delay of a neuron by the answers of an engine, whichever it is."""
     if trials.fires_at_rest(_REST):
         return Tuning(NeuronClass.REST_FIRES)
     call = trials.after_call()
@@ -153,7 +154,7 @@ def search(trials: Trials) -> Tuning:
 
 @final
 class SolverTrials(Trials):
-    """Trials by the solver; echoes after a call go on from states kept on its way."""
+    """The solver as an engine; echoes after a call go on from states that were kept on its way."""
 
     def __init__(self, machine: Machine, rtol: float) -> None:
         """Find the rest state; `SolverError` where there is none."""
@@ -214,7 +215,7 @@ class SolverTrials(Trials):
 
 
 def event_pulse(machine: Machine, start: float) -> Polyline:
-    """An event at `start`, s."""
+    """An event at `start` (s) as a polyline, on the supply of a machine's process."""
     return pulse_line(start, machine.silicon.process.v_dd)
 
 

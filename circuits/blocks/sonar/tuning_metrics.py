@@ -1,4 +1,4 @@
-"""Metrics of a rebound neuron's tuning; all but the number of spikes come from one `tune`."""
+"""Metrics of a rebound neuron's tuning, all of which come from one `tune` but for the number of spikes."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from circuits.blocks.sonar.tuning import NeuronClass, Tuning, tune, tuning_machi
 
 
 def shown(tuning: Tuning) -> Mapping[str, float | None]:
-    """Stimuli of the testbench that show a tuning: the pulses by which the neuron's class was decided.
+    """Knobs of the testbench that show a tuning: the pulses by which the class of the neuron was decided.
 
-    A neuron that works has an echo at its best delay, one that never fires at the peak of its rebound.
+    A neuron that works has an echo at its best delay, and one that never fires has it at the peak of its
+    rebound.
     """
     call = None if tuning.outcome in _WITHOUT_CALL else 1.0
     echo = None if tuning.outcome in _WITHOUT_ECHO else 1.0

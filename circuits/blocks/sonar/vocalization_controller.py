@@ -1,17 +1,19 @@
-"""Vocalization controller: call rate rises and amplitude falls, both linearly, with the proximity voltage.
+"""Vocalization controller: with the proximity voltage calls become faster and softer, both linearly.
 
-Cheely & Horiuchi 2003, section 4 and Figure 10, give the two linear laws and no schematic: topology and all
-values are ours. Board parts on the process's supply.
+Cheely & Horiuchi 2003, section 4 and Figure 10, give the two linear laws and no schematic: the topology and
+all values are ours. The parts are those of a board, on the supply of the process.
 
-Voltage to current: a resistor network mixes proximity and supply, an amplifier puts the mix on R:
-`v_x = (v_prox G_in + V_dd G_off) / (G_in + G_off + G_gnd)`, `I = v_x / R`.
-Oscillator: I charges C until the comparator's upper threshold, where the call rises and a transistor empties
-C through R_d down to the lower threshold; the call lasts as long as that:
-`1/f = C (V_hi - V_lo) / I + t_call`, `t_call = R_d C ln[(V_hi - I R_d) / (V_lo - I R_d)]`,
-`V_lo = V_dd G_top / G`, `V_hi = V_dd (G_top + G_fb) / G`, `G = G_top + G_bottom + G_fb`.
-Amplitude: an inverting amplifier about a fraction of the supply:
-`a = V_dd r_b / (r_t + r_b) (1 + R_f / R_i) - v_control R_f / R_i`.
-While `enable` is low C is held empty, so that the first call comes one interval after it rises.
+From voltage to current: a network of resistors mixes proximity and supply, and an amplifier puts the mix on
+R: `v_x = (v_prox G_in + V_dd G_off) / (G_in + G_off + G_gnd)`, `I = v_x / R`.
+
+Oscillator: I charges C up to the upper threshold of a comparator, where the call rises and a transistor
+empties C through R_d down to the lower threshold; the call lasts as long as that. `1/f = C (V_hi - V_lo) / I
++ t_call`, `t_call = R_d C ln[(V_hi - I R_d) / (V_lo - I R_d)]`, with `V_lo = V_dd G_top / G`, `V_hi = V_dd
+(G_top + G_fb) / G` and `G = G_top + G_bottom + G_fb`. While `enable` is low C is held empty, so that the
+first call comes one interval after it rises.
+
+Amplitude: an inverting amplifier about a fraction of the supply, `a = V_dd r_b / (r_t + r_b) (1 + R_f / R_i)
+- v_control R_f / R_i`.
 """
 
 from __future__ import annotations
@@ -38,9 +40,9 @@ COMPARATOR_CAPACITANCE = 1e-9  # F; ours
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Resistances in ohm, capacitance in farad; ours: 5 Hz at 0 V, 30 Hz at 3 V, 4.5 V falling to 0.9 V.
+    """Resistances (Ohm) and capacitance (F); ours: 5 Hz at 0 V, 30 Hz at 3 V, 4.5 V falling to 0.9 V.
 
-    The shortest call interval in use, 33 ms at 3 V, stays above the longest best delay of the array (28 ms).
+    The shortest interval in use, 33 ms at 3 V, stays above the longest best delay of the array, 28 ms.
     """
 
     mix_input_resistance: float = quantity(100e3, "Ohm")
@@ -59,7 +61,7 @@ class Params:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """The board: ports proximity, amplitude_control, enable (in), call, amplitude (out) and supply."""
+    """The board: ports proximity, amplitude_control, enable (in), call, amplitude (out) and the supply."""
     inputs = analog_in("proximity", "amplitude_control", "enable")
     ports = (SUPPLY, *inputs, *event_out("call"), *analog_out("amplitude"))
     devices = (*_current(params), *_oscillator(params), *_amplitude(params))
@@ -113,7 +115,7 @@ def _amplitude(params: Params) -> tuple[Device, ...]:
 
 
 def thresholds(params: Params, v_dd: float) -> tuple[float, float]:
-    """(V_lo, V_hi): the ramp voltages at which a call ends and begins, V."""
+    """Ramp voltages V_lo and V_hi at which a call ends and begins, V; v_dd: supply, V."""
     top = 1.0 / params.threshold_top_resistance
     feedback = 1.0 / (params.threshold_feedback_resistance + COMPARATOR_RESISTANCE)
     total = top + feedback + 1.0 / params.threshold_bottom_resistance
@@ -121,28 +123,28 @@ def thresholds(params: Params, v_dd: float) -> tuple[float, float]:
 
 
 def ramp_current(params: Params, proximity: float, v_dd: float) -> float:
-    """Current that charges the ramp at a proximity voltage (V), A."""
+    """Current that charges the ramp at a proximity voltage (V), A; v_dd: supply, V."""
     inward, offset = 1.0 / params.mix_input_resistance, 1.0 / params.mix_offset_resistance
     total = inward + offset + 1.0 / params.mix_ground_resistance
     return (proximity * inward + v_dd * offset) / total / params.current_resistance
 
 
 def call_width(params: Params, proximity: float, v_dd: float) -> float:
-    """Length of a call's pulse at a proximity voltage (V), s."""
+    """Length of a call's pulse at a proximity voltage (V), s; v_dd: supply, V."""
     low, high = thresholds(params, v_dd)
     rest = ramp_current(params, proximity, v_dd) * params.discharge_resistance
     return params.discharge_resistance * params.ramp_capacitance * math.log((high - rest) / (low - rest))
 
 
 def call_rate(params: Params, proximity: float, v_dd: float) -> float:
-    """Call rate at a constant proximity voltage (V), Hz."""
+    """Rate of the calls at a constant proximity voltage (V), Hz; v_dd: supply, V."""
     low, high = thresholds(params, v_dd)
     charging = params.ramp_capacitance * (high - low) / ramp_current(params, proximity, v_dd)
     return 1.0 / (charging + call_width(params, proximity, v_dd))
 
 
 def amplitude_law(params: Params, v_dd: float) -> tuple[float, float]:
-    """(intercept V, slope V/V) of the amplitude against its control voltage; the slope is negative."""
+    """Intercept (V) and slope (V/V, below zero) of the amplitude against its control voltage."""
     ratio = params.amplitude_feedback_resistance / params.amplitude_input_resistance
     bottom = params.amplitude_bottom_resistance
     return v_dd * bottom / (params.amplitude_top_resistance + bottom) * (1.0 + ratio), -ratio
@@ -154,7 +156,10 @@ INTERVALS = 2.5  # call intervals in a run of default length; ours
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """Constant `proximity`; `amplitude_control` off is proximity. `duration` overrides 2.5 intervals."""
+    """A constant `proximity` (V), which is also the control of the amplitude unless that is given.
+
+    A run lasts 2.5 intervals between calls unless `duration` (s) is given.
+    """
     proximity, control = stimuli["proximity"] or 0.0, stimuli["amplitude_control"]
     stop = stimuli["duration"] or ENABLE_TIME + INTERVALS / call_rate(Params(), max(proximity, 0.0), v_dd)
     sources = powered(
@@ -169,9 +174,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`first_call_s`, `call_rate_Hz`, `amplitude_V` (at the end).
+    """Numbers of a run: `first_call_s`, `call_rate_Hz`, and `amplitude_V` at the end.
 
-    The first call counts from the enabling; the rate is that of the last interval, None without one.
+    The first call counts from the enabling, and the rate is that of the last interval; None without one.
     """
     return {
         "first_call_s": latency(result, rise(result, "enable") or 0.0, "call"),

@@ -1,29 +1,30 @@
-"""Axonal delay element: a step comes out a unit times the code after the cell has fired, code 1 to 31.
+"""Axonal delay element: its output follows the firing of a cell after a delay proportional to a code.
 
-While `fired` is low, `mr` holds the ramp at the supply. Once it is high, the starved sink `ms` discharges
-what hangs on the ramp, until the ramp passes v_ref and the comparator steps `delayed`:
+The code is from 1 to 31. While `fired` is low, `mr` holds the ramp at the supply. Once it is high, the
+starved sink `ms` discharges what hangs on the ramp, until the ramp passes v_ref and the comparator steps
+`delayed`:
 
     D = [(C_0 + C_o + w) (V_dd - v_ref) - C_o V_dd] / I + t_c,      w = code C_u
 
-A splitting converter of currents would give 1/code; switched capacitors make the delay affine in the code,
-because charge is linear in the capacitance. Bit k ties its capacitor C_k to the supply by the pFET `mb`.
-While it is off, that plate follows the ramp on the parasitic C_p of its switches, so that the bit adds `C_k^2
-/ (C_k + C_p)`: C_k is chosen so that this is 2^k C_u. pFETs, because an nFET to ground would leak 10^4 times
-more at these thresholds, and would be turned on by a plate that a falling ramp pulls below ground. At rest
-`mp` holds the plates at the supply, whatever the bits were.
+A converter that splits currents would give a delay of 1/code. Switched capacitors make the delay affine in
+the code, because charge is linear in the capacitance. Bit k ties its capacitor C_k to the supply by the pFET
+`mb`. While the bit is off, that plate follows the ramp on the parasitic C_p of its switches, so that the bit
+adds `C_k^2 / (C_k + C_p)`; C_k is chosen so that this is 2^k C_u. The switches are pFETs, because an nFET to
+ground would leak 10^4 times more at these thresholds, and would be turned on by a plate that a falling ramp
+pulls below ground. At rest `mp` holds the plates at the supply, whatever the bits were.
 
 C_o takes a fixed charge off the ramp as the cell fires, after `mr` has let go. It cancels the delay of the
 parasitics C_0 and of the comparator, so that the delay is proportional to the code, within 1.2 us on the
-nominal die at 27 degC. The share of the parasitics scales with 1/I and cancels at every current, the
-comparator's does not: the offset is 1 us at a unit of 10 us and -2.8 % of a unit at 1 ms. Integral
+nominal die at 27 degC. The share of the parasitics scales with 1/I and cancels at every current; that of the
+comparator does not: the offset is 1 us at a unit of 10 us, and -2.8 % of a unit at 1 ms. The integral
 non-linearity, the largest distance from the best line over the 31 codes, is 0.037 % of full scale (0.032 to
-0.043 % from -10 to 65 degC): the comparator's delay against the slope of the ramp, and the edge that releases
-floating plates.
+0.043 % from -10 to 65 degC). It comes from the delay of the comparator, which depends on the slope of the
+ramp, and from the edge that releases floating plates.
 
 The element is ready again 2 us after the reset, a fiftieth of a unit. The bits are read while it runs.
 
-Source: a delay that follows a cost, Hwu et al. 2018, equations (4) and (5); the circuit and all numbers are
-ours. Not modelled: mismatch of capacitors (devices of this project have none but transistors).
+Source: a delay that follows a cost, Hwu et al. 2018, equations (4) and (5). The circuit and all numbers are
+ours. The mismatch of capacitors is not modelled: here only transistors have mismatch.
 """
 
 from __future__ import annotations
@@ -55,10 +56,7 @@ SWITCH = (3.0, 1.5)  # um, of every bit, and of its reset
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Capacitors in farad, the sink's size in metre; all ours.
-
-    Raises `ParameterError` unless all are above 0.
-    """
+    """Capacitors (F) and size of the sink (m); ours. Raises `ParameterError` unless all are above zero."""
 
     unit_capacitance: float = quantity(100e-15, "F")  # C_u
     offset_capacitance: float = quantity(157e-15, "F")  # C_o
@@ -79,24 +77,27 @@ BIASES = (
 
 
 def bit_capacitance(weight: float) -> float:
-    """C_k, F, of a bit that adds `weight` F to the ramp: `weight = C_k^2 / (C_k + C_p)`."""
+    """C_k (F) of a bit that adds `weight` F to the ramp, from `weight = C_k^2 / (C_k + C_p)`."""
     model = AMI_1500.p
     parasitic = 2.0 * (model.overlap_capacitance + model.junction_capacitance) * SWITCH[0] * UM
     return 0.5 * (weight + math.sqrt(weight**2 + 4.0 * weight * parasitic))
 
 
 def code_voltages(code: float, v_dd: float) -> tuple[float, ...]:
-    """Voltages of v_code, least bit first, float[5], V. Raises `ParameterError` outside 0 to 31."""
+    """Voltages of v_code for a code, float[5], V, the least bit first.
+
+    Raises `ParameterError` for a code that is no whole number from 0 to 31.
+    """
     if code != int(code) or not 0 <= code <= HIGHEST:
         raise ParameterError(f"code: {code:g}, must be a whole number from 0 to {HIGHEST}")
     return tuple(v_dd if int(code) >> k & 1 else 0.0 for k in range(BITS))
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports fired (event in), delayed (event out), v_code[5], biases and the supply.
+    """The element: ports fired (event in), delayed (event out), v_code[5], biases and the supply.
 
-    v_code takes the code's bits, least first, as levels of the supply from the memory that holds the map; it
-    has no value of its own.
+    v_code takes the bits of the code, the least first, as levels of the supply from the memory that holds the
+    map; no bias sets it.
     """
     code = Port("v_code", "bias", "in", (BITS,))
     ports = (SUPPLY, *event_in("fired"), *event_out("delayed"), code, *bias_ports(BIASES))
@@ -137,7 +138,10 @@ EDGE = 0.1e-6  # s
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """`fired` rises at 20 us and falls for the last tenth of the run, twice the nominal delay by default."""
+    """`fired` rises at 20 us, and falls for the last tenth of a run of twice the nominal delay.
+
+    `duration` is another length of the run, s.
+    """
     code = stimuli["code"] or 0.0
     bits = code_voltages(code, v_dd)
     stop = stimuli["duration"] or FIRE_TIME + 2.0 * (code + 1.0) * UNIT
@@ -149,9 +153,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`delay_s`, `recovery_s`.
+    """Numbers of a run: `delay_s` and `recovery_s`.
 
-    delay: from half the supply at `fired` to half at `delayed`; recovery: likewise back, after the reset.
+    delay: from half the supply at `fired` to half at `delayed`. recovery: likewise back, after the reset.
     None where there is no such edge in the run.
     """
     return {

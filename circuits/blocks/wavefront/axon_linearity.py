@@ -1,4 +1,4 @@
-"""Delay of an axonal delay element over its code: unit, offset and integral non-linearity; its metrics.
+"""Delay of an axonal delay element over its code, and the metrics of it: unit, offset, non-linearity.
 
 D(code) = unit code + offset, by least squares over codes 1 to 31
 INL = max |D(code) - unit code - offset| / D(31)
@@ -34,30 +34,33 @@ CODES = tuple(range(1, HIGHEST + 1))
 
 @dataclass(frozen=True, slots=True)
 class Linearity:
-    """`delays`: float64[31], s, of codes 1 to 31. `reason`: why there are none, empty otherwise."""
+    """Delays of an element at codes 1 to 31, float64[31], s.
+
+    reason: why there are none, empty where there are.
+    """
 
     delays: F64
     reason: str = ""
 
     @property
     def unit(self) -> float:
-        """Delay a unit of the code, s."""
+        """Delay for each unit of the code, by the best line, s."""
         return float(np.polyfit(CODES, self.delays, 1)[0])
 
     @property
     def offset(self) -> float:
-        """Delay at code 0 by the best line, s."""
+        """Delay at code 0, by the best line, s."""
         return float(np.polyfit(CODES, self.delays, 1)[1])
 
     @property
     def non_linearity(self) -> float:
-        """Integral non-linearity, a share of full scale."""
+        """Integral non-linearity, as a share of full scale."""
         line = np.polyval(np.polyfit(CODES, self.delays, 1), CODES)
         return float(np.abs(self.delays - line).max() / self.delays[-1])
 
 
 def delay_machine(circuit: Circuit, silicon: Silicon) -> Machine:
-    """The element with a cell that fires at 1 us and stays so; code 1 until `delay_at` sets another."""
+    """The element with a cell that fires at 1 us and stays so, at code 1 until `delay_at` sets another."""
     v_dd = silicon.process.v_dd
     fired = step(FIRE_TIME - 0.5 * EDGE, FIRE_TIME + 0.5 * EDGE, 0.0, v_dd)
     bits = elements(circuit.port("v_code"), dict(enumerate(code_voltages(1, v_dd))))
@@ -66,7 +69,10 @@ def delay_machine(circuit: Circuit, silicon: Silicon) -> Machine:
 
 
 def delay_at(machine: Machine, code: int, rtol: float = DEFAULT_RTOL) -> float:
-    """Delay at a code, s, on a machine of `delay_machine`; raises `SolverError` after 10 s."""
+    """Delay at a code, s, on a machine of `delay_machine`.
+
+    Raises `SolverError` where the step has not come after 10 s.
+    """
     lines = list(machine.polylines)
     for k, v in enumerate(code_voltages(code, machine.silicon.process.v_dd)):
         name = f"v_code[{k}]"
@@ -80,12 +86,12 @@ def delay_at(machine: Machine, code: int, rtol: float = DEFAULT_RTOL) -> float:
 
 
 def delays_at(machine: Machine, codes: Sequence[int], rtol: float = DEFAULT_RTOL) -> F64:
-    """Delays at several codes, float64[codes], s."""
+    """Delays at several codes, float64[codes], s, on a machine of `delay_machine`."""
     return np.array([delay_at(machine, code, rtol) for code in codes])
 
 
 def linearity(machine: Machine) -> Linearity:
-    """Delays at all codes on a machine of `delay_machine`."""
+    """Delays at all codes, on a machine of `delay_machine`; a failure is given as its reason."""
     try:
         return Linearity(delays_at(machine, CODES))
     except SolverError as error:
@@ -99,7 +105,7 @@ def _outcome(found: Linearity) -> str:
 
 
 def shown(_: Linearity) -> dict[str, float | None]:
-    """Stimuli of the testbench that show a delay: the middle code; the run lasts until the step is over."""
+    """Knobs of the testbench that show a delay: the middle code; the run lasts until the step is over."""
     return {"code": float(_MIDDLE)}
 
 

@@ -1,25 +1,27 @@
-"""Wavefront cell: fires once at the first of eight arrivals, remembers which it was, and waits for the reset.
+"""Wavefront cell: it fires once, at the first of eight arrivals, and remembers which one that was.
 
-Inputs 0 to 7 are steps from the neighbours' axons, N, NE, E, SE, S, SW, W, NW. Every input has a latch:
+Inputs 0 to 7 are steps from the axons of the neighbours in the north, northeast, and so on round to the
+northwest. Every input has a latch:
 
     held_k falls where arrive_k is high while `quiet` is high;  first_k = not held_k, latched
     quiet falls with any first_k, or with `start`;              fired = quiet low, and the cell not blocked
 
-so that the first arrival sets its own bit, the bit fires the cell, and `quiet`, low until the plan's reset,
-closes the branches of all others. `start` fires the cell without a bit: the start of a wave points nowhere.
-`fired` drives the cell's own axon, and `request` asks for the address-event bus until `acknowledge` answers.
-A blocked cell (v_blocked high) latches inside, but neither fires nor requests.
+So the first arrival sets its own bit, the bit fires the cell, and `quiet`, which stays low until the plan's
+reset, closes the branches of all others. `start` fires the cell without a bit, since the start of a wave
+points nowhere. `fired` drives the cell's own axon, and `request` asks for the address-event bus until
+`acknowledge` answers. A blocked cell (v_blocked is high) latches inside, but neither fires nor requests.
 
-Near-simultaneous arrivals: the branches close as soon as `quiet` falls through an nFET's threshold. A second
-arrival within 1.0 ns of the first (27 degC, nominal; edges of 5 ns) sets its bit too, a later one does not;
-at the very edge the latch regenerates to either state. Readers take the lowest set bit.
+When arrivals are nearly simultaneous, the branches close as soon as `quiet` falls through the threshold of an
+nFET. A second arrival within 1.0 ns of the first (at 27 degC, nominal, with edges of 5 ns) sets its bit too,
+and a later one does not; at the very edge the latch settles in either state. Readers take the lowest bit that
+is set.
 
 The reset charges all latches while `reset` is high. Its pFETs are stronger than the branches, so that
-arrivals that are still there lose; it must outlast the recovery of the axons (2 us), as an event of 10 us
-does. The circuit has several rest states until its first reset: a run begins in one.
+arrivals that are still there lose. It must outlast the recovery of the axons (2 us), as an event of 10 us
+does. The circuit has several rest states until its first reset, so that a run begins in one.
 
-Source: one spike a cell and a plan, its causes read back, Hwu et al. 2018, section II; circuit and numbers
-are ours.
+Source: one spike for each cell and plan, whose causes are read back, Hwu et al. 2018, section II. The circuit
+and numbers are ours.
 """
 
 from __future__ import annotations
@@ -51,7 +53,7 @@ _P, _N, _STACKED = (6.0, 1.5), (3.0, 1.5), (12.0, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Length of what keeps a state and width of what resets it, in metre; ours.
+    """Length of what keeps a latch's state and width of what resets it, m; ours.
 
     Raises `ParameterError` where the reset would not win: its pFET must be stronger than a branch.
     """
@@ -71,7 +73,7 @@ class Params:
 
 
 def arrival_latch(params: Params = Params()) -> Circuit:
-    """One input: a bit that is set by an arrival while `quiet` is high, and pulls `quiet` down."""
+    """One input: a bit that an arrival sets while `quiet` is high, and that pulls `quiet` down."""
     return Circuit(
         "arrival_latch",
         (
@@ -91,7 +93,7 @@ def arrival_latch(params: Params = Params()) -> Circuit:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports arrive[8], start, reset, acknowledge (events in), fired, first[8], request (events out)."""
+    """The cell: ports arrive[8], start, reset, acknowledge (events in), fired, first[8], request (out)."""
     latches = arrival_latch(params).array("input", (INPUTS,))
     ports = (
         SUPPLY,
@@ -151,7 +153,7 @@ def _rise(time: float, v_dd: float) -> Wave:
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A reset up to 10 us, an arrival at 20 us, another `lag` later, an answer of the bus at 30 us."""
+    """A reset until 10 us, an arrival at 20 us, another `lag` (s) later, and the bus's answer at 30 us."""
     lag = stimuli["lag"] or 0.0
     arrivals: dict[int, Wave] = {}
     for name, time in (("second", ARRIVAL + lag), ("first", ARRIVAL)):
@@ -172,7 +174,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`delay_s` from arrival to `fired`, `bits`, the first-arrival latch as a number."""
+    """Numbers of a run: `delay_s` from the arrival to `fired`, and `bits`, which is first[8] as a number."""
     half = half_supply(result.machine)
     bits = sum(1 << k for k in range(INPUTS) if result[f"first[{k}]"][-1] > half)
     return {
@@ -182,7 +184,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """Neighbours whose arrival is remembered, as in `E` or `E+SW`; `start` or `none` without any."""
+    """Neighbours whose arrival is remembered, such as `E` or `E+SW`; `start` or `none` without any."""
     half = half_supply(result.machine)
     names = [NAMES[k] for k in range(INPUTS) if result[f"first[{k}]"][-1] > half]
     fired = result["fired"][-1] > half

@@ -1,13 +1,14 @@
-"""Grid of wavefront cells, each with its axon and eight neighbours: the wavefront chip at transistor level.
+"""The wavefront chip at transistor level: a grid of cells, each with its axon and eight neighbours.
 
-A cell that fires starts its axon; the axon's step arrives at all neighbours. Input k of a cell comes from the
+A cell that fires starts its axon, whose step arrives at all neighbours. Input k of a cell comes from the
 neighbour in direction k (N, NE, E, SE, S, SW, W, NW); inputs from beyond the edge are at ground. Wires are
-resistors. A die draws for cell (r, c) what it draws for `cell[r,c]` and `axon[r,c]` here, whatever the size.
+resistors. The devices of cell (r, c) and of its axon have the deviations of `cell[r,c]` and `axon[r,c]` on a
+die, whatever the size of the grid.
 
-On a small grid the simulator shows the whole wave, 16 cells with 2048 transistors in 7 s; the chip's 400
-cells stand here for their places: `--at wavefront-chip/axon[3,4]`.
+On a small grid the simulator shows the whole wave: 16 cells with 2048 transistors take 7 s. The 400 cells of
+the chip are here for their places, as in `--at wavefront-chip/axon[3,4]`.
 
-Source: 20 x 20 cells with eight neighbours each, Hwu et al. 2018, section II; the chip is ours.
+Source: 20 x 20 cells with eight neighbours each, Hwu et al. 2018, section II. The chip is ours.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ NEIGHBOURS = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Size of the grid, resistance of a wire in ohm (ours), and the parts' parameters.
+    """Size of the grid, resistance of a wire (Ohm; ours), and the sizes of cells and axons.
 
     Raises `ParameterError` for a grid without cells, or with too many.
     """
@@ -58,9 +59,9 @@ class Params:
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Of every cell ports start, acknowledge (events in), fired, request, first[8] (events out).
+    """The chip: for each cell ports start, acknowledge (events in), fired, request, first[8] (events out).
 
-    And v_code[5] and v_blocked; reset, the axons' biases and the supply are shared.
+    Each cell also has v_code[5] and v_blocked; reset, the biases of the axons and the supply are shared.
     """
     shape = (params.rows, params.columns)
     cell, axon = wavefront_cell.build(params.cell), axon_delay.build(params.axon)
@@ -95,7 +96,10 @@ MARGIN = 1.5  # length of a run over the longest nominal way through the grid, o
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A reset up to 10 us, then the start's pulse at 20 us; every cell has the same code."""
+    """A reset until 10 us and the start's pulse at 20 us; every cell has the same code.
+
+    Raises `ParameterError` for a start outside of the grid.
+    """
     code = stimuli["code"] or 0.0
     start = tuple(_whole(stimuli, name) for name in ("start_row", "start_column"))
     rows, columns = circuit.port("start").shape
@@ -110,7 +114,10 @@ def plan_testbench(
     circuit: Circuit, codes: F64 | I64, start: tuple[int, int], stop: float,
     v_dd: float,
 ) -> Testbench:  # fmt: skip
-    """One plan from cell `start` on a grid of codes, [rows, columns]; a cell of code 0 is blocked."""
+    """One plan from the cell `start`, (row, column), on a grid of codes, [rows, columns].
+
+    A cell of code 0 is blocked. stop: length of the run, s. v_dd: supply, V.
+    """
     waves: dict[str, Wave] = {"reset": step(RESET_END, RESET_END + EDGE, v_dd, 0.0)}
     for index in np.ndindex(codes.shape):
         at = ",".join(map(str, index))
@@ -124,7 +131,7 @@ def plan_testbench(
 
 
 def firing_times(result: Result) -> F64:
-    """When every cell fired, float64[rows, columns], s; inf where it did not."""
+    """Time at which each cell fired, float64[rows, columns], s; infinite where it did not."""
     shape = result.machine.testbench.circuit.port("fired").shape
     found = np.full(shape, np.inf)
     for index in np.ndindex(shape):
@@ -134,7 +141,7 @@ def firing_times(result: Result) -> F64:
 
 
 def pointers(result: Result) -> I64:
-    """Lowest first-arrival bit of every cell at the end, int64[rows, columns]; -1 where none is set."""
+    """Lowest bit of each cell's first arrivals at the end, int64[rows, columns]; -1 where none is set."""
     half = half_supply(result.machine)
     shape = result.machine.testbench.circuit.port("first").shape
     bits = np.zeros(shape, dtype=np.bool_)
@@ -144,7 +151,7 @@ def pointers(result: Result) -> I64:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`fired_cells`, `arrival_s` of the last one after the first."""
+    """Numbers of a run: `fired_cells`, and `arrival_s` of the last cell after the first, None without any."""
     times = firing_times(result)
     fired = times[np.isfinite(times)]
     return {
