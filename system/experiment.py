@@ -36,6 +36,8 @@ class Report:
     """What an experiment found.
 
     `draw` fills an empty figure, and `notes` are sentences for the reader.
+
+    rows : its statements.
     """
 
     rows: tuple[Statement, ...]
@@ -60,6 +62,9 @@ class Experiment:
     counts: where it is a campaign of many long runs, whole numbers that `run` takes by these names, with what
     they are unless given, if only none; after `progress` it then takes `execution`, a
     `system.study.campaign.Execution`. None where it is no campaign.
+
+    name : on the command line.
+    summary : what it makes again, in a line.
     """
 
     name: str

@@ -21,7 +21,12 @@ from circuits.errors import TopologyError
 
 @dataclass(frozen=True, slots=True)
 class EventWire:
-    """A wire by which the events of one part's port arrive at another's."""
+    """A wire by which the events of one part's port arrive at another's.
+
+    source : name of the part whose events they are.
+    target : name of the part at which they arrive.
+    target_port : its port.
+    """
 
     source: str
     port: str
@@ -31,7 +36,12 @@ class EventWire:
 
 @dataclass(frozen=True, slots=True)
 class AnalogWire:
-    """A wire by which one part's analog port drives another's; its polyline is thinned to `tolerance` V."""
+    """A wire by which one part's analog port drives another's; its polyline is thinned to `tolerance` V.
+
+    source : name of the part whose voltage it is.
+    target : name of the part that is driven.
+    target_port : its port.
+    """
 
     source: str
     port: str
@@ -42,7 +52,12 @@ class AnalogWire:
 
 @dataclass(slots=True)
 class Round:
-    """What happened in one round: the time reached, the events at its end, every part's output."""
+    """What happened in one round: the time reached, the events at its end, every part's output.
+
+    start : time at which it began, s.
+    stop : time that was reached, s.
+    outputs : of every part, by its name.
+    """
 
     start: float
     stop: float
@@ -52,7 +67,14 @@ class Round:
 
 @dataclass(slots=True)
 class Loop:
-    """All parts, the wires between them, and their present states; `horizon` is the longest round (s)."""
+    """All parts, the wires between them, and their present states; `horizon` is the longest round (s).
+
+    events : wires of events.
+    analog : wires of voltages; they must form no ring.
+    executor : runs parts that do not depend on each other at once, where it is given.
+    time : at which all parts stand, s.
+    pending : events that are delivered when the next round starts, by the name of the part.
+    """
 
     parts: Mapping[str, Part[Any]]
     events: Sequence[EventWire]

@@ -76,7 +76,11 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """An option of a scenario: the field that it sets, of the scenario itself or of its part."""
+    """An option of a scenario: the field that it sets, of the scenario itself or of its part.
+
+    kind : type of the field, without None.
+    default : of the field; `dataclasses.MISSING` where a value must be given.
+    """
 
     field: str
     part: str | None

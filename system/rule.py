@@ -59,6 +59,8 @@ class Measured:
 
     `interval`: its interval of confidence, for rules about intervals. `p`: of the test that it differs from 0
     by more than chance, for rules about significance.
+
+    value : the number itself.
     """
 
     value: float

@@ -36,6 +36,11 @@ class Models:
 
     `amplitude` is a second centroid board, which only the law of the fourth power has; `isolation` is None
     without first-target isolation.
+
+    chip : the ranging chip.
+    proximity : the centroid board whose voltage is the proximity.
+    vocalization : the vocalization controller.
+    hearing : ear, envelope detector and both neurons in one.
     """
 
     chip: RangingChip

@@ -30,6 +30,9 @@ class Trace:
     time_s, range_m (first target's), estimate_m, proximity_V, call_rate_Hz (inverse of the last interval,
     NaN before there are two calls), call_amplitude_V (amplitude stage): float64[T]. calls: float64[calls, 2],
     time and amplitude. pulses, echoes: high-threshold and onset spikes, s; spikes: (time s, neuron).
+
+    scenario : what was asked for.
+    counts : counters of the run by name, such as `solver_steps` and `undecided_spikes`.
     """
 
     scenario: Scenario

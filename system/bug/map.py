@@ -40,6 +40,7 @@ class BugMap:
     """A map of walls, with its starts and goals.
 
     walls : bool[rows, columns], row 0 in the north; starts, goals : centres of their cells, in map units.
+    name : what reports call it.
     """
 
     name: str

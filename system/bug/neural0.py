@@ -32,7 +32,16 @@ _BEHAVIOURS = ("go", "follow")
 
 @dataclass(frozen=True, slots=True)
 class Bug0Size:
-    """How many neurons each part of the network has; those of the paper are 2,050 together."""
+    """How many neurons each part of the network has; those of the paper are 2,050 together.
+
+    ray : neurons for each of the eight range rays.
+    go : of the behaviour towards the goal.
+    follow : of the behaviour along the wall.
+    motor : of the motor.
+    contact : of the contact sensor.
+    oscillator : of the oscillator of 1 Hz.
+    nucleus : of each nucleus of the basal ganglia, for each behaviour.
+    """
 
     ray: int = 50
     go: int = 100

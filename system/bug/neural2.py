@@ -63,6 +63,16 @@ class Bug2Size:
     direction, 7 degrees in the published design; margin: of the map's diagonal, by which it must be nearer to
     the goal than at the hit; quick: synapse of the neurons that say so, s; beyond: angle past the line, rad,
     as it is crossed with the wall on the left, about which directions count as the same; all ours.
+
+    ray : neurons for each of the eight range rays.
+    go : of the behaviour towards the goal.
+    follow : of the behaviour along the wall.
+    motor : of the motor.
+    contact : of the contact sensor.
+    distance : of the memory of the distance.
+    astray : that hold the direction against the stored one.
+    leave : that fire when the wall can be left.
+    machine : of the state machine.
     """
 
     ray: int = 50

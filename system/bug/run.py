@@ -45,6 +45,9 @@ class Trace:
     path : places, float64[steps + 1, 2], map units; state : int64[steps], numbers in `STATES`, every 10 ms;
     verdict : what the brain has found out, empty for nothing; shortest : way of a point, None if there is
     none; chip : counters of a brain on a chip, and `cut`, how many stages give less than they should.
+    scenario : what was asked for.
+    world : the obstacles.
+    reached : whether the robot came to its goal.
     """
 
     scenario: Scenario

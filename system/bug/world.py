@@ -36,6 +36,8 @@ class World:
     """Obstacles of a map: their polygons, their outlines in pieces and the tree of the pieces' ends.
 
     pieces: float64[n, 4], x and y of begin and end; tree: of the 2 n ends, begins first.
+
+    obstacles : their polygons, joined.
     """
 
     map: BugMap

@@ -43,6 +43,10 @@ class Trace:
     """What a drive leaves.
 
     unsure : how many delays of the chip's table were too near to call.
+    scenario : what was asked for.
+    arcs : of the car.
+    forest : the pipes.
+    drive : the way, and why it ended.
     """
 
     scenario: Scenario

@@ -58,6 +58,11 @@ class Sonar:
 
     noise: complex[3, _NOISE_SAMPLES], of the run's seed; reader: of a chip that makes noise, in the place of
     `reading`; every ping overwrites its state.
+
+    robot : numbers of the head.
+    occlusion : whether a pipe hides those behind it.
+    multipath : whether echoes by way of two pipes are heard.
+    soft_pings : whether a soft ping follows where something is near.
     """
 
     robot: Robot

@@ -43,6 +43,7 @@ class Pipes:
     """A forest of pipes.
 
     place : float64[n, 2], middles of the pipes, x and y in m; long, wide : extent along x and across, m.
+    name : what reports call it.
     """
 
     name: str

@@ -61,7 +61,12 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Where a configuration ends, and the seed of its first sample."""
+    """Where a configuration ends, and the seed of its first sample.
+
+    collisions : samples that end by a collision, after which it is enough.
+    pings : of all samples together, after which it ends too.
+    first_seed : of the first sample; the next ones follow.
+    """
 
     collisions: int = COLLISIONS
     pings: int = PINGS
@@ -76,7 +81,11 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """Samples of a configuration, in the order of their seeds."""
+    """Samples of a configuration, in the order of their seeds.
+
+    case : the configuration.
+    samples : what each flight came to.
+    """
 
     case: Case
     samples: tuple[Sample, ...]

@@ -47,7 +47,12 @@ SUMMARY = (
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a run leaves: the counts of its sample, and its first flight."""
+    """What a run leaves: the counts of its sample, and its first flight.
+
+    scenario : what was asked for.
+    sample : counts of all flights of the sample.
+    first : the first of these flights.
+    """
 
     scenario: Scenario
     sample: Sample

@@ -40,7 +40,10 @@ COUNTS = (
 
 
 class Neck(NamedTuple):
-    """A servo on its way: angle (rad) at a time (s), and where to."""
+    """A servo on its way: angle (rad) at a time (s), and where to.
+
+    goal : angle to which it is on its way, rad.
+    """
 
     angle: float
     time: float
@@ -61,6 +64,8 @@ class Log:
 
     lost: why a ping was, "" where it was not; spikes: (s, side) of all neurons' spikes, float64[spikes, 2];
     levels: (s, side, unit) of the level units'.
+
+    counts : by the names of `COUNTS`.
     """
 
     time: F64

@@ -35,7 +35,12 @@ SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; 
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a run leaves: its log, and the numbers of the die that it was on."""
+    """What a run leaves: its log, and the numbers of the die that it was on.
+
+    scenario : what was asked for.
+    chip : numbers of its die.
+    log : the run, ping by ping.
+    """
 
     scenario: Scenario
     chip: Head

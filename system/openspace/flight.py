@@ -84,6 +84,19 @@ class Sample:
     and heard by way of two obstacles. Of selections on a chip: late, ties that its model cannot tell, choices
     that the desirabilities themselves would not have made, and the time (s) that they took. progress_m: how
     far the way led to the left.
+
+    avoided : obstacles that were detected and not collided with.
+    collided : whether it ended by a collision.
+    time_s : of all flights, s.
+    distance_m : way of all flights, m.
+    laps : crossings of the left border.
+    runs : how many flights it took.
+    trapped : flights that ended without a new crossing for long.
+    emergencies : times that it turned round.
+    scans : pings after which only the head turned.
+    ghosts : echoes by way of two obstacles.
+    other_choices : selections that the desirabilities would not have made.
+    deciding_s : time that selections took, s.
     """
 
     avoided: int

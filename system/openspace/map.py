@@ -40,6 +40,7 @@ class Forest:
     """Obstacles on a square torus.
 
     place : float64[obstacles, 2], x and y in m, from 0 to `SIDE`.
+    name : what reports call it.
     """
 
     name: str

@@ -78,7 +78,13 @@ class Factors:
 
 @dataclass(frozen=True, slots=True)
 class Tracks:
-    """State of the motors: speeds (m/s) of both tracks, and the commands that they follow."""
+    """State of the motors: speeds (m/s) of both tracks, and the commands that they follow.
+
+    left : speed, m/s.
+    right : speed, m/s.
+    left_command : from -100 to 100.
+    right_command : from -100 to 100.
+    """
 
     left: float = 0.0
     right: float = 0.0

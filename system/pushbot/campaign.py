@@ -52,6 +52,9 @@ class Drive:
     """A run of a campaign: what is kept of it, and where it is; with its path, if that is to be drawn.
 
     keep and world are functions of modules, which other processes can find.
+
+    scenario : what is asked for.
+    with_path : whether the path is kept too.
     """
 
     scenario: Scenario
@@ -67,7 +70,10 @@ class Drive:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
-    """What was kept of a run; path: float64[n, 2], m, every EVERY steps, empty unless asked for."""
+    """What was kept of a run; path: float64[n, 2], m, every EVERY steps, empty unless asked for.
+
+    summary : what was kept of the run, by name.
+    """
 
     summary: Summary
     path: F64

@@ -22,7 +22,10 @@ EVERY = 4  # steps of a path between two looks for the closest approach
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Start (m, m, rad), distance (m) of the line ahead of it, and how far left the obstacles' middle is."""
+    """Start (m, m, rad), distance (m) of the line ahead of it, and how far left the obstacles' middle is.
+
+    start : pose at which a run begins, m, m, rad.
+    """
 
     start: tuple[float, float, float]
     distance: float

@@ -61,6 +61,15 @@ class Run:
     """A robot on its way; `touched` names what it has run into, where it then stays.
 
     path: (s, m, m, rad) a sensor step; way: m that its middle has gone.
+
+    scene : the world.
+    eye : state of the sensor.
+    obstacles : outlines of what it can run into.
+    link : to the controller.
+    random : what draws its noise.
+    tracks : state of the motors.
+    next_gyro : time of the next sample of the gyro, s.
+    lost : events that the sensor's bus had no room for.
     """
 
     scene: Scene

@@ -55,6 +55,11 @@ class Relay:
     """Where the ring's spikes go on the first chip: neurons of DL and DR, and the columns of their synapses.
 
     field: first neuron of the target field, which has its neurons in the order of the sensor's columns.
+
+    left : neurons of DL.
+    right : neurons of DR.
+    left_column : of their synapses.
+    right_column : of their synapses.
     """
 
     left: tuple[int, ...]

@@ -59,6 +59,10 @@ class Record:
 
     held: filters times steps in which a filter of the chip stayed at the end of its table; raised: s with
     raised lateral weights; frame_spikes: of a second chip.
+
+    inputs : events that the chip was given.
+    lost_in : events that its bus lost.
+    lost_out : spikes that its bus lost.
     """
 
     times: list[F64] = field(default_factory=list)

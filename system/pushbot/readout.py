@@ -34,6 +34,8 @@ class Readout:
     """How spikes become commands; window: s, `DIRECT` where spikes drive the motors.
 
     Raises `ParameterError` for another kind, or a window that is no whole number of looks.
+
+    factors : of equations (1) and (2).
     """
 
     factors: Factors = field(default_factory=Factors)
@@ -69,7 +71,10 @@ class Readout:
 
 @dataclass(slots=True)
 class Counter:
-    """State: spikes a neuron of OUTPUTS in each look of the window so far."""
+    """State: spikes a neuron of OUTPUTS in each look of the window so far.
+
+    counts : a row a look, float64[looks, 3].
+    """
 
     counts: deque[F64] = field(default_factory=deque)
 

@@ -48,7 +48,16 @@ SUMMARY = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """What a run leaves: world and robot at its end, what the chip did, and why it ended."""
+    """What a run leaves: world and robot at its end, what the chip did, and why it ended.
+
+    scenario : what was asked for.
+    scene : the world, in its light and colour.
+    brain : the chip with its network.
+    drive : robot and sensor at the end of the run, and its path.
+    record : spikes, events and commands.
+    course : the line of obstacles, None where the scene has none.
+    reason : why the run ended, as a reader is told.
+    """
 
     scenario: Scenario
     scene: Scene

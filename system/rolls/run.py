@@ -42,6 +42,7 @@ class Trace:
 
     spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
     without input, bool[256]; cautions : sentences of the chip.
+    scenario : what was asked for.
     """
 
     scenario: Scenario

@@ -49,6 +49,7 @@ class CostMap:
 
     costs : int64[rows, columns], 0 where a cell is blocked.
     cell_width, cell_height : extent of a cell to the east and to the north, m.
+    name : what reports call it.
     """
 
     name: str

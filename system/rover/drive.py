@@ -46,6 +46,9 @@ class Drive:
     """What a drive leaves, once a second: time, true place, and last fix of the GPS.
 
     time : s, float64[n]; place, fix : m east and north, float64[n, 2].
+    arrived : whether a fix lay within the rover's reach of the goal.
+    interventions : how often an operator led it round an obstacle.
+    outages : how often the GPS dropped out.
     """
 
     time: F64

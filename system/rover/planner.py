@@ -32,7 +32,10 @@ PLANNERS: Mapping[str, Planner] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A path, int64[n, 2] of (row, column), start first, and the lowest cost that there is."""
+    """A path, int64[n, 2] of (row, column), start first, and the lowest cost that there is.
+
+    optimal_cost : the lowest cost of any path from start to goal.
+    """
 
     path: I64
     cost: int

@@ -58,7 +58,12 @@ class Trip:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a run leaves: the map as the need sees it, and all trips."""
+    """What a run leaves: the map as the need sees it, and all trips.
+
+    scenario : what was asked for.
+    cost_map : the true map, as the need sees it.
+    trips : plan and drive of every trip, in their order.
+    """
 
     scenario: Scenario
     cost_map: CostMap

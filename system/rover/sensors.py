@@ -30,7 +30,13 @@ def stream(key: Sequence[int], purpose: int) -> np.random.Generator:
 
 @dataclass(slots=True)
 class Gps:
-    """State of a receiver: its drift (m, east and north), the last fix, and the end of an outage (s)."""
+    """State of a receiver: its drift (m, east and north), the last fix, and the end of an outage (s).
+
+    rover : numbers of the receiver.
+    random : what draws its noise.
+    silent_until : end of an outage, s.
+    outages : how many there were so far.
+    """
 
     rover: Rover
     random: np.random.Generator
@@ -65,7 +71,12 @@ def receiver(rover: Rover, pose: Pose, random: np.random.Generator) -> Gps:
 
 @dataclass(slots=True)
 class Compass:
-    """A phone's compass with a fixed error, rad."""
+    """A phone's compass with a fixed error, rad.
+
+    rover : numbers of the compass.
+    random : what draws its noise.
+    bias : its fixed error, rad.
+    """
 
     rover: Rover
     random: np.random.Generator
@@ -85,7 +96,11 @@ def compass(rover: Rover, random: np.random.Generator) -> Compass:
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """A post that no map has: place and radius, m."""
+    """A post that no map has: place and radius, m.
+
+    east : of its middle, m.
+    north : of its middle, m.
+    """
 
     east: float
     north: float

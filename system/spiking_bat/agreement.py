@@ -37,7 +37,13 @@ _LEAST = 3  # runs of pings, of which a bootstrap can be made
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A ping's inputs, and the network's answer: its winner group, and whether a reset followed."""
+    """A ping's inputs, and the network's answer: its winner group, and whether a reset followed.
+
+    head : direction of the ping.
+    goal : goal neuron that spiked.
+    seen : obstacles in view, float64[n, 2], m along the ping and to its left.
+    spoken : whether a reset followed.
+    """
 
     head: int
     goal: int
@@ -48,7 +54,10 @@ class Heard:
 
 @dataclass(slots=True)
 class Recorder:
-    """A brain that keeps what another brain heard and answered."""
+    """A brain that keeps what another brain heard and answered.
+
+    rows : what was heard and answered so far.
+    """
 
     brain: Brain
     rows: list[Heard] = field(default_factory=list)

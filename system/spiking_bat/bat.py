@@ -38,6 +38,9 @@ class Answer:
 
     head: direction of the next ping, None to stay; arcs: whose body motors spiked; turned: when the first of
     them did; emergency: when its neuron spiked, or None.
+
+    spikes : all spikes of the period.
+    traces : membranes of the neurons that were probed, float64[steps, probes].
     """
 
     spikes: Spikes

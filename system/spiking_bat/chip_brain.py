@@ -39,7 +39,13 @@ _EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in t
 
 @dataclass(frozen=True, slots=True)
 class ChipReply:
-    """What the motors do after a ping, as `system.spiking_bat.brain.Reply`, and the response of the chip."""
+    """What the motors do after a ping, as `system.spiking_bat.brain.Reply`, and the response of the chip.
+
+    head : direction of the next ping, None to stay.
+    arcs : whose motors turn the body, int64[n].
+    turned : when the first of them did, s after the ping, or None.
+    emergency : when its neuron spiked, s after the ping, or None.
+    """
 
     head: int | None
     arcs: I64
@@ -53,6 +59,14 @@ class ChipBrain:
     """Maps, chip and motors as a brain; the time, and what was lost, are counted on from ping to ping.
 
     temperature: degC over time (s from the begin), the chip's own throughout unless given.
+
+    numbers : of the network, for times and rates.
+    arcs : of the bat.
+    memory : state of the chip.
+    at : places of the map's neurons, float64[471, 2], m.
+    targets : for each direction and place, the arcs that an obstacle there blocks and their delays, s.
+    now : time of the next ping, s.
+    pinged : time of the last ping in each direction, float64[DIRECTIONS], s.
     """
 
     chip: LatencyChip

@@ -53,7 +53,11 @@ _LOOK = 100  # pings between looks for a loop
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """How a bat stands at a ping: place (m), heading (rad), its course (1/m, m/s), direction of its head."""
+    """How a bat stands at a ping: place (m), heading (rad), its course (1/m, m/s), direction of its head.
+
+    curvature : of its course, 1/m.
+    speed : of its course, m/s.
+    """
 
     place: tuple[float, float]
     heading: float
@@ -68,6 +72,13 @@ class Flown:
 
     collided: whether it ended by a collision; a flight may have no more than some pings; turned: how the bat
     stood at the first ping after its last emergency, whose reset erased what the brain remembered.
+
+    laps : crossings of the left border.
+    avoided : obstacles that were detected and not collided with.
+    emergencies : times that it turned round.
+    scans : pings after which only the head turned.
+    time_s : length of the flight, s.
+    distance_m : way of the flight, m.
     """
 
     log: F64 = field(repr=False)

@@ -41,7 +41,12 @@ SUMMARY = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emer
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a run leaves: the flight, the forest that it went through, and counts of its chip."""
+    """What a run leaves: the flight, the forest that it went through, and counts of its chip.
+
+    scenario : what was asked for.
+    start : where it began, m.
+    flown : the flight.
+    """
 
     scenario: Scenario
     forest: Forest

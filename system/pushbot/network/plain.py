@@ -30,7 +30,10 @@ TARGET_NEURONS = 128
 
 @dataclass(frozen=True, slots=True)
 class PushbotLayout:
-    """Sizes: neurons of OR, OL, DR, DL and sp each, of exc, and of the target field's unconnected centre."""
+    """Sizes: neurons of OR, OL, DR, DL and sp each, of exc, and of the target field's unconnected centre.
+
+    population : neurons of OR, OL, DR, DL and sp each.
+    """
 
     population: int = 16
     exc: int = 16

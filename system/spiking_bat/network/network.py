@@ -63,7 +63,10 @@ class Integrators:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """A population of sources whose spikes are given from outside."""
+    """A population of sources whose spikes are given from outside.
+
+    shape : of the array of sources.
+    """
 
     shape: tuple[int, ...]
 
@@ -110,7 +113,12 @@ class Network(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Spikes:
-    """Spikes of a run: steps and sources, int64[n] each, in the order of time."""
+    """Spikes of a run: steps and sources, int64[n] each, in the order of time.
+
+    network : whose spikes they are.
+    step : when, in time steps, int64[n].
+    source : which neuron or input, int64[n].
+    """
 
     network: Network = field(repr=False)
     step: I64

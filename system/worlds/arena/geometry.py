@@ -32,6 +32,9 @@ class Obstacles:
     walls inside; fastest: m/s, that no body exceeds but by jumps of less than `jump` (m), of legs that stop
     or turn; free: x and y (m), time (s) and m to the nearest thing where a robot was last looked for,
     overwritten in place.
+
+    scene : whose they are.
+    motions : paths of its bodies.
     """
 
     scene: Scene

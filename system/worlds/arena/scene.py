@@ -88,6 +88,11 @@ class Body:
     base, height: m above the floor of its underside and its top.
     reflectance: without unit; top: of its upper side.
     swing: m to and fro along its heading as it moves, at `swing_phase` rad: the legs of walking people.
+
+    name : what it is called where something touches it.
+    is_round : whether it is a cylinder.
+    motion : how it moves; None where it stands.
+    led : a light on top; None for none.
     """
 
     name: str
@@ -125,7 +130,15 @@ class Tape:
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """An upright plane between two points (m), seen from both sides."""
+    """An upright plane between two points (m), seen from both sides.
+
+    start : one end, m.
+    end : the other end, m.
+    height : of its upper edge above the floor, m.
+    reflectance : without unit.
+    tape : textured tape on it; None for none.
+    base : of its lower edge above the floor, m.
+    """
 
     start: Point
     end: Point
@@ -150,6 +163,13 @@ class Scene:
     corners: of the floor, which nobody leaves; sky: reflectance of what nothing stands before; partitions:
     corners (m) of the walls inside, which stand among `walls` too; duration: of a run (s), None where the
     scene does not say.
+
+    name : what reports call it.
+    summary : what it is, in a line.
+    light : on the floor, lux.
+    start : place (m, m) and heading (rad) of the robot.
+    bodies : everything upright but walls.
+    shades : parts of the floor with less light.
     """
 
     name: str

@@ -97,7 +97,13 @@ class Segment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensor:
-    """A sensor of a die before a scene."""
+    """A sensor of a die before a scene.
+
+    dvs : its numbers.
+    stage : the scene as arrays.
+    camera : its optics.
+    pixels : the silicon of its pixels.
+    """
 
     dvs: Dvs
     stage: Stage
@@ -110,6 +116,13 @@ class Eye:
     """State of a sensor on its way, overwritten in place: pose (m, m, rad), pixels, and the bus.
 
     origin : time (s) at which it was opened, since which `steps` steps have passed.
+    step : of the sensor, s.
+    memory : what the pixels remember.
+    sketch : the last picture.
+    glow : pixels that lights fall on.
+    raw : events of one call.
+    random : what draws the noise.
+    bus_free : when the bus is free again, float64[1], s.
     """
 
     origin: float

@@ -124,7 +124,11 @@ class MicrophoneState:
 
 @dataclass(frozen=True, slots=True)
 class SoundEdge:
-    """A path's onset or offset at `time` in s."""
+    """A path's onset or offset at `time` in s.
+
+    source : of the path: `DIRECT` or a target's name.
+    kind : whether the path begins or ends.
+    """
 
     time: float
     source: str
