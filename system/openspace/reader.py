@@ -62,7 +62,11 @@ _compiled = compiled()
 
 
 class Table(NamedTuple):
-    """First neurons by delay, int64[delays], -1 for none, and how many delays are too near to call."""
+    """First neurons by delay, int64[delays], -1 for none, and how many delays are too near to call.
+
+    first : number of the neuron.
+    doubts : how many delays are too near to call.
+    """
 
     first: I64
     doubts: int

@@ -62,7 +62,11 @@ class Pushbot:
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """Speed and turn factors of equations (1) and (2)."""
+    """Speed and turn factors of equations (1) and (2).
+
+    speed : c_speed of equation (2).
+    turn : c_turn of equation (1).
+    """
 
     speed: float = 0.5
     turn: float = 0.5

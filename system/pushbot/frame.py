@@ -74,6 +74,9 @@ class Frame:
     """State: the second chip's, heading (rad) by the gyro, and inputs of the first chip that wait.
 
     rate: last sample of the gyro, rad/s; spikes: of the ring so far.
+
+    relay : where the ring's spikes go.
+    state : of the second chip.
     """
 
     chip: RollsChip

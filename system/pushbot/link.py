@@ -18,7 +18,10 @@ from system.worlds.camera.event import Events, joined
 
 @dataclass(slots=True, eq=False)
 class Link:
-    """State: what draws the dropped events; events and commands (s of arrival, left, right) on their way."""
+    """State: what draws the dropped events; events and commands (s of arrival, left, right) on their way.
+
+    random : what draws the dropped events.
+    """
 
     random: np.random.Generator
     events: Events = field(default_factory=lambda: joined([]))

@@ -41,6 +41,8 @@ class Brain:
     turning: makes further inputs of the readings between two times (s), those of the modified architecture's
     gyro; None for none. strong: the chip with raised lateral weights in its field, which runs
     while the target is lost from view; frame: makes a second chip, which hears the field and drives.
+
+    wiring : which virtual synapses an event of the sensor stimulates.
     """
 
     network: Network
@@ -79,7 +81,21 @@ class Record:
 
 @dataclass(slots=True, eq=False)
 class Loop:
-    """State of a closed loop; `temperature` of the chip (degC), or a function of the robot's time."""
+    """State of a closed loop; `temperature` of the chip (degC), or a function of the robot's time.
+
+    brain : chip and network.
+    drive : robot and sensor.
+    readout : how spikes become commands.
+    state : of the chip.
+    groups : of each neuron, its number in `OUTPUTS`, -1 for none, int64[256].
+    sizes : neurons of each of `OUTPUTS`, float64[3].
+    turning : makes inputs of the gyro's readings; None for none.
+    frame : the second chip; None without one.
+    heard : inputs by the second chip that wait for the next look.
+    lost : whether the target is lost from view.
+    counter : of spikes in the window so far.
+    record : of what has happened.
+    """
 
     brain: Brain
     drive: Run

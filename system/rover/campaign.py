@@ -55,6 +55,8 @@ class Outcome:
     nominal die, NaN where that is outside; unit: mean delay of a unit of cost over the dies, s, and spread:
     standard deviation of a cell's delay from its die's mean, relative, both at the map's lowest cost;
     outside: dies left out. Estimates are NaN where all are.
+
+    case : the condition.
     """
 
     case: Case

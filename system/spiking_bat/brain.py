@@ -59,7 +59,10 @@ class Brain(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NetworkBrain:
-    """The published network, or another of its kind, whose state goes on from ping to ping."""
+    """The published network, or another of its kind, whose state goes on from ping to ping.
+
+    numbers : of the network.
+    """
 
     network: Network
     numbers: Numbers

@@ -61,6 +61,8 @@ class Crossed:
 
     laps : crossings before it ended; collided : whether it ended by a collision; caught : whether it was
     stopped in a loop, which no collision ends.
+
+    pings : that were made.
     """
 
     seed: int
@@ -84,6 +86,9 @@ class Build:
 
     own: a die a flight, of the forest's seed, else the nominal one; process: whether what a die shares
     varies; block: the only one whose deviations count, all unless given.
+
+    calibration : names of the parts whose biases are calibrated on the die at 27 degC.
+    temperature_c : at which the chip flies, degC.
     """
 
     kind: BiasKind = "gate"

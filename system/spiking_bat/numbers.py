@@ -124,7 +124,7 @@ class Numbers:
         """Raise `ParameterError` naming the number that breaks its rule."""
         check_numbers("numbers", self, from_zero=[each.name for each in fields(self)])
         for name, count in (("paths", self.paths), ("taps", self.taps)):
-            whole_number(f"--{name}", count)
+            whole_number(name, count)
         if self.integration >= self.step_current:
             raise ParameterError(
                 f"numbers.integration: {self.integration:g} s, must be less than step_current"

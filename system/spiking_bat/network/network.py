@@ -93,7 +93,14 @@ class Projection:
 
 
 class Network(NamedTuple):
-    """A wired network: where each population begins, and its shape; arrays for the kernel."""
+    """A wired network: where each population begins, and its shape; arrays for the kernel.
+
+    first : number of each population's first neuron among all sources, by name.
+    populations : of neurons and inputs, by name.
+    wiring : its synapses, as arrays for the kernel.
+    blocks : state at rest of the Hodgkin-Huxley neurons, as the kernel has it.
+    slots : time steps that the ring of coming spikes spans, a power of two above the longest delay.
+    """
 
     first: Mapping[str, int]
     populations: Mapping[str, Population]

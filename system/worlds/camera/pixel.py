@@ -58,7 +58,10 @@ class Memory(NamedTuple):
 
 
 class Beat(NamedTuple):
-    """One step of the sensor: its begin and its length, s."""
+    """One step of the sensor: its begin and its length, s.
+
+    time : at which it begins, s.
+    """
 
     time: float
     step: float

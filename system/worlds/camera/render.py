@@ -38,7 +38,13 @@ _inlined = compiled(forceinline=True)
 
 
 class View(NamedTuple):
-    """Where the lens is (m, m, rad), and how many solids are in the picture."""
+    """Where the lens is (m, m, rad), and how many solids are in the picture.
+
+    x : of the lens, m.
+    y : of the lens, m.
+    heading : rad.
+    shown : solids in the picture.
+    """
 
     x: float
     y: float

@@ -24,7 +24,11 @@ CALL_DURATION = 1e-3  # s, ours
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """The waveform of one round; no events."""
+    """The waveform of one round; no events.
+
+    time : of the samples, float64[n], s.
+    voltage : at the amplifier's output, float64[n, 1], V.
+    """
 
     time: F64
     voltage: F64
@@ -41,7 +45,11 @@ class EarState:
 
 @dataclass(frozen=True, slots=True)
 class Ear:
-    """Speaker and microphone among `targets`: a `call` event sounds with the voltage at `amplitude`."""
+    """Speaker and microphone among `targets`: a `call` event sounds with the voltage at `amplitude`.
+
+    parameters : of transducers and amplifier.
+    analog : names of the ports that it drives.
+    """
 
     parameters: mic.Microphone
     targets: tuple[Target, ...]

@@ -36,6 +36,9 @@ class Hearing:
     """Speaker, microphone and both neurons among `targets`; events `call` in, `onset`, `high_threshold` out.
 
     Raises `ParameterError` for a microphone with noise, which the model does not hear.
+
+    parameters : of transducers and amplifier.
+    analog : names of the ports that it drives: none.
     """
 
     parameters: mic.Microphone
