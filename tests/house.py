@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -17,21 +18,25 @@ NAMING = {
 }  # functions, and what stands before a name
 ASSERTING = ("np.testing.assert_", "pytest.raises", "pytest.warns", "pytest.fail")  # beside `assert`
 
-TREES = {
-    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): ast.parse(
-        path.read_text(encoding="utf-8")
-    )
-    for package in PACKAGES
-    for path in sorted((ROOT / package).rglob("*.py"))
-}
+
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Syntax trees of all modules of the four packages, by the module's name."""
+    return {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): ast.parse(
+            path.read_text(encoding="utf-8")
+        )
+        for package in PACKAGES
+        for path in sorted((ROOT / package).rglob("*.py"))
+    }
 
 
 def import_graph() -> nx.DiGraph:
     """Which module imports which: at the top, within a function, or by a literal name."""
     graph = nx.DiGraph()
-    graph.add_nodes_from(TREES)
-    for module, tree in TREES.items():
-        graph.add_edges_from((module, name) for name in imported(tree) if name in TREES)
+    graph.add_nodes_from(trees())
+    for module, tree in trees().items():
+        graph.add_edges_from((module, name) for name in imported(tree) if name in trees())
     return graph
 
 
@@ -49,19 +54,19 @@ def imported(tree: ast.AST) -> Iterator[str]:
 
 def called(node: ast.Call) -> str:
     """Name of the function that is called, without what it is an attribute of."""
-    return ast.unparse(node.func).rpartition(".")[2]
+    return _dotted(node.func).rpartition(".")[2]
 
 
-def late_imports(tree: ast.AST) -> list[str]:
+def late_imports(tree: ast.Module) -> list[str]:
     """Import statements within functions."""
-    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
-    inside = [node for function in functions for node in ast.walk(function)]
+    functions = [n for n in _statements(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+    inside = [node for function in functions for node in _statements(function)]
     return [ast.unparse(node) for node in inside if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 def without_assertion(tree: ast.Module) -> list[str]:
     """Names of tests that assert nothing: neither by themselves nor by a function of their own module."""
-    functions = {n.name: n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)}
+    functions = {n.name: n for n in _statements(tree) if isinstance(n, ast.FunctionDef)}
     asserting = {name for name, node in functions.items() if _asserts(node)}
     return [
         name
@@ -71,12 +76,24 @@ def without_assertion(tree: ast.Module) -> list[str]:
 
 
 def _asserts(function: ast.FunctionDef) -> bool:
-    by_call = any(name.startswith(ASSERTING) for name in _called(function))
-    return by_call or any(isinstance(node, ast.Assert) for node in ast.walk(function))
+    return any(isinstance(node, ast.Assert) for node in ast.walk(function)) or any(
+        name.startswith(ASSERTING) for name in _called(function)
+    )
 
 
 def _called(function: ast.FunctionDef) -> Iterator[str]:
-    return (ast.unparse(node.func) for node in ast.walk(function) if isinstance(node, ast.Call))
+    return (_dotted(node.func) for node in ast.walk(function) if isinstance(node, ast.Call))
+
+
+def _dotted(function: ast.expr) -> str:
+    """`module.name` of what is called; of what has no name, that of its attribute, `.name`."""
+    match function:
+        case ast.Name(id=name):
+            return name
+        case ast.Attribute(value=value, attr=name):
+            return f"{_dotted(value)}.{name}"
+        case _:
+            return ""
 
 
 def _named(node: ast.Call) -> Iterator[str]:
@@ -84,6 +101,14 @@ def _named(node: ast.Call) -> Iterator[str]:
     place = node.args[0]
     if isinstance(place, ast.Constant) and isinstance(place.value, str):
         yield (NAMING[called(node)] + place.value).partition(":")[0]
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Statements below a node, without the expressions in them, which are nine tenths of a tree."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.expr):
+            yield child
+            yield from _statements(child)
 
 
 def _run(node: ast.AST) -> Iterator[ast.AST]:

@@ -12,7 +12,7 @@ from pathlib import Path
 import networkx as nx
 import pytest
 
-from tests.house import PACKAGES, ROOT, TREES, called, import_graph, imported, late_imports, without_assertion
+from tests.house import PACKAGES, ROOT, called, import_graph, imported, late_imports, trees, without_assertion
 
 FOLDERS = (*PACKAGES, "tests", "benchmarks", "examples", "docs", ".ci")
 TEXTS = {".cfg", ".ini", ".ipynb", ".md", ".py", ".rst", ".toml", ".txt", ".yaml", ".yml", ""}
@@ -90,12 +90,12 @@ def test_a_cycle_through_a_late_or_a_named_import_would_be_found() -> None:
 
 
 def test_no_import_statement_is_within_a_function() -> None:
-    assert {name: found for name, tree in TREES.items() if (found := late_imports(tree))} == {}
+    assert {name: found for name, tree in trees().items() if (found := late_imports(tree))} == {}
 
 
 def test_modules_are_imported_by_name_in_the_catalogue_and_at_extras_alone() -> None:
     found = {}
-    for name, tree in TREES.items():
+    for name, tree in trees().items():
         calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         for node in calls:
             if called(node) in {"import_module", "__import__"}:
@@ -132,9 +132,8 @@ def _texts() -> list[Path]:
 OPTION = re.compile(r"(?:^|[\s`'\"(])--[a-z]")
 
 
-def _strings(path: Path) -> Iterator[tuple[int, str]]:
+def _strings(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Strings of a module, those of formatted ones too, but no docstrings."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
     told = {
         id(node.body[0].value)
         for node in ast.walk(tree)
@@ -149,13 +148,12 @@ def _strings(path: Path) -> Iterator[tuple[int, str]]:
 
 def test_options_are_named_by_the_command_line_alone() -> None:
     """Below it errors name fields (`ping_rate: ...`), which the command line turns into its options."""
-    spoken = ("system/cli/", "system/papers/")
+    spoken = ("system.cli", "system.papers")
     found = [
-        f"{path.relative_to(ROOT)}:{line}: {text}"
-        for package in ("circuits", "chips", "netlists", "system")
-        for path in sorted((ROOT / package).rglob("*.py"))
-        if not str(path.relative_to(ROOT)).startswith(spoken)
-        for line, text in _strings(path)
+        f"{module}:{line}: {text}"
+        for module, tree in trees().items()
+        if not module.startswith(spoken)
+        for line, text in _strings(tree)
         if OPTION.search(text)
     ]
     assert found == []
