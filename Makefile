@@ -20,6 +20,12 @@ AS_ROOT = $(shell if [ "$$(id -u)" = 0 ]; then :; elif sudo -n true 2>/dev/null;
 APT = $(AS_ROOT) env DEBIAN_FRONTEND=noninteractive apt-get -q
 HAS_APT = command -v apt-get >/dev/null
 
+# Byte code, that of the tests' asserts too, is kept in one folder whatever the user's setting: without it each
+# worker, and each process that a test starts, compiles it anew. A file's tests go to one worker, with what they
+# share.
+KEEP_BYTE_CODE := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/pycache
+PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg $(BIN)/pytest -n 2 --dist loadfile
+
 LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 	ctypes.CDLL(os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice") or "libngspice.so.0")' \
 	2>/dev/null
@@ -32,7 +38,7 @@ run: $(RUN_READY)
 	@echo "The picture is $(CURDIR)/$(PICTURE)"
 
 test: ngspice lint
-	MPLBACKEND=Agg $(BIN)/pytest -n 2
+	$(PYTEST)
 
 lint: $(TEST_READY)
 	$(BIN)/ruff check

@@ -16,7 +16,6 @@ from pathlib import Path
 
 from circuits.errors import ParameterError
 from system.registry import load_experiment, load_system, system_names
-from system.study.search.breakdown import FEWEST
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -38,8 +37,12 @@ SHORT = {
     "--pings": "5",
 }
 GIVEN = {"--trips": "1"}  # and such as it gives
-DROPPED = ("--workers",)  # to start processes takes longer than what is left to do
-LONG = ("reproduce", "characterise")  # verbs whose work no option makes short enough
+# Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
+# samples: `system/study/search/test_breakdown.py` carries out studies with them.
+DROPPED = ("--workers", "--contributions")
+# Verbs, options and arguments whose work no option makes short enough. That a whole chip is shown, and that
+# its noise is drawn, have tests of their own.
+LONG = frozenset({"reproduce", "characterise", "rolls", "silicon-noise=all"})
 LETTERS = {"-n": "--samples", "-o": "--output"}
 WRITTEN = ("--output", "--plot", "--csv", "--raw", "--events", "--animate", "--pareto")
 
@@ -63,6 +66,11 @@ class Command:
     def verb(self) -> tuple[str, ...]:
         """`montecarlo`, or `run approach`."""
         return self.words[1:3] if self.words[1] == "run" else self.words[1:2]
+
+    @property
+    def long(self) -> bool:
+        """Whether it is begun only."""
+        return not LONG.isdisjoint(self.words)
 
     @property
     def placeholders(self) -> tuple[str, ...]:
@@ -124,7 +132,7 @@ def shortened(command: Command, options: Iterable[str]) -> list[str]:
     short |= {name: value for name, value in GIVEN.items() if name in words}
     params: dict[str, str] = {}
     if "--contributions" in words:
-        short["--samples"] = str(FEWEST)
+        short["--samples"] = "4"  # up to the die that is replayed
     if command.verb == ("montecarlo",):
         del short["--duration"]
         params = _of_study(words[1])

@@ -1,4 +1,4 @@
-"""Every command and code block of the documents and of `--help` does what it is there for.
+"""Every command and code block of the documents does what it is there for; `--help` names no other commands.
 
 They are found in the texts by `tests.documents`, so that a new one is taken up without being listed. Each
 command is parsed as it stands and then run in its short form; one that has none is begun in a process of its
@@ -31,7 +31,6 @@ from tests.documents import (
     DOCUMENTS,
     EXAMPLES,
     LETTERS,
-    LONG,
     ROOT,
     Command,
     chains,
@@ -75,15 +74,13 @@ def options_of(verb: tuple[str, ...]) -> frozenset[str]:
     return frozenset(OPTION.findall(help_of(verb).partition("Options:")[2]))
 
 
-HELPED = [text for verb in ((), *verbs()) for text in re.findall(r"see (noctule \w+)", help_of(verb))]
 FOUND = [command for path in TEXTS for command in commands(TEXTS[path])]
-FOUND += [Command(tuple(text.split())) for text in HELPED]
 EACH = list({command.words: command for command in FOUND}.values())
 OURS = [command for command in EACH if command.program == "noctule"]
 FRAGMENTS = [command for command in OURS if command.placeholders]
 WHOLE = [command for command in OURS if not command.placeholders]
-BEGUN = list({command.words[:3]: command for command in WHOLE if command.verb[0] in LONG}.values())
-CHAINS = chains(command for command in WHOLE if command.verb[0] not in LONG)
+BEGUN = list({command.words[:3]: command for command in WHOLE if command.long}.values())
+CHAINS = chains(command for command in WHOLE if not command.long)
 
 
 def test_what_the_documents_have_is_found() -> None:
@@ -95,6 +92,13 @@ def test_what_the_documents_have_is_found() -> None:
     spans = [code for path in DOCUMENTS for code in codes(TEXTS[path])]
     first = {verb[0] for verb in verbs()}
     assert [code for code in spans if " " in code and code.split()[0] in first] == []  # begins with noctule
+
+
+def test_commands_that_help_names_are_among_those_of_the_documents() -> None:
+    """They are run with them, and help is not read before tests are collected."""
+    said = {text for verb in ((), *verbs()) for text in re.findall(r"see (noctule \w+)", help_of(verb))}
+    assert said
+    assert said <= {str(command) for command in OURS}
 
 
 @pytest.mark.parametrize("command", OURS, ids=str)
