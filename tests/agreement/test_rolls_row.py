@@ -31,8 +31,8 @@ def test_the_spike_of_a_row_agrees() -> None:
     bench = started_at_rest(bench_of(cut, events, STOP, 1.8), ROLLS_180)
     silicon = silicon_of(cut, Silicon(ROLLS_180, 27.0, Die(number=1003)))
     ours = simulate(bench, silicon, rtol=1e-7).spikes["spike[0]"]
-    # the project's allowance; at this reltol ngspice is 0.25 us from ours, at a tenth of it 0.14 us
-    peer = engine.simulate(bench, silicon, tmax=20e-6, reltol=1e-4, method="trap").spikes["spike[0]"]
+    # the project's allowance; ngspice is 0.4 us from ours at this reltol, 0.14 us at a thirtieth of it
+    peer = engine.simulate(bench, silicon, tmax=20e-6, reltol=3e-4, method="trap").spikes["spike[0]"]
     assert ours.size == peer.size == 1
     assert peer[0] == pytest.approx(ours[0], abs=1e-6)
     # what agrees is this die's row: the nominal one spikes 12 us earlier

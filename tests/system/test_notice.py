@@ -31,13 +31,15 @@ def test_a_warning_is_one_line_on_stderr(
     assert warnings.showwarning is before
 
 
-def test_deaf_neurons_are_told_in_a_line() -> None:
-    options = ["run", "approach", "--die", "1072", "--level", "behavioural", "--duration", "1ms"]
-    command = [sys.executable, "-m", "system.cli.command_line", *options]
-    child = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert child.stderr.startswith("noctule: warning: ")
-    assert "rest margin -0.026 V" in child.stderr
-    assert child.stderr.count("\n") == 1
+def test_deaf_neurons_are_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    # a process of a user's own is the study's below
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        assert main(["run", "approach", "--die", "1072", "--level", "behavioural", "--duration", "1ms"]) == 0
+    said = capsys.readouterr().err
+    assert said.startswith("noctule: warning: ")
+    assert "rest margin -0.026 V" in said
+    assert said.count("\n") == 1
 
 
 def deaf(machine: Machine) -> float:

@@ -383,7 +383,7 @@ def test_ctrl_c_reaches_a_running_command() -> None:
     assert (child.returncode, err) == (130, "noctule: interrupted\n")
 
 
-@pytest.mark.parametrize("arguments", [["list", "--json"], ["--help"]])
+@pytest.mark.parametrize("arguments", [["show", BLOCK, "--json"], ["--help"]])
 def test_a_full_stdout_is_one_line(arguments: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         child = process(*arguments, stdout=full)
