@@ -36,10 +36,7 @@ DURATION = Stimulus("duration", "s", None, "length of the run", can_be_off=True)
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """A quantity by an equation of a paper: its value as printed, and as corrected, SI.
-
-    corrected: None where the printed equation holds.
-    """
+    """A quantity by an equation of a paper, as printed and as corrected, SI; None where the print holds."""
 
     equation: int
     name: str
@@ -49,9 +46,9 @@ class ClosedForm:
 
 @dataclass(frozen=True, slots=True)
 class EquationText:
-    """An equation of a paper: its text as printed, its text as corrected, and what differs.
+    """Text of an equation of a paper, as printed and as corrected, and what differs.
 
-    corrected: None where the printed equation holds.
+    corrected: None where the print holds.
     """
 
     number: int

@@ -5,6 +5,9 @@ The supply is the one that the circuit is wired to (`circuits.lowering.supply`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from circuits.arrays import F64
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
@@ -56,6 +59,15 @@ def last_rate(spikes: F64) -> float | None:
 def spiked(result: Result, port: str = "spike") -> bool:
     """Whether a watched port has a spike in the run."""
     return bool(result.spikes[port].size)
+
+
+def spiking(yes: str, no: str, port: str = "spike") -> Callable[[Result], str]:
+    """An outcome of runs: the word `yes` where a watched port has spiked, else the word `no`."""
+    return partial(_word, yes=yes, no=no, port=port)
+
+
+def _word(result: Result, yes: str, no: str, port: str) -> str:
+    return yes if spiked(result, port) else no
 
 
 def spike_outcome(result: Result) -> str:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_synapse
-from circuits.blocks.measure import latency, low_time, spiked
+from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
@@ -101,11 +101,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`coincidence` where the detector spikes, else `none`."""
-    return "coincidence" if spiked(result) else "none"
-
-
 BLOCK = Block(
     name="coincidence-detector",
     summary="spikes where two of three inputs come within 3 ms of each other",
@@ -118,6 +113,6 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spiking("coincidence", "none"),
     plotted=("event[0]", "event[1]", "input0.timer", "sum", "spike"),
 )

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
-from circuits.blocks.measure import latency, low_time, spiked
+from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
@@ -101,11 +101,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`spike` or `none`."""
-    return "spike" if spiked(result) else "none"
-
-
 BLOCK = Block(
     name="latency-neuron",
     summary="integrate-and-fire neuron with 20 ms step-current synapses: latencies in, one latency out",
@@ -119,6 +114,6 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spiking("spike", "none"),
     plotted=("event[0]", "synapse0.timer", "synapse0.off", "v_mem", "spike"),
 )

@@ -7,7 +7,7 @@ on,
     T_WTA = (C_mem V_ref - Q_goal - Q_dir - sum I_i t_i) / (I_passive - sum I_i)          (10)
 
 A charge is a step of I_charge for T_charge = C_t V_ref / I_pulse. `stop` is the event that recurrent
-inhibition gives all cells when one of them has spiked: it brings the membrane to ground, as the ping at
+inhibition gives all cells when one of them has spiking: it brings the membrane to ground, as the ping at
 `reset` does. The synapses are those of `circuits.blocks.latency.synapse`.
 
 Source: Wen & Horiuchi 2022, section 3, "Action Selection Layer", equation (10). The circuit and all numbers
@@ -27,7 +27,7 @@ from circuits.blocks.latency.synapse import (
     step_inhibition,
     step_synapse,
 )
-from circuits.blocks.measure import latency, spiked
+from circuits.blocks.measure import latency, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
@@ -126,11 +126,6 @@ def measures(result: Result) -> dict[str, float | None]:
     return {"latency_s": latency(result, PING)}
 
 
-def outcome(result: Result) -> str:
-    """`spike` or `none`."""
-    return "spike" if spiked(result) else "none"
-
-
 BLOCK = Block(
     name="race-cell",
     summary="passive current against step inhibitions: the cell of a race to the first spike",
@@ -146,6 +141,6 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spiking("spike", "none"),
     plotted=("inhibit[0]", "inhibit0.timer", "inhibit0.on", "v_mem", "spike"),
 )

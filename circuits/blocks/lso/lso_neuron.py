@@ -25,7 +25,7 @@ from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
 from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
-from circuits.blocks.measure import latency, low_time, spiked
+from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
@@ -138,11 +138,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`spikes` or `silent`."""
-    return "spikes" if spiked(result) else "silent"
-
-
 BLOCK = Block(
     name="lso-neuron",
     summary="neuron of the lateral superior olive: excited by one ear and inhibited by the other",
@@ -157,6 +152,6 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spiking("spikes", "silent"),
     plotted=("excite[0]", "inhibit[0]", "turned", "v_mem", "spike"),
 )

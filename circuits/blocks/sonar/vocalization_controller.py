@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import powered
-from circuits.blocks.measure import last_rate, latency, rise, spiked
+from circuits.blocks.measure import last_rate, latency, rise, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, event_out
 from circuits.blocks.sonar.board import GAIN, LENGTH, amplifier, inverter, strays
@@ -185,11 +185,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`calling` or `silent`."""
-    return "calling" if spiked(result, "call") else "silent"
-
-
 BLOCK = Block(
     name="vocalization-controller",
     summary="oscillator and amplitude stage that turn the proximity voltage into call rate and amplitude",
@@ -203,6 +198,6 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spiking("calling", "silent", "call"),
     plotted=("proximity", "ramp", "call", "amplitude"),
 )  # fmt: skip

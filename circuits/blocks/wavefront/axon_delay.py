@@ -35,7 +35,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import elements, powered
 from circuits.blocks.latency.synapse import comparator_stages
-from circuits.blocks.measure import between, fall, rise, spiked
+from circuits.blocks.measure import between, fall, rise, spiking
 from circuits.blocks.mos import UM, inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.circuit import Bias, Circuit, Port
@@ -164,11 +164,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`delayed`, or `none` where the step did not come in the run."""
-    return "delayed" if spiked(result, "delayed") else "none"
-
-
 BLOCK = Block(
     name="axon-delay",
     summary="axonal delay, affine in a 5-bit cost code: a starved sink on switched capacitors",
@@ -180,6 +175,6 @@ BLOCK = Block(
     ),
     testbench=testbench,
     measures=measures,
-    outcome=outcome,
+    outcome=spiking("delayed", "none", "delayed"),
     plotted=("fired", "ramp", "x", "y", "delayed"),
 )

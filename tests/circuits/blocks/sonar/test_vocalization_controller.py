@@ -58,7 +58,7 @@ def test_first_call_comes_a_full_interval_after_the_enabling(sweep: list[Result]
         assert measures["first_call_s"] is not None
         assert measures["call_rate_Hz"] is not None
         assert 1.0 <= measures["first_call_s"] * measures["call_rate_Hz"] < 1.05
-        assert board.outcome(result) == "calling"
+        assert board.BLOCK.outcome(result) == "calling"
 
 
 def test_call_width_agrees_with_the_closed_form(sweep: list[Result]) -> None:
@@ -83,7 +83,7 @@ def test_amplitude_has_its_own_control() -> None:
 
 def test_without_time_for_a_call_the_board_is_silent() -> None:
     result = run(3.0, 27.0, duration=20e-3)
-    assert board.outcome(result) == "silent"
+    assert board.BLOCK.outcome(result) == "silent"
     assert board.measures(result)["call_rate_Hz"] is None
 
 
