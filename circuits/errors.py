@@ -47,7 +47,7 @@ class SimulatorError(CircuitError, RuntimeError):
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """An error for an unknown `name`, with the nearest known one and, unless they are many, all of them."""
     names = sorted(known)
-    name = shown_name(name)  # near names are sought in quadratic time
+    name = _shown_name(name)  # near names are sought in quadratic time
     if not names:
         return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if name in n]
@@ -56,6 +56,6 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError
     return UnknownNameError(f"{kind} {name}: unknown{guess} known are {', '.join(names[:_LISTED])}{more}")
 
 
-def shown_name(name: str) -> str:
+def _shown_name(name: str) -> str:
     """A name as a user gave it, cut short where it is too long to be a name."""
     return name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..."

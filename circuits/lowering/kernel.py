@@ -192,7 +192,7 @@ def on_die(machine: Machine, die: Die) -> Machine:
     of biases from the bias generator.
     """
     silicon = replace(machine.silicon, die=die)
-    kernel = machine.kernel._replace(transistors=transistor_table(machine.flat, machine.column, silicon))
+    kernel = machine.kernel._replace(transistors=_transistor_table(machine.flat, machine.column, silicon))
     lines = machine.polylines
     if any(bias.kind == "generator" for bias in machine.testbench.circuit.biases):
         given = len(machine.testbench.sources)
@@ -213,7 +213,7 @@ def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sour
     return Sources(start, time, value, np.array(sampled, dtype=np.bool_))
 
 
-def transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> TransistorArrays:
+def _transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> TransistorArrays:
     """Coefficients of all transistors in the order of the groups, each with its deviation on the die."""
     groups = [(g, g.device) for g in flat.groups if isinstance(g.device, Transistor)]
     width, length, multiplicity = (
@@ -313,7 +313,7 @@ def _order(flat: FlatCircuit, free: I64) -> I64:
 
 
 def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> Kernel:
-    transistors = transistor_table(flat, parts.column, parts.silicon)
+    transistors = _transistor_table(flat, parts.column, parts.silicon)
     terminal = np.concatenate([np.zeros((5, 0), np.int64), *parts.amplifier_terminal], axis=1).astype(
         np.int32
     )

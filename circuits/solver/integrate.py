@@ -113,7 +113,7 @@ def source_values(s: Sources, cursor: I64, t: float, v: F64, unknowns: int) -> N
 
 
 @compiled()
-def source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -> None:
+def _source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) -> None:
     """Write the slopes (V/s) of all sources just after time t (s) behind the unknowns of `rate`."""
     for k in range(cursor.size):
         c, hi = cursor[k], s.start[k + 1]
@@ -141,7 +141,7 @@ def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> float:
 
 
 @compiled()
-def sampled_step(s: Sources, cursor: I64, t: float) -> float:
+def _sampled_step(s: Sources, cursor: I64, t: float) -> float:
     """Largest step that sampled sources allow at t, s: to the next sample, or the spacing behind it."""
     largest = np.inf
     for k in range(cursor.size):
@@ -175,7 +175,7 @@ def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
     for i in range(n):
         rate[i] = 0.0
     rate[k.columns - 1] = 0.0
-    source_slopes(s, cursor, h.time[0], rate, n)
+    _source_slopes(s, cursor, h.time[0], rate, n)
     evaluate(k, v, w)
     for i in range(n):
         total = w.residual[i]
@@ -337,7 +337,7 @@ def integrate(  # noqa: C901, PLR0912, PLR0915 - one compiled loop; a call a ste
             return DONE
         if r.filled[0] == r.time.size or r.filled[1] + watch.size > r.spike_time.size:
             return BUFFER_FULL
-        step = min(h.step[0], sampled_step(s, cursor, t)) if any_sampled else h.step[0]
+        step = min(h.step[0], _sampled_step(s, cursor, t)) if any_sampled else h.step[0]
         room = bend - t
         at_breakpoint = step >= room - _SAME_TIME
         if landing < 0 and not at_breakpoint:

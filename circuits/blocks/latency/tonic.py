@@ -62,7 +62,7 @@ BIASES = (
 )
 
 
-def long_synapse(timer_capacitance: float) -> Circuit:
+def _long_synapse(timer_capacitance: float) -> Circuit:
     """A timer that an event starts anew: ports event, end (events in), on (event out), biases.
 
     timer_capacitance: F.
@@ -89,7 +89,7 @@ def spike_and_reset() -> tuple[Device, ...]:
     )
 
 
-def tonic_cell(membrane_capacitance: float) -> Circuit:
+def _tonic_cell(membrane_capacitance: float) -> Circuit:
     """The membrane that spikes by itself: ports stop, restart (events in), spike (event out), biases.
 
     membrane_capacitance: F.
@@ -108,7 +108,7 @@ def tonic_cell(membrane_capacitance: float) -> Circuit:
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports event, end (events in), spike (event out), biases and the supply."""
-    hold, cell = long_synapse(params.timer_capacitance), tonic_cell(params.membrane_capacitance)
+    hold, cell = _long_synapse(params.timer_capacitance), _tonic_cell(params.membrane_capacitance)
     ports = (SUPPLY, *event_in("event", "end"), *event_out("spike"), *bias_ports(BIASES))
     instances = (hold.instance("hold"), cell.instance("cell", stop="on", restart="end"))
     return Circuit("tonic_neuron", ports, (), instances, biases=BIASES)

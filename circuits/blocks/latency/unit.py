@@ -44,7 +44,7 @@ BIASES = (
 )
 
 
-def inhibited_gate(timer_capacitance: float) -> Circuit:
+def _inhibited_gate(timer_capacitance: float) -> Circuit:
     """A gate that a timer blocks: ports block, event (events in), out (event out), biases.
 
     timer_capacitance: F.
@@ -62,7 +62,7 @@ def inhibited_gate(timer_capacitance: float) -> Circuit:
 def build(params: Params = Params()) -> Circuit:  # noqa: B008 - it is frozen
     """The unit: ports tap, integrating, reset (events in), spike (event out), biases and the supply."""
     cd = latency_coincidence.build(latency_coincidence.Params(timer_capacitance=params.timer_capacitance))
-    inh, gate = latency_tonic.build(params), inhibited_gate(params.timer_capacitance)
+    inh, gate = latency_tonic.build(params), _inhibited_gate(params.timer_capacitance)
     inputs = event_in("tap", "integrating", "reset")
     ports = (SUPPLY, *inputs, *event_out("spike"), *bias_ports(BIASES))
     relays = [

@@ -66,7 +66,7 @@ BIASES = (
 )
 
 
-def spiking_cell(membrane_capacitance: float) -> Circuit:
+def _spiking_cell(membrane_capacitance: float) -> Circuit:
     """A membrane that spikes and is emptied: ports v_mem (currents in), reset (event in), spike, biases.
 
     membrane_capacitance: F.
@@ -83,7 +83,7 @@ def spiking_cell(membrane_capacitance: float) -> Circuit:
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports excite[n], inhibit[m], reset (events in), spike (out), biases and the supply."""
-    synapse, cell = step_synapse(params.timer_capacitance), spiking_cell(params.membrane_capacitance)
+    synapse, cell = step_synapse(params.timer_capacitance), _spiking_cell(params.membrane_capacitance)
     counts = {"excite": int(params.excitations), "inhibit": int(params.inhibitions)}
     ports = (
         SUPPLY,

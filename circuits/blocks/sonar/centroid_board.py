@@ -103,7 +103,7 @@ def fourth_power_lookup(
     return Lookup(tuple(float(v) for v in within), tuple(bool(c) for c in clipped))
 
 
-def lookup_switch(params: Params) -> Circuit:
+def _lookup_switch(params: Params) -> Circuit:
     """A transmission gate in series with a resistor, from a look-up voltage to the common node."""
     return Circuit(
         "lookup_switch",
@@ -129,7 +129,7 @@ def build(params: Params = Params()) -> Circuit:
         Capacitor("c_filter", "filtered", "0", params.filter_capacitance),
         *amplifier("output_follower", "filtered", "proximity", "proximity"),
     )
-    gates = lookup_switch(params).array("switch", (NEURONS,), entry="lookup")
+    gates = _lookup_switch(params).array("switch", (NEURONS,), entry="lookup")
     biases = (Bias("lookup", "lookup", "voltage", linear_lookup()),)
     return Circuit("centroid_board", ports, devices, (gates,), biases=biases)
 

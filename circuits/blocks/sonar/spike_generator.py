@@ -130,7 +130,7 @@ AFTER_SOUND = 2e-3  # s, ours: how long a testbench goes on after the last sound
 PEDESTAL = 0.15  # V, ours: the envelope detector's output in silence
 
 
-def sound_stimuli(amplitude: float) -> tuple[Stimulus, ...]:
+def _sound_stimuli(amplitude: float) -> tuple[Stimulus, ...]:
     """Knobs of a neuron that listens to an envelope: two sounds, the first `amplitude` (V) high."""
     return (
         Stimulus("amplitude", "V", amplitude, "height of the first sound's envelope"),
@@ -163,7 +163,7 @@ def envelope_testbench(title: str, circuit: Circuit, stimuli: Values, v_dd: floa
     return Testbench(title, circuit, powered(v_dd, {"envelope": envelope}), stop, watch=("spike",))
 
 
-def spike_measures(result: Result, signal: str, threshold: str) -> dict[str, float | None]:
+def _spike_measures(result: Result, signal: str, threshold: str) -> dict[str, float | None]:
     """Numbers of a run: `latency_s`, `interval_s`, `spike_width_s` and `margin_V`.
 
     latency: from the start of the first sound to the first spike. interval: from there to the second spike.
@@ -193,9 +193,9 @@ def listening_block(
         summary=summary,
         params=params,
         build=build,
-        stimuli=sound_stimuli(amplitude),
+        stimuli=_sound_stimuli(amplitude),
         testbench=partial(envelope_testbench, f"{name.removesuffix('-neuron')} neuron"),
-        measures=partial(spike_measures, signal=signal, threshold="v_threshold"),
+        measures=partial(_spike_measures, signal=signal, threshold="v_threshold"),
         outcome=spike_outcome,
         plotted=plotted,
     )

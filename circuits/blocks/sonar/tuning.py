@@ -100,7 +100,7 @@ def tune(machine: Machine, rtol: float = TUNING_RTOL) -> Tuning:
     Where the solver gives up, the class is `failed` and has the reason; nothing is raised.
     """
     try:
-        return search(SolverTrials(machine, rtol))
+        return search(_SolverTrials(machine, rtol))
     except SolverError as error:
         return Tuning(NeuronClass.FAILED, reason=str(error))
 
@@ -153,7 +153,7 @@ def search(trials: Trials) -> Tuning:
 
 
 @final
-class SolverTrials(Trials):
+class _SolverTrials(Trials):
     """The solver as an engine; echoes after a call go on from states that were kept on its way."""
 
     def __init__(self, machine: Machine, rtol: float) -> None:

@@ -122,7 +122,7 @@ def thresholds(params: Params, v_dd: float) -> tuple[float, float]:
     return v_dd * top / total, v_dd * (top + feedback) / total
 
 
-def ramp_current(params: Params, proximity: float, v_dd: float) -> float:
+def _ramp_current(params: Params, proximity: float, v_dd: float) -> float:
     """Current that charges the ramp at a proximity voltage (V), A; v_dd: supply, V."""
     inward, offset = 1.0 / params.mix_input_resistance, 1.0 / params.mix_offset_resistance
     total = inward + offset + 1.0 / params.mix_ground_resistance
@@ -132,14 +132,14 @@ def ramp_current(params: Params, proximity: float, v_dd: float) -> float:
 def call_width(params: Params, proximity: float, v_dd: float) -> float:
     """Length of a call's pulse at a proximity voltage (V), s; v_dd: supply, V."""
     low, high = thresholds(params, v_dd)
-    rest = ramp_current(params, proximity, v_dd) * params.discharge_resistance
+    rest = _ramp_current(params, proximity, v_dd) * params.discharge_resistance
     return params.discharge_resistance * params.ramp_capacitance * math.log((high - rest) / (low - rest))
 
 
 def call_rate(params: Params, proximity: float, v_dd: float) -> float:
     """Rate of the calls at a constant proximity voltage (V), Hz; v_dd: supply, V."""
     low, high = thresholds(params, v_dd)
-    charging = params.ramp_capacitance * (high - low) / ramp_current(params, proximity, v_dd)
+    charging = params.ramp_capacitance * (high - low) / _ramp_current(params, proximity, v_dd)
     return 1.0 / (charging + call_width(params, proximity, v_dd))
 
 

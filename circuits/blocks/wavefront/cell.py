@@ -72,7 +72,7 @@ class Params:
             )
 
 
-def arrival_latch(params: Params = Params()) -> Circuit:
+def _arrival_latch(params: Params = Params()) -> Circuit:
     """One input: a bit that an arrival sets while `quiet` is high, and that pulls `quiet` down."""
     return Circuit(
         "arrival_latch",
@@ -94,7 +94,7 @@ def arrival_latch(params: Params = Params()) -> Circuit:
 
 def build(params: Params = Params()) -> Circuit:
     """The cell: ports arrive[8], start, reset, acknowledge (events in), fired, first[8], request (out)."""
-    latches = arrival_latch(params).array("input", (INPUTS,))
+    latches = _arrival_latch(params).array("input", (INPUTS,))
     ports = (
         SUPPLY,
         Port("arrive", "event", "in", (INPUTS,)),

@@ -115,7 +115,7 @@ def simulate_noisy(
     stop, title = machine.testbench.stop, machine.testbench.title
     grid = grid_step(machine, run)
     model = run.flicker or noise_model(machine.silicon.process)
-    kernel = with_noise_columns(machine.kernel)
+    kernel = _with_noise_columns(machine.kernel)
     plan = _plan(begun.point, model, grid, machine.kernel.columns)
     names = machine.names if record is None else record
     columns = np.array([machine.column_of(n) for n in names], dtype=np.int64)
@@ -209,7 +209,7 @@ def noise_keys(seed: int, trial: int, paths: Sequence[str]) -> U32:
     return np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T.copy()
 
 
-def with_noise_columns(k: Kernel) -> Kernel:
+def _with_noise_columns(k: Kernel) -> Kernel:
     """A copy of a kernel with one more column for each unknown node, behind ground, that brings it a current.
 
     Its thresholds are a copy too, since flicker moves them.
