@@ -1,25 +1,27 @@
-"""Plastic synapse of ROLLS' kind: a bistable weight that spikes move and that drifts to its nearer rail.
+"""Plastic synapse of the ROLLS chip's kind: a bistable weight that spikes move up and down.
 
-* `w` is the voltage of a capacitor. A presynaptic pulse moves it by `I_up t / C_w` up while `up_b` is low, by
-  `I_dn t / C_w` down while `dn` is high, t being the pulse's length; both lines come from the neuron's
-  learning circuit (`circuits.blocks.rolls.calcium_gate`).
-* A comparator of two stages holds w against v_wthr: a pair of nFETs with a mirror and the tail I_cmp, whose
-  output c gets no lower than the tail, and a pFET at c against I_cmp, whose output `low` is at ground where w
-  is above and at the supply where it is below. `low` is the gate of a starved inverter that drives w itself:
-  `dw/dt = I_driftup / C_w` above the threshold, `-I_driftdn / C_w` below, until w is at the rail.
-* The weight is binary: during a pulse `I_w` is drawn from the line while w is above its threshold. Between
-  pulses the far node of the switch to the line is held at v_shift, as in the non-plastic synapse.
+* weight: `w` is the voltage of a capacitor. A presynaptic pulse of length t moves it up by `I_up t / C_w`
+  while `up_b` is low, and down by `I_dn t / C_w` while `dn` is high. Both lines come from the learning
+  circuit
+  of the neuron (`circuits.blocks.rolls.calcium_gate`).
+* bistability: a comparator of two stages compares w with v_wthr. The first is a pair of nFETs with a mirror
+  and the tail I_cmp, whose output c gets no lower than the tail. The second is a pFET at c against I_cmp,
+  whose
+  output `low` is at ground where w is above the threshold, and at the supply where it is below. `low` is the
+  gate of a starved inverter that drives w itself: `dw/dt = I_driftup / C_w` above the threshold and
+  `-I_driftdn / C_w` below it, until w is at the rail.
+* efficacy: the weight is binary. During a pulse `I_w` is drawn from the line while w is above its threshold.
+  Between pulses the far node of the switch to the line is held at v_shift, as in the non-plastic synapse.
 
 No gate that conducts by itself hangs on c or `low`, which pass slowly from rail to rail: at rest, and while
 they do, a weight takes little more than I_cmp from the supply. An inverter at c would conduct microamperes.
+The stacks that move w have their switches at the rails and the bias devices at w, so that less of a switch's
+charge gets there. The switches are long, or their off currents would be as large as the drift.
 
-The stacks that move w have their switches at the rails and bias devices at w, so that less of a switch's
-charge gets there; the switches are long, or their off currents would be as large as the drift.
-
-Found: the form of the rule (learning "fusi" of teili, after Brader, Senn, Fusi 2007) and the names of the
+Found are the form of the rule (learning "fusi" of teili, after Brader, Senn, Fusi 2007) and the names of the
 biases (control software of ROLLS: PA_DELTAUP, PA_DELTADN, PA_WDRIFTUP, PA_WDRIFTDN, PA_WDRIFT, PA_WTHR,
-PA_WHIDN, PA_PWLK). Topology, sizes, capacitor and what each bias does are ours; so are the currents, since
-the software's default file has the learning switched off (PA_DELTAUP and PA_DELTADN of fine code 0).
+PA_WHIDN, PA_PWLK). Topology, sizes, capacitor and what each bias does are ours. So are the currents, since
+the default file of the software has the learning switched off (PA_DELTAUP and PA_DELTADN of fine code 0).
 """
 
 from __future__ import annotations

@@ -1,37 +1,42 @@
-"""Winner-take-all: of N desirabilities, currents, the greatest takes a shared tail and raises its line.
+"""Winner-take-all: of N currents the greatest takes a shared tail current and raises its line.
 
-Cell k has an excitation and a risk, both currents. Risks inhibit their neighbourhood through a projection of
-current mirrors, whose widths are a Gaussian of the distance up to `reach`:
+The currents are the desirabilities of directions. Cell k has an excitation and a risk, both currents. Risks
+inhibit their neighbourhood through a projection of current mirrors, whose widths are a Gaussian of the
+distance up to `reach`:
 
     I_k = I_excite,k - sum_{|d| <= reach} e^{-d^2 / sigma^2} I_risk,k+d
 
-which charges v_in,k against `m1`. Its gate v_common is shared, follows the highest v_in through `m2`, and
-carries one tail current I_B away, so that it settles where the `m1` of the best cell takes all of its
-current; those of all others could take more than they are given, and their v_in fall. The winner is the cell
-whose current over the strength of its own `m1` is the greatest; a sum below 0 leaves its v_in at ground.
+This current charges v_in,k against the transistor `m1`. The gate v_common of all `m1` is shared. It follows
+the highest v_in through `m2` and carries one tail current I_B away, so that it settles where the `m1` of the
+best cell takes all of its current. The `m1` of all other cells could take more than they are given, and their
+v_in fall. The winner is the cell whose current over the strength of its own `m1` is the greatest; a sum below
+0 leaves its v_in at ground.
 
-A line goes high where a cell has x = 0.64 of the tail: more than half, so that two lines are never high at
-once. While `equalise` is high all v_in are joined, and a decision begins when it falls: without it cells that
-are tied would stay where the last decision left them, because the `m1` have no output resistance to pull them
-together. From then on v_in of the best two part at the difference of their currents, whatever v_common does:
+A line goes high where a cell has the share x = 0.64 of the tail: more than half, so that two lines are never
+high at once. While `equalise` is high all v_in are joined, and a decision begins when it falls. Without it
+cells that are tied would stay where the last decision left them, because the `m1` have no output resistance
+to pull them together. From then on the v_in of the best two part at the difference of their currents,
+whatever v_common does:
 
     t = t_0 + C dV / (c I),    m2 of the winner carries x I_B and that of the rival (1 - x) I_B at dV
 
-with c the contrast (I - I_rival) / I. There is no feedback within a cell, so that the time grows as 1/c, not
-as ln(1/c): measured in the tests. Near a tie the answer does not come: no line is high.
+with the contrast c = (I - I_rival) / I. There is no feedback within a cell, so that the time grows as 1/c and
+not as ln(1/c), as the tests measure. Near a tie the answer does not come: no line is high.
 
-A risk that falls leaves its mirrors' gates slowly, as the diode's own current: from 20 nA to 0.1 nA it is at
-0.24 nA after 0.2 ms and at 0.107 nA after 1 ms (27 degC), so that `equalise` lasts a millisecond or more.
+A risk that falls leaves the gates of its mirrors slowly, as the diode's own current does: from 20 nA to 0.1
+nA it is at 0.24 nA after 0.2 ms and at 0.107 nA after 1 ms (27 degC), so that `equalise` lasts a millisecond
+or more.
 
 `share` is the gate of each cell's output mirror: a pFET like `mo` there copies the cell's part of the tail.
-The bleed `mb` keeps that node defined in a cell without current. While the v_in are joined their sum rests on
-the loop of `m1` and `m2` alone; the diodes `md`, `me` at the joint give it a conductance of its own.
+The bleed `mb` keeps that node defined in a cell without current. While the v_in are joined, their sum rests
+on the loop of `m1` and `m2` alone; the diodes `md`, `me` at the joint give it a conductance of its own.
 
-Sources: the cell of two transistors, Lazzaro, Ryckebusch, Mahowald & Mead, "Winner-take-all networks of O(N)
-complexity" (1989); Gaussian inhibition of desirabilities and 33 directions, Wen & Horiuchi 2022, equation
-(6), where `e^{-d^2 / sigma^2}` has no factor 2. The other circuits and all numbers are ours; reach 3 at sigma
-2 leaves weights of 1.8 % and less out. Beyond the last cell there is nothing, as in the equation; the mirrors
-that would come from there are built with their gates at ground, so that all v_in have one capacitance.
+Sources: the cell of two transistors is that of Lazzaro, Ryckebusch, Mahowald & Mead, "Winner-take-all
+networks of O(N) complexity" (1989). Gaussian inhibition of desirabilities and 33 directions are from Wen &
+Horiuchi 2022, equation (6), where `e^{-d^2 / sigma^2}` has no factor 2. The other circuits and all numbers
+are ours; a reach of 3 at sigma 2 leaves weights of 1.8 % and less out. Beyond the last cell there is nothing,
+as in the equation; the mirrors that would come from there are built with their gates at ground, so that all
+v_in have one capacitance.
 """
 
 from __future__ import annotations
