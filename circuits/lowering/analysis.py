@@ -1,4 +1,4 @@
-"""Closed forms of a circuit: each device's equation as text, and the capacitance that loads each node.
+"""Closed forms of a circuit: the equation of each device as text, with its numbers.
 
 Every device type registers its own equation, as in the other lowerings.
 """
@@ -7,18 +7,11 @@ from __future__ import annotations
 
 from functools import singledispatch
 
-import numpy as np
-
-from circuits.arrays import F64
-from circuits.circuit import Circuit
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
-from circuits.devices.transistor import capacitances
 from circuits.errors import unknown_name
-from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
+from circuits.lowering.flatten import FlatCircuit
 from circuits.silicon.silicon import Silicon
-
-Pairs = dict[tuple[int, int], F64]
 
 
 @singledispatch
@@ -71,19 +64,6 @@ def _(device: Source, silicon: Silicon) -> str:
     return f"{'v' if device.quantity == 'voltage' else 'I'} = {type(device.waveform).__name__.lower()}(t)"
 
 
-def node_capacitances(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
-    """Capacitance (F) between each node and all others together, by node path; 0 where there is none."""
-    flat = flatten(circuit)
-    total = np.zeros(flat.count)
-    for group in flat.groups:
-        for pair, value in _pairs(group, silicon).items():
-            ends = group.nodes[list(pair)]
-            apart = ends[0] != ends[1]
-            for end in ends:
-                np.add.at(total, end[apart], value[apart])
-    return dict(zip(flat.node_names()[1:], (float(c) for c in total[1:]), strict=True))
-
-
 def find_transistor(flat: FlatCircuit, label: str) -> Transistor:
     """The transistor at an instance path such as `membrane.m1`.
 
@@ -94,13 +74,3 @@ def find_transistor(flat: FlatCircuit, label: str) -> Transistor:
     if not isinstance(device, Transistor):
         raise unknown_name(f"{flat.circuit.name} transistor", label, groups)
     return device
-
-
-def _pairs(group: DeviceGroup, silicon: Silicon) -> Pairs:
-    parameters = group.parameters
-    if isinstance(group.device, Capacitor):
-        return {(0, 1): parameters["capacitance"]}
-    if isinstance(group.device, Transistor):
-        model = silicon.process.model(group.device.polarity)
-        return capacitances(model, *(parameters[k] for k in ("width", "length", "multiplicity")))
-    return {}

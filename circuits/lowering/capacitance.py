@@ -20,7 +20,8 @@ def capacitance_matrix(circuit: Circuit, process: Process, nodes: Sequence[str])
     number = {flat.node(n): k for k, n in enumerate(nodes)}
     matrix = np.zeros((len(nodes), len(nodes)))
     for group in flat.groups:
-        for (a, b), value in _pairs(group, process):
+        for (a, b), values in _pairs(group, process).items():
+            value = float(values[0])
             rows = [number.get(int(group.nodes[t, 0])) for t in (a, b)]
             for row, other in (rows, rows[::-1]):
                 if row is not None:
@@ -30,12 +31,24 @@ def capacitance_matrix(circuit: Circuit, process: Process, nodes: Sequence[str])
     return matrix
 
 
-def _pairs(group: DeviceGroup, process: Process) -> list[tuple[tuple[int, int], float]]:
-    """Capacitances between terminals of a device, F."""
+def node_capacitances(circuit: Circuit, process: Process) -> dict[str, float]:
+    """Capacitance (F) between each node and all others together, by node path; 0 where there is none."""
+    flat = flatten(circuit)
+    total = np.zeros(flat.count)
+    for group in flat.groups:
+        for pair, value in _pairs(group, process).items():
+            ends = group.nodes[list(pair)]
+            apart = ends[0] != ends[1]
+            for end in ends:
+                np.add.at(total, end[apart], value[apart])
+    return dict(zip(flat.node_names()[1:], (float(c) for c in total[1:]), strict=True))
+
+
+def _pairs(group: DeviceGroup, process: Process) -> dict[tuple[int, int], F64]:
+    """Capacitances (F, float64[count]) of a group's devices, by pair of terminals."""
     if isinstance(group.device, Capacitor):
-        return [((0, 1), float(group.parameters["capacitance"][0]))]
+        return {(0, 1): group.parameters["capacitance"]}
     if not isinstance(group.device, Transistor):
-        return []
+        return {}
     size = (group.parameters[k] for k in ("width", "length", "multiplicity"))
-    found = capacitances(process.model(group.device.polarity), *size)
-    return [(pair, float(value[0])) for pair, value in found.items()]
+    return capacitances(process.model(group.device.polarity), *size)

@@ -16,7 +16,8 @@ from circuits.blocks.sonar import rebound_equations as eq
 from circuits.circuit import Circuit
 from circuits.devices.softplus import inverse_softplus
 from circuits.event import WIDTH
-from circuits.lowering.analysis import find_transistor, node_capacitances
+from circuits.lowering.analysis import find_transistor
+from circuits.lowering.capacitance import node_capacitances
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.silicon.silicon import Silicon
 
@@ -39,7 +40,7 @@ def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
     voltages = {
         name: float(bias_voltages(circuit, circuit.bias(name), silicon)) for name in ("v_rest", "v_ex_max")
     }
-    load = node_capacitances(circuit, silicon)
+    load = node_capacitances(circuit, silicon.process)
     drawn_c = {
         g.device.name: float(g.parameters["capacitance"][0])
         for g in flat.groups

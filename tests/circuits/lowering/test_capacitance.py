@@ -7,7 +7,7 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import UnknownNameError
-from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.capacitance import capacitance_matrix, node_capacitances
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -34,3 +34,16 @@ def test_it_is_that_of_the_kernel() -> None:
 def test_a_node_that_is_not_there_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="nowhere"):
         capacitance_matrix(rebound_neuron.build(), AMI_1500, ("nowhere",))
+
+
+def test_node_capacitances_are_the_diagonal_of_the_solver_s_matrix() -> None:
+    circuit = rebound_neuron.build()
+    stimuli = rebound_neuron.BLOCK.defaults
+    machine = to_kernel(rebound_neuron.testbench(circuit, stimuli, 5.0))
+    found = node_capacitances(circuit, AMI_1500)
+    charge = machine.kernel.charge
+    rows = np.repeat(np.arange(machine.kernel.unknowns), np.diff(charge.start))
+    for name in ("v_mem", "membrane.v_r", "inhibition.v_inh", "comparator.tail", "axon.rm"):
+        column = machine.column_of(name)
+        diagonal = charge.value[(rows == column) & (charge.column == column)]
+        assert found[name] == pytest.approx(float(diagonal[0]), rel=1e-12)
