@@ -11,10 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from circuits.errors import ParameterError, unknown_name
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint, EntryPoints
 
 T = TypeVar("T")
 
@@ -74,6 +76,12 @@ class Catalogue(Generic[T]):
             wanted = " or ".join(each.__name__ for each in classes)
             raise ParameterError(f"{where} is of type {type(found).__name__}, must be a {wanted}; mend it")
         return found
+
+
+def entry_points(group: str) -> EntryPoints:
+    """Entry points of all installed packages in a group; what finds them is slow to import."""
+    found: EntryPoints = loaded("importlib.metadata:entry_points")(group=group)
+    return found
 
 
 def loaded(place: str) -> Any:

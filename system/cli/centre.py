@@ -117,7 +117,7 @@ def run(asked: Centre) -> Result:
 
     def values_at(coordinates: F64) -> tuple[Value, ...]:
         pairs = zip(knobs, coordinates.tolist(), strict=True)
-        return tuple(knob.at(u, asked.range, span) for knob, u in pairs)
+        return tuple(knob.at(u, asked.reach, span) for knob, u in pairs)
 
     def open_at(coordinates: F64) -> Target:
         made = BlockTarget(moved_subject(subject, knobs, values_at(coordinates)))
@@ -157,9 +157,9 @@ def _check(asked: Centre, span: float) -> None:
         )
     if asked.generations < 0 or not 0 <= asked.seed < 2**64:
         raise ParameterError(f"--generations, --seed: {asked.generations}, {asked.seed}, must be at least 0")
-    if not 1.0 < asked.range <= 1e3:
+    if not 1.0 < asked.reach <= 1e3:
         raise ParameterError(
-            f"--range: {asked.range:g}, must be above 1 and at most 1000; 3 is a third to three"
+            f"--range: {asked.reach:g}, must be above 1 and at most 1000; 3 is a third to three"
         )
     if not 0.0 < span <= 5.0:
         raise ParameterError(f"--span: {span:g} V, must be above 0 and at most 5 V; give 0.1V")

@@ -12,11 +12,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import Annotated, Any
 
 import typer
 
+from circuits.catalogue import loaded
 from circuits.errors import CircuitError
 from system.cli import run_command_line
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
@@ -119,9 +119,9 @@ def _run(arguments: list[str]) -> int:
 
 
 def _version() -> str:
-    try:
-        return version("noctule")
-    except PackageNotFoundError:
+    try:  # what knows of versions is slow to import
+        return str(loaded("importlib.metadata:version")("noctule"))
+    except ImportError:
         return "(not installed)"
 
 

@@ -93,7 +93,7 @@ class Centre:
     metric: tuple[str, ...] = option((), "Measured besides those of the specs, repeatable", metavar="NAME")
     move: tuple[str, ...] = option((), "Moved; every current unless given; repeatable", metavar="BIAS")
     move_param: tuple[str, ...] = option((), "A size that is moved too, repeatable", metavar="NAME")
-    range: float = option(3.0, "How far currents move, each way", metavar="FACTOR")
+    reach: float = option(3.0, "How far currents move, each way", name="range", metavar="FACTOR")
     span: str = option("100mV", "How far voltages move, each way", metavar="VOLTAGE")
     tuning_dies: int = option(200, "Dies of the search, from 0 on, at most 1000")
     fresh_dies: int = option(1000, "Dies of the report")

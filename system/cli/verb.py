@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum, StrEnum
+from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import typer
@@ -100,13 +101,13 @@ def with_parameters(command: Command, parameters: Iterator[inspect.Parameter], a
 
 def parameters_of(options: type, without: Collection[str] = ()) -> Iterator[inspect.Parameter]:
     """Parameters of a command with the options of a dataclass, but those `without`."""
-    hints = get_type_hints(options)
+    hints = _hints(options)
     for each in fields(options):
         inner = each.metadata.get(PART)
         if inner is not None:
             yield from parameters_of(inner.kind, inner.without)
         elif each.name not in without:
-            stated, kind = each.metadata[OPTION], _typer_kind(hints[each.name])
+            stated, kind = each.metadata[OPTION], hints[each.name]
             about = _NAMED.sub(lambda found: option_of(found[1]), stated.help)
             shown: Any = {"metavar": stated.metavar or None, "help": f"{about}."}
             if ARGUMENT in each.metadata:
@@ -140,6 +141,12 @@ def made_of(options: type, given: Mapping[str, Any], without: Collection[str] = 
         elif each.name not in without:
             found[each.name] = _plain(given[each.name])
     return options(**found)
+
+
+@cache
+def _hints(options: type) -> dict[str, Any]:
+    """Types of a dataclass's fields, as typer reads them."""
+    return {name: _typer_kind(hint) for name, hint in get_type_hints(options).items()}
 
 
 def _typer_kind(hint: Any) -> Any:
