@@ -9,6 +9,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
+from system.openspace.map import start_option
 from system.openspace.reader import CALIBRATIONS, Calibration
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
@@ -44,9 +45,7 @@ class Scenario:
     bias_kind: BiasKind | None = bias_kind_option(None)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
-    start: tuple[float, float] | None = option(
-        None, "As 40m,25m; drawn unless given", read=place, metavar="X,Y", key="start_m"
-    )
+    start: tuple[float, float] | None = start_option(place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)

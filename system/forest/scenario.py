@@ -10,7 +10,14 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.forest.weights import weighted
 from system.openspace.law import Bat
-from system.openspace.map import OBSTACLES, check_count, check_source, read_place
+from system.openspace.map import (
+    check_count,
+    check_source,
+    map_option,
+    obstacles_option,
+    read_place,
+    start_option,
+)
 from system.openspace.senses import IDEAL, Sensing, with_area
 from system.option import check_options, die_option, option, seed_option, temperature_option
 
@@ -33,11 +40,9 @@ class Scenario:
 
     bat: Bat = field(default_factory=Bat)
     sensing: Sensing = IDEAL
-    map: str | None = option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
-    obstacles: int = option(OBSTACLES, "How many are planted from the seed", study=True)
-    start: tuple[float, float] | None = option(
-        None, "As 40m,25m; drawn unless given", read=read_place, metavar="X,Y", key="start_m"
-    )
+    map: str | None = map_option()
+    obstacles: int = obstacles_option()
+    start: tuple[float, float] | None = start_option(read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
     rows: int = PINGS
     seed: int = seed_option()

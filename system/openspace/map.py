@@ -20,8 +20,8 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
-from system.option import required
-from system.reader import place
+from system.option import option, required
+from system.reader import Reader, place
 from system.rows import read_rows
 
 SIDE = 50.0  # m, the paper's
@@ -102,6 +102,24 @@ def check_source(given: Mapping[str, Any]) -> None:
 def densest(spacing: float = SPACING) -> int:
     """How many obstacles can be placed one after the other, on average: discs cover 0.547 of a plane."""
     return int(_FULL * 4.0 * SIDE**2 / (math.pi * spacing**2))
+
+
+def map_option() -> Any:
+    """Make the field of a scenario for a file of obstacles, None where they are planted."""
+    return option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
+
+
+def obstacles_option() -> Any:
+    """Make the field of a scenario for the number of obstacles that are planted from its seed."""
+    return option(OBSTACLES, "How many are planted from the seed", study=True)
+
+
+def start_option(read: Reader) -> Any:
+    """Make the field of a scenario for the place (m) where it starts, None where that is drawn.
+
+    read : makes the place of a text, and refuses one outside of the forest.
+    """
+    return option(None, "As 40m,25m; drawn unless given", read=read, metavar="X,Y", key="start_m")
 
 
 def read_place(text: str, option: str) -> tuple[float, float]:

@@ -10,7 +10,14 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.openspace.law import Bat
-from system.openspace.map import OBSTACLES, check_count, check_source, read_place
+from system.openspace.map import (
+    check_count,
+    check_source,
+    map_option,
+    obstacles_option,
+    read_place,
+    start_option,
+)
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, noise_option, silicon_noise
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
@@ -48,11 +55,9 @@ class Scenario:
     ping_rate: float = option(PING_RATE, "Of pings", unit="Hz", above=0.0, study=True)
     paths: int = option(PATHS, "Memories", study=True)
     taps: int = option(UNITS, "Of a delay line", study=True)
-    map: str | None = option(None, "Obstacles, x_m,y_m a line; else planted", metavar="FILE", study=True)
-    obstacles: int = option(OBSTACLES, "How many are planted from the seed", study=True)
-    start: tuple[float, float] | None = option(
-        None, "As 40m,25m; drawn unless given", read=read_place, metavar="X,Y", key="start_m"
-    )
+    map: str | None = map_option()
+    obstacles: int = obstacles_option()
+    start: tuple[float, float] | None = start_option(read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
