@@ -1,4 +1,4 @@
-"""Files of records: those in the user's cache folder, which are read first, and those of the package.
+"""Files of records: those in the user's cache folder, which take precedence, and those of the package.
 
 `noctule characterise` writes into the cache folder, so that an installed package is never changed. The folder
 is `NOCTULE_CACHE_DIR` where that is set, else `noctule` in the user's caches, as the XDG Base Directory
@@ -24,7 +24,7 @@ _MOST = 4_000_000  # numbers of a record, ours: a hundred times the largest that
 
 
 def cache_folder() -> Path:
-    """Where noctule keeps what it measured for this user; it need not be there."""
+    """Return the folder in which noctule keeps what it measured for this user; it need not exist."""
     chosen = os.environ.get(ENVIRONMENT)
     if chosen:
         return Path(chosen)
@@ -38,17 +38,20 @@ def cache_folder() -> Path:
 
 
 def cached_file(block: str) -> Path:
-    """Where the record of a block is in the cache folder; it need not be there."""
+    """Return the path of a block's record in the cache folder; it need not exist."""
     return cache_folder() / "records" / _name(block)
 
 
 def shipped_file(block: str) -> Path:
-    """Where the package has the record of a block; it need not be there."""
+    """Return the path of a block's record in the package; it need not exist."""
     return Path(str(files("chips"))) / "records" / _name(block)
 
 
 def record_file(block: str) -> Path:
-    """The record of a block that is read: the user's own, else the package's; `DataError` without one."""
+    """Return the path of the record that is read for a block: the user's own, else the package's.
+
+    Raises `DataError` where there is neither.
+    """
     for path in (cached_file(block), shipped_file(block)):
         if os.access(path, os.R_OK):
             return path
@@ -56,19 +59,22 @@ def record_file(block: str) -> Path:
 
 
 def record_digest(block: str) -> str:
-    """SHA-256 of the file of the record that is read, in hexadecimal; raises `DataError` without one."""
+    """Return the SHA-256 of the record that is read for a block, in hexadecimal.
+
+    Raises `DataError` where there is none.
+    """
     return sha256(record_file(block).read_bytes()).hexdigest()
 
 
 def save_record(data: xr.Dataset, path: Path) -> None:
-    """Write a record's file, sealed."""
+    """Write a record's netCDF file with its seal."""
     path.write_bytes(sealed(data.to_netcdf(engine="h5netcdf")))  # in memory: HDF5 crashes on a full disk
 
 
 def load_record(path: Path) -> xr.Dataset:
-    """Contents of a record's file; raises `DataError` for one that is none.
+    """Return the contents of a record's file; raises `DataError` for a file that is none.
 
-    Outside the package it must be as it was written, which its seal tells.
+    A file outside the package must be as it was written, which its seal tells.
     """
     try:
         _check(path)

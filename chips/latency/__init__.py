@@ -1,1 +1,1 @@
-"""The latency chip: evaluation and choice by the time of the first spike."""
+"""The latency chip, which evaluates paths and chooses one by the time of its first spikes."""

@@ -1,4 +1,4 @@
-"""Calibration of a latency chip: codes that bring its times on a die to those of its design.
+"""Calibration of a latency chip: bias codes that bring its times on a die to those of its design.
 
 What a tester can time, and what a bias line then corrects, `I -> I T / T_wanted`, as near as codes come:
 
@@ -44,9 +44,10 @@ def calibrated(
     *,
     area: float = 1.0,
 ) -> Biases:
-    """Biases of the chip on the silicon, calibrated at its temperature.
+    """Return the biases of the chip on a silicon, calibrated at its temperature.
 
-    parts: which of `PARTS`. Raises `ParameterError` for another, and where no code reaches a current.
+    kind: of the biases; parts: which of `PARTS` are calibrated; area: of the devices over the circuits'.
+    Raises `ParameterError` for another part, and where no code reaches a current.
     """
     for part in parts:
         if part not in PARTS:

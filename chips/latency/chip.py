@@ -1,4 +1,4 @@
-"""The latency chip: memories, delay line and two layers that race to the first spike, on a die.
+"""The latency chip: memories, a delay line and two layers of neurons that race to the first spike.
 
 It hears addresses and says addresses. In: a spike for a memory, the goal's charge, the charge of the ping's
 direction, the ping's onset, a reset. Out: winners of the second layer, and the emergency neuron. What the
@@ -44,7 +44,11 @@ from circuits.silicon.silicon import Silicon
 
 
 class Addresses(NamedTuple):
-    """Where each kind of event begins, for n paths and g groups: memory 0 to n - 1, then as named."""
+    """The address at which each kind of event begins; memories are at 0 to n - 1, for n paths.
+
+    goal: n addresses of goal neurons; direction: one for each group; onset, reset: one each; emergency: of
+    the events that leave, whose winners are 0 to n - 1.
+    """
 
     goal: int
     direction: int
@@ -54,29 +58,33 @@ class Addresses(NamedTuple):
 
 
 class Unit(Protocol):
-    """A latency unit that answers for itself."""
+    """A latency unit that is simulated by itself, as at transistor level."""
 
     def ping(self, start: float, tap: float, spoken: float) -> float:
-        """Latency of its spike after a ping at `start`, s, or inf; tap, spoken: its inputs', s, or inf."""
+        """Return the latency of its spike after a ping at `start` (s), s, inf for none.
+
+        tap, spoken: latencies of its inputs, from the delay line and from the integrating neuron, s, inf for
+        none.
+        """
         ...
 
     def reset(self, at: float) -> None:
-        """A reset at a time, s."""
+        """Reset the unit at a time, s."""
         ...
 
     def move(self, temperature_c: float, now: float) -> None:
-        """Go on at another temperature, degC, from `now` on, s."""
+        """Go on at another temperature (degC) from `now` (s) on."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class PingResponse:
-    """Response of the chip to a ping. Times are in s after it, infinite or empty where there was nothing.
+    """Response of the chip to a ping; times are in s after it, inf or empty where there was none.
 
-    times, paths: winners of the second layer as they left the bus; emergency: of its neuron; integrating,
-    memory, first: float64[n], latencies of the integrating neurons, of the memories' outputs and of the first
-    layer's winners; free: of that layer if nothing had stopped it; detected: float64[n, u], of the units;
-    lost_in, lost_out: events that the buses dropped.
+    times, paths: winners of the second layer as they left the bus; emergency: spike of the emergency neuron;
+    integrating, memory, first: latencies of the integrating neurons, of the memories' outputs and of the
+    first layer's winners, float64[n]; free: latencies of the first layer if nothing had stopped it; detected:
+    of the units' detectors, float64[n, u]; lost_in, lost_out: events that the bus dropped.
     """
 
     times: F64
@@ -92,11 +100,11 @@ class PingResponse:
 
 
 class LatencyChip:
-    """A chip of a design on the silicon.
+    """A chip of a design on a silicon.
 
-    biases: the usual ones unless given; area: of its devices, over the circuits'; bus: that events come and
-    leave by; units: that are at transistor level, by memory and number; numbers: of the
-    chip, in the place of its silicon's; noise: of its devices, None for none (`chips.latency.noise`).
+    biases: the usual ones unless given; area: of its devices over the circuits'; bus: by which events come
+    and leave; units: that are simulated at transistor level, by memory and number; numbers: of the chip,
+    instead of those of its silicon; noise: of its devices, none unless given (`chips.latency.noise`).
     """
 
     def __init__(
@@ -111,7 +119,11 @@ class LatencyChip:
         numbers: Lumped | None = None,
         noise: SiliconNoise | None = None,
     ) -> None:
-        """Raises `ParameterError` for silicon outside the record's box, units that it lacks or with noise."""
+        """Prepare the chip's numbers.
+
+        Raises `ParameterError` for silicon outside the record's box, for units that the chip lacks, and for
+        units together with noise.
+        """
         self.design, self.biases = design, biases or usual_biases(design)
         self.silicon, self.area, self.bus = silicon or Silicon(), area, bus or Bus()
         self.lumped = numbers or lumped(design, self.biases, self.silicon, area)
@@ -126,7 +138,7 @@ class LatencyChip:
         self.addresses = Addresses(n, 2 * n, 2 * n + groups, 2 * n + groups + 1, n)
 
     def at(self, temperature_c: float) -> LatencyChip:
-        """The same chip at another temperature, degC."""
+        """Return the same chip at another temperature, degC."""
         silicon = replace(self.silicon, temperature_c=temperature_c)
         return LatencyChip(
             self.design,
@@ -139,7 +151,7 @@ class LatencyChip:
         )
 
     def moved(self, memory: Memory, temperature_c: float, now: float) -> LatencyChip:
-        """The same chip at another temperature (degC) from `now` (s) on, what it keeps going on.
+        """Return the same chip at another temperature (degC) from `now` (s) on; its memory goes on.
 
         A charge that is partly taken up is taken up at the new rate from then on.
         """
@@ -159,7 +171,7 @@ class LatencyChip:
             )
 
     def new_memory(self) -> Memory:
-        """What a chip keeps, after a reset at 0 s."""
+        """Return what a chip keeps from ping to ping, after a reset at 0 s."""
         shape = self.design.paths, self.design.taps
         memory = Memory(
             np.full(shape, -math.inf), np.zeros(shape), np.zeros(2, dtype=np.int64), np.empty(STEPS),
@@ -175,11 +187,11 @@ class LatencyChip:
             unit.reset(at)
 
     def ping(self, memory: Memory, start: float, times: F64, addresses: I64) -> PingResponse:
-        """Answer to the events that come after a ping at `start` (s), until the next one.
+        """Return the response to the events from a ping at `start` (s) on, until the next one.
 
-        times: float64[m], s after the ping, 0 for its onset; addresses: int64[m], as `addresses` says. Resets
-        have their own call. Raises `ParameterError` for an address that the chip does not have, or a train
-        without the onset at its beginning.
+        times: of the events, s after the ping, float64[m], 0 for its onset; addresses: int64[m], as
+        `addresses` says. Resets have their own call. Raises `ParameterError` for an address that the chip
+        does not have, and for a train that does not begin with one onset.
         """
         heard = send(self.bus, times, addresses)
         onset = self._check(heard.addresses)
@@ -245,7 +257,7 @@ class LatencyChip:
 
 
 def counted(memory: Memory) -> dict[str, int]:
-    """What went wrong so far: inputs that found no synapse, and detectors near a tie."""
+    """Return what went wrong so far: inputs that found no synapse, and detectors near a tie, by name."""
     return {"overflowed": int(memory.counts[OVERFLOW]), "undecided": int(memory.counts[UNDECIDED])}
 
 

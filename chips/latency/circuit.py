@@ -1,4 +1,4 @@
-"""The latency chip as one circuit: delay line, memories, both layers that race, and the emergency neuron.
+"""The latency chip as one circuit of transistors: delay line, memories, two racing layers, emergency.
 
 A ping's onset starts the delay line and resets integrating neurons, cells and latches. Events of a memory
 come to its synapses; the integrating neuron's spike goes to the memory's units, and what they say, to the
@@ -59,9 +59,10 @@ _MEMORY_LINES = ("integrating", "step", "cd", "window", "tonic", "hold", "block"
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Numbers of memories, units of each and synapses of each; cell at which the goal lies; wires in ohm.
+    """Size of the chip: numbers of memories, of units of each, and of synapses of each.
 
-    goal: -1 for the middle. Raises `ParameterError` for a chip that cannot be built.
+    goal: the cell at which the goal lies, -1 for the middle; wire_resistance: of the wires between arrays,
+    Ohm. Raises `ParameterError` for a chip that cannot be built.
     """
 
     paths: int = quantity(33, "")
@@ -78,16 +79,18 @@ class Params:
 
 
 def design_of(params: Params) -> Design:
-    """The chip's design: groups of like sizes, equal passive currents."""
+    """Return the chip's design, with groups of like sizes and equal passive currents."""
     n = int(params.paths)
     group = tuple(k * GROUPS // n if n >= GROUPS else k for k in range(n))
     return Design(group, (1.0,) * n, tuple(2e-3 + 2.8e-3 * k for k in range(GROUPS)), taps=int(params.taps))
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports onset, reset, goal, direction[groups], event[paths, synapses] (in), winner[paths] (out).
+    """Build the chip.
 
-    Also emergency_out, memory_out[paths], what the memories say, the biases and the supply.
+    Its event inputs are onset, reset, goal, direction[groups] and event[paths, synapses]; its outputs are
+    winner[paths], emergency_out and memory_out[paths], which is what the memories send to the first layer.
+    The others are the biases and the supply.
     """
     n, u = int(params.paths), int(params.taps)
     design, biases = design_of(params), _biases(params)
@@ -210,10 +213,11 @@ LATER = 75e-3  # s, that a run goes on after its last ping
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A reset until 30 us, a ping at 25 ms, and one 0.1 s later that shows nothing, unless `pings` is 1.
+    """Return a testbench: a reset until 30 us, a ping at 25 ms, and one 0.1 s later unless `pings` is 1.
 
-    Events of the first two memories, of the goal and of the first direction come so long after the first
-    ping; the goal's and the direction's come again at the second.
+    Events of the first two memories, of the goal and of the first direction come the stimuli's times after
+    the first ping, those of goal and direction after the second too. Raises `ParameterError` for stimuli that
+    the circuit cannot have.
     """
     pings = stimuli["pings"] or 1.0
     if pings not in (1.0, 2.0):
@@ -245,7 +249,7 @@ def _events(times: list[float], v_dd: float) -> Waveform:
 
 
 def latencies(result: Result, port: str, ping: int) -> tuple[float, ...]:
-    """Latency of each element's first spike after a ping, s, inf where there is none before the next."""
+    """Return the latency of each element's first spike after a ping, s, inf where there is none."""
     start, found = FIRST + ping * PERIOD, []
     for node in result.machine.testbench.circuit.port(port).elements():
         times = result.spikes[node]
@@ -255,7 +259,7 @@ def latencies(result: Result, port: str, ping: int) -> tuple[float, ...]:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`memory_s` of memory 0 at the first ping, `recall_s` at the second, `winner_s`."""
+    """Return `memory_s` of memory 0 at the first ping, `recall_s` at the second, and `winner_s`."""
     heard, recalled = (latencies(result, "memory_out", k)[0] for k in range(2))
     winner = min(latencies(result, "winner", 0))
     return {
@@ -266,7 +270,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 
 def outcome(result: Result) -> str:
-    """Winners of the first ping, `emergency` or `none`."""
+    """Return the winners of the first ping, `emergency`, or `none`."""
     won = [str(k) for k, at in enumerate(latencies(result, "winner", 0)) if math.isfinite(at)]
     alarm = math.isfinite(latencies(result, "emergency_out", 0)[0])
     return "emergency" if alarm else " ".join(won) or "none"

@@ -1,6 +1,6 @@
-"""What the latency chip is drawn and biased for: sizes, times and weights, and the currents that give them.
+"""The design of a latency chip: sizes, times and weights, and the bias currents that give them.
 
-Every time on the chip is a charge over a current (`chips.latency_record`), so that a bias is the nominal
+Every time on the chip is a charge over a current (`chips.latency.measure`), so that a bias is the nominal
 charge over the time that is wanted, at 27 degC. A bias line is one current for all its devices, or one for
 each of an array of copies: the taps, the integrating neurons, the passive currents, the charges of the goal
 by distance, the inhibitions by distance, the second layer's groups.
@@ -36,11 +36,16 @@ NAME = "latency_chip"
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Times in s, charges and inhibitions in thresholds of the race; the network's numbers unless said.
+    """What a latency chip is designed for: times in s, charges and inhibitions in thresholds of the race.
 
-    group: ping direction of each path; share: passive current of each path over the largest; second: delay
-    of the second layer in each group; lead: of the delay line before its first tap, ours: the network's
-    neurons take that much longer from a tap to the memory's spike than this chip's.
+    The numbers are those of the network unless said. group: ping direction of each path; share: passive
+    current of each path over the largest; second: delay of the second layer in each group, s; taps: of the
+    delay line, and units of a memory; lead, hop: delays before its first tap and between two, s (the lead is
+    ours: the network's neurons take that much longer from a tap to the memory's spike than this chip's);
+    step, integration, window, tonic, hold, block: of a memory's steps, integrating neuron, detectors and
+    inhibition, s; race: latency of a cell of the largest passive current, s; goal, direction: charges, with
+    goal_sigma the reach of the goal in paths; pulse: of these charges, s; suppression, suppression_sigma:
+    inhibition of other paths and its reach; inhibition, recurrent, emergency: s.
     """
 
     group: tuple[int, ...]
@@ -84,18 +89,18 @@ class Design:
 
     @property
     def paths(self) -> int:
-        """Number of memories."""
+        """Number of memories, one for each path."""
         return len(self.group)
 
     @property
     def span(self) -> float:
-        """Latency of the last tap, s."""
+        """Latency of the last tap of the delay line, s."""
         return self.lead + self.taps * self.hop
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A bias line: the polarity of its devices, of 6 by 24 um unless `size` (um) says, and their currents."""
+    """A bias line: polarity of its devices, current (A, of the shape of their array) and size (um)."""
 
     polarity: Polarity
     current: F64  # A, shape of its array, () for one
@@ -107,7 +112,7 @@ Lines = Mapping[str, Line]
 
 @dataclass(frozen=True, slots=True)
 class Charges:
-    """Nominal charges (C) to a threshold at 27 degC, and the widths (s) that come with them."""
+    """Nominal charges to a threshold at 27 degC, C; pulse_width: of a tap's event, s."""
 
     timer: float
     tap: float
@@ -120,7 +125,7 @@ class Charges:
 
 
 def lines_of(design: Design, q: Charges) -> dict[str, Line]:
-    """Bias lines of a design on the nominal die."""
+    """Return the bias lines of a design, by name, with the currents of the nominal die."""
     d, one = design, np.ones(())
     race = q.race / d.race
     apart = np.arange(REACH + 1)
@@ -154,14 +159,17 @@ def lines_of(design: Design, q: Charges) -> dict[str, Line]:
 
 @dataclass(frozen=True, slots=True)
 class Biases:
-    """Bias lines of a chip, and how their currents are made: by fixed gates, or by a generator."""
+    """Bias lines of a chip, and how their currents are made: by fixed gates, or by a generator.
+
+    codes: coarse and fine codes of those lines that were set by codes, int64[..., 2].
+    """
 
     lines: Lines
     kind: BiasKind = "gate"
     codes: Mapping[str, I64] = field(default_factory=lambda: MappingProxyType({}))
 
     def with_currents(self, currents: Mapping[str, F64]) -> Biases:
-        """Biases with other currents (A) of some lines, as near as codes come, by the generator."""
+        """Return the biases with other currents (A) of some lines, as near as codes of the generator come."""
         codes = dict(self.codes)
         lines = dict(self.lines)
         for name, wanted in currents.items():
@@ -171,9 +179,10 @@ class Biases:
 
 
 def codes_of(current: F64) -> I64:
-    """Codes whose current is nearest to each (A), int64[..., 2]: coarse and fine, the finest range first.
+    """Return the codes whose current is nearest to each (A), coarse and fine, int64[..., 2].
 
-    What is below the least current gets it, 59 fA. Raises `ParameterError` for one that no code reaches.
+    The finest range that reaches a current is taken, and 59 fA for what is below the least. Raises
+    `ParameterError` for a current that no code reaches.
     """
     wanted = np.asarray(current, dtype=np.float64)
     most = COARSE[0] * (CODES - 1) / CODES
@@ -190,14 +199,14 @@ def codes_of(current: F64) -> I64:
 
 
 def currents_of(codes: I64) -> F64:
-    """Nominal currents of codes, int64[..., 2], A."""
+    """Return the nominal currents of codes, A; codes: int64[..., 2]."""
     return np.asarray(np.array(COARSE)[codes[..., 0]] * codes[..., 1] / CODES)
 
 
 def gate_voltages(biases: Biases, silicon: Silicon) -> dict[str, F64]:
-    """Voltages of all bias lines above the bulk's rail (V, of the line's shape) on the silicon's die.
+    """Return the voltages of all bias lines above the bulk's rail, V, of each line's shape.
 
-    The generator's copies stand on the chip; a fixed gate knows neither die nor temperature.
+    A generator's copies stand on the silicon's die; a fixed gate knows neither die nor temperature.
     """
     circuit = _bias_circuit(biases)
     v_dd = silicon.process.v_dd

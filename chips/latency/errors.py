@@ -1,4 +1,4 @@
-"""Errors of the lumped latency chip against the transistors of its parts, on dies not used to build it.
+"""Errors of the latency chip's model against the transistors of its parts, on dies that were not measured.
 
 A part a die, at a place that follows from the die's number, at its chip's own biases; both kinds of bias and
 0, 27 and 60 degC in turn. Relative errors of times, rms and largest: a tap's delay, an integrating neuron's
@@ -55,13 +55,13 @@ GROUPS = 5
 
 
 def usual_design() -> Design:
-    """33 paths in five groups of like sizes, which is what errors are measured with."""
+    """Return the design that errors are measured with: 33 paths in five groups of like sizes."""
     group = tuple(min(k // 7, GROUPS - 1) for k in range(33))
     return Design(group, (1.0,) * 33, tuple(2e-3 + 2.8e-3 * k for k in range(GROUPS)))
 
 
 def held_out_errors(dies: Sequence[int] = HELD_OUT) -> dict[str, float]:
-    """Errors by name; takes some 10 s on one core."""
+    """Return the model's errors by name; it takes some 10 s on one core."""
     rows: dict[str, list[float]] = {}
     wrong = decisions = 0
     design = usual_design()
@@ -89,7 +89,7 @@ def _times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float, float]]:
 
 
 def tap_delays(chip: LatencyChip, k: int) -> tuple[float, float]:
-    """Delay of tap k."""
+    """Return the delay of tap k, s: the model's, and the circuit's."""
     ours = float(chip.lumped.tap[k])
     part = latency_tap.delay_tap(5e-12)
     result = _run(chip, part, (("tap", (k,)),), TAP_WIRES, {"tap": k}, {"event": [START]}, 1.5 * ours, "out")
@@ -97,7 +97,7 @@ def tap_delays(chip: LatencyChip, k: int) -> tuple[float, float]:
 
 
 def neuron_latencies(chip: LatencyChip, p: int) -> tuple[float, float]:
-    """Latency of integrating neuron p after inputs at 3 and 6 ms."""
+    """Return the latency of integrating neuron p after inputs at 3 and 6 ms, s: model, and circuit."""
     alone = float(chip.lumped.integrating[p] / chip.lumped.synapse[p, 0])
     if alone > float(chip.lumped.step[p, 0]):
         return 1.0, 1.0  # one input's step may be over before the spike
@@ -105,7 +105,7 @@ def neuron_latencies(chip: LatencyChip, p: int) -> tuple[float, float]:
 
 
 def input_latencies(chip: LatencyChip, p: int, times: F64) -> tuple[float, float]:
-    """Latency of integrating neuron p after inputs at these times (s): model, and circuit."""
+    """Return the latency of integrating neuron p after inputs at these times (s), s: model, and circuit."""
     spike = np.empty(chip.design.paths)
     integrate(chip.lumped, chip.new_memory(), times, np.full(times.size, p), spike)
     ours = float(spike[p])
@@ -118,7 +118,10 @@ def input_latencies(chip: LatencyChip, p: int, times: F64) -> tuple[float, float
 
 
 def inhibition_times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float, float]]:
-    """Period of a unit's INH, and how long an event silences it."""
+    """Return the period of a unit's tonic neuron, and how long an event silences it.
+
+    Each is a name with the model's and the circuit's time, s.
+    """
     tonic, hold = float(chip.lumped.tonic[p, u]), float(chip.lumped.hold[p, u])
     at = START + 2.5 * tonic
     part = latency_tonic.build()
@@ -134,7 +137,7 @@ def inhibition_times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float
 
 
 def race_latencies(chip: LatencyChip, p: int) -> tuple[float, float]:
-    """Latency of first-layer cell p: the charge of its own goal neuron, its own memory's inhibition."""
+    """Return the latency of first-layer cell p with a charge and an inhibition, s: model, and circuit."""
     c = chip.lumped
     alone = float(c.race[p] / c.passive[p])
     return cell_latencies(chip, p, p, {p: 0.3 * alone}, 0.1 * alone)
@@ -143,7 +146,7 @@ def race_latencies(chip: LatencyChip, p: int) -> tuple[float, float]:
 def cell_latencies(
     chip: LatencyChip, p: int, goal: int | None, memories: Mapping[int, float], goal_at: float = 5e-3
 ) -> tuple[float, float]:
-    """Latency of first-layer cell p: model, and circuit.
+    """Return the latency of first-layer cell p, s: model, and circuit.
 
     goal: neuron whose charge begins at goal_at (s), or None; memories: when each inhibits, s.
     """
@@ -170,7 +173,7 @@ def cell_latencies(
 
 
 def weighted_cell(distances: Mapping[int, int]) -> Circuit:
-    """A first-layer cell whose inhibitions have a line a distance; distances: of those that are used."""
+    """Return a first-layer cell whose inhibitions have a bias line for each distance of their memory."""
     cell = latency_race.build(latency_race.Params(excitations=EXCITATIONS, inhibitions=INHIBITIONS))
     lines = [f"v_inh_{k}" for k in range(REACH + 1)]
     ports = [port for port in cell.ports if port.name != "v_inh"]
@@ -193,7 +196,7 @@ def _decisions(chip: LatencyChip, p: int, u: int) -> list[tuple[bool, bool]]:
 
 
 def unit_spikes(chip: LatencyChip, p: int, u: int, lag: float) -> tuple[bool, bool]:
-    """Whether a unit spikes when the integrating neuron does `lag` (s) after its tap: model, and circuit."""
+    """Return whether a unit spikes for a second input `lag` (s) after its tap: model, and circuit."""
     c, n = chip.lumped, chip.design.paths
     settle = 2.5 * float(c.tonic[p, u])
     tap = float(np.cumsum(c.tap)[u + 1])

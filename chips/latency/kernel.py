@@ -1,4 +1,4 @@
-"""Compiled events of the latency chip: from the ping to the winners, each time exact between events.
+"""Compiled events of the latency chip from the ping to the winners, exact between events.
 
 All currents are constant between events, so that a membrane moves in straight lines, and stops at ground. The
 order within a ping follows causality: the integrating neurons need only what comes in, the units only taps
@@ -27,10 +27,11 @@ _compiled = compiled()
 
 
 class Memory(NamedTuple):
-    """What a chip keeps from ping to ping, overwritten in place.
+    """What a chip keeps from ping to ping; all of it is overwritten in place.
 
-    last, release: float64[n, u], s since the run's begin; counts: inputs without a synapse, and units that
-    the model could not decide; time, change: float64[STEPS], scratch.
+    last, release: last spike of each unit's tonic neuron, and from when on it charges, s since the run's
+    begin, float64[n, u]; counts: inputs without a synapse, and units that the model could not decide,
+    int64[2]; time, change: working space, float64[STEPS].
     """
 
     last: F64
@@ -50,9 +51,9 @@ class Charge(NamedTuple):
 
 
 class Race(NamedTuple):
-    """Latencies of both layers, float64[n], s, inf for those that did not win.
+    """Latencies of both layers, s, float64[n], inf for cells that did not win.
 
-    free: of the first layer as if nothing stopped it.
+    free: of the first layer as if nothing had stopped it.
     """
 
     free: F64
@@ -62,9 +63,10 @@ class Race(NamedTuple):
 
 @_compiled
 def crossing(time: F64, change: F64, count: int, charge: float) -> float:
-    """When a membrane that starts at ground has taken up `charge` (C), s, or inf.
+    """Return when a membrane that starts at ground has taken up `charge` (C), s, inf for never.
 
-    time (s), change (A): of its current at each of `count` events, sorted here. Below ground it does not go.
+    time (s), change (A): of its current at each of `count` events, which are sorted in place. The membrane
+    does not go below ground.
     """
     for i in range(1, count):
         at, by, k = time[i], change[i], i
@@ -87,10 +89,11 @@ def crossing(time: F64, change: F64, count: int, charge: float) -> float:
 
 @_compiled
 def integrate(c: Lumped, m: Memory, arrive: F64, memory: I64, spike: F64) -> None:
-    """Latency of each integrating neuron, float64[n], s after the ping; equation (9) where it holds.
+    """Fill `spike` with the latency of each integrating neuron, s after the ping, float64[n], inf for none.
 
-    arrive: float64[events], s after the ping, rising; memory: int64[events]. Each event takes the next of a
-    neuron's synapses; what comes when all are taken is counted and lost.
+    Equation (9) of Wen and Horiuchi (2022) holds where its conditions do. arrive: of the events, s after the
+    ping, rising; memory: which memory each goes to, int64[events]. Each event takes the next of a neuron's
+    synapses; those that come when all are taken are counted and lost.
     """
     synapses = c.synapse.shape[1]
     for p in range(spike.size):
@@ -111,7 +114,7 @@ def integrate(c: Lumped, m: Memory, arrive: F64, memory: I64, spike: F64) -> Non
 
 @_compiled
 def last_spike(m: Memory, p: int, u: int, tonic: float, now: float) -> float:
-    """Last spike of INH before `now`, s."""
+    """Return the last spike of a unit's tonic neuron before `now`, s."""
     since = now - m.release[p, u]
     if since < tonic:
         return float(m.last[p, u])
@@ -120,10 +123,10 @@ def last_spike(m: Memory, p: int, u: int, tonic: float, now: float) -> float:
 
 @_compiled
 def recall(c: Lumped, m: Memory, start: float, spike: F64, given: F64, detected: F64, out: F64) -> None:
-    """Latency of each unit's coincidence detector and of each memory's first output, s after the ping.
+    """Fill the latencies of each unit's detector and of each memory's first output, s after the ping.
 
-    start: of the ping, s; spike: float64[n], of the integrating neurons; given: float64[n, u], a latency that
-    stands in for the model's (inf: no spike), nan where the model decides; detected: float64[n, u], out:
+    start: of the ping, s; spike: of the integrating neurons, float64[n]; given: latencies that stand in for
+    the model's (inf: no spike), nan where the model decides, float64[n, u]; detected: float64[n, u], out:
     float64[n], both filled.
     """
     units = c.hold.shape[1]
@@ -206,7 +209,7 @@ def _ends(
 
 @_compiled
 def reset(m: Memory, tonic: F64, at: float) -> None:
-    """End all inhibition of INH at a time (s): each charges from there on."""
+    """End all inhibition by tonic neurons at a time (s): each charges from there on."""
     for p in range(tonic.shape[0]):
         for u in range(tonic.shape[1]):
             m.last[p, u] = last_spike(m, p, u, tonic[p, u], at)
@@ -215,7 +218,7 @@ def reset(m: Memory, tonic: F64, at: float) -> None:
 
 @_compiled
 def move(m: Memory, before: Lumped, after: Lumped, now: float) -> None:
-    """Go on at other currents from `now` (s): what is left of each INH's hold or period is scaled with it."""
+    """Go on at other currents from `now` (s): what is left of each hold or period is scaled with it."""
     for p in range(before.tonic.shape[0]):
         for u in range(before.tonic.shape[1]):
             tonic = before.tonic[p, u]
@@ -230,9 +233,9 @@ def move(m: Memory, before: Lumped, after: Lumped, now: float) -> None:
 
 @_compiled
 def race(c: Lumped, m: Memory, out: F64, given: Charge, r: Race) -> float:
-    """Fill both layers' latencies; returns when the emergency neuron spiked, s, or inf.
+    """Fill both layers' latencies, and return when the emergency neuron spiked, s, inf for never.
 
-    out: float64[n], of the memories' first outputs, s.
+    out: of the memories' first outputs, s, float64[n].
     """
     n = out.size
     soonest = math.inf

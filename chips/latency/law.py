@@ -1,4 +1,4 @@
-"""Closed forms of the two neurons that turn latencies into latencies: Wen & Horiuchi 2022, (9) and (10).
+"""Closed forms of the two neurons that turn latencies into latencies (Wen and Horiuchi 2022).
 
 The integrating neuron, to which each spike switches on a current E_0, spikes at
 
@@ -19,7 +19,10 @@ from collections.abc import Sequence
 
 
 def evaluation_latency(times: Sequence[float], current: float) -> float:
-    """T_eval (s) of input times (s), each of which switches on `current` (thresholds/s); inf for none."""
+    """Return T_eval (s) by equation (9), inf for no spike.
+
+    times: of the inputs, s; current: that each of them switches on, thresholds/s.
+    """
     total, ordered = 0.0, sorted(times)
     for n, t in enumerate(ordered, 1):
         total += t
@@ -30,9 +33,10 @@ def evaluation_latency(times: Sequence[float], current: float) -> float:
 
 
 def race_latency(passive: float, charge: float, inhibitions: Sequence[tuple[float, float]]) -> float:
-    """T_WTA (s): `passive` current, `charge`, and pairs of time (s) and inhibitory current; inf for no spike.
+    """Return T_WTA (s) by equation (10), inf for no spike.
 
-    Currents in thresholds/s, charge in thresholds.
+    passive: current, thresholds/s; charge: thresholds; inhibitions: pairs of a time (s) and a current
+    (thresholds/s).
     """
     net, level = passive, 1.0 - charge
     ordered = sorted(inhibitions)

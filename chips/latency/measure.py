@@ -1,4 +1,4 @@
-"""Measurement of the latency chip's record: the charges behind its times, and what a comparator's devices do.
+"""Measurement of the latency chip's record: the charges behind its times, and a comparator's slopes.
 
 Every time on the chip is a charge over the current of one device, `T = Q / I`. Measured from the blocks'
 circuits, over temperature and the threshold shift that a die's transistors of a polarity share, with currents
@@ -51,7 +51,7 @@ _STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
 
 
 def circuits() -> tuple[Circuit, ...]:
-    """What the record is of."""
+    """Return the circuits that the record is measured from."""
     return (
         latency_neuron.build(latency_neuron.Params(synapses=SYNAPSES)),
         latency_race.build(latency_race.Params(excitations=EXCITATIONS, inhibitions=INHIBITIONS)),
@@ -63,7 +63,7 @@ def circuits() -> tuple[Circuit, ...]:
 
 
 def measure() -> Record:
-    """Measure the record, without errors; takes half a minute on one core."""
+    """Measure the record without its errors; it takes half a minute on one core."""
     record = measure_over(charges, circuits(), SHIFTS, {})
     gradient = np.array([_gradient(Silicon(temperature_c=t)) for t in TEMPERATURES])
     tables = {"comparator": Table(("temperature", "parameter"), gradient)}
@@ -71,7 +71,7 @@ def measure() -> Record:
 
 
 def charges(silicon: Silicon) -> Quantities:
-    """Quantities of the blocks on the silicon, biased by the generator."""
+    """Return the quantities of the blocks on a silicon, biased by the generator, by name."""
     neuron, race, layer, tap, tonic, cd = (rebias(c, {}, "generator") for c in circuits())
     heard = measured(latency_neuron.BLOCK, neuron, silicon, first=FIRST, second=None)
     hop = measured(latency_tap.BLOCK, tap, silicon)
@@ -103,14 +103,14 @@ def charges(silicon: Silicon) -> Quantities:
 def measured(
     block: Block, circuit: Circuit, silicon: Silicon, **stimuli: float | None
 ) -> Mapping[str, float]:
-    """What a block measures on the silicon; raises `SolverError` for a quantity that is not in the run."""
+    """Return what a block measures on a silicon; asking for what is not in the run raises `SolverError`."""
     values = block.defaults | stimuli
     result = simulate(block.testbench(circuit, values, silicon.process.v_dd), silicon, rtol=RTOL)
     return Found({name: value for name, value in block.measures(result).items() if value is not None})
 
 
 class Found(dict[str, float]):
-    """Quantities that a run has; asking for another is an error that names it."""
+    """Quantities that a run has; asking for another raises `SolverError`, which names it."""
 
     def __missing__(self, name: str) -> float:
         raise SolverError(f"latency_chip.{name}: not in the run; give it longer or stronger currents")

@@ -1,4 +1,4 @@
-"""Lumped latency chip: every charge, current and time of its blocks on a die, at a temperature.
+"""Behavioural model of the latency chip: every charge, current and time of its blocks on a die.
 
 A time is a charge over a current, T = Q / I. The current is the law's own for the device on this die,
 
@@ -44,14 +44,16 @@ _SOURCES = ("me", "mk", "md", "mp", "mt")  # devices whose current is a bias or 
 
 
 class Lumped(NamedTuple):
-    """Numbers of a die. Currents in A, charges in C, times in s; n paths, u units, k taps with the lead.
+    """Numbers of a latency chip on a die; currents in A, charges in C, times in s.
 
-    tap: float64[k], from an event to the next; synapse, step: [n, SYNAPSES], of the integrating neurons;
-    integrating: [n], charge; seen, window: [n, u, 3], of the coincidence detectors' inputs; taken: [n, u];
-    sum: charge of their node; hold, tonic, block: [n, u]; passive, race: [n], current and charge of the
-    first layer; goal: [n, n], current into each cell (row) by each goal neuron; direction, goal_pulse,
-    direction_pulse: [n]; inhibit, inhibition: [n, 2 REACH + 1], current and length, by the memory's place
-    from the cell's left; second, second_charge: [n]; recurrent: [2]; emergency; group: int64[n].
+    There are n paths, u units of each and k taps, the lead included. tap: from an event to the next,
+    float64[k]; synapse, step: current and length of the integrating neurons' inputs, [n, SYNAPSES];
+    integrating: charge of a spike, [n]; seen, window: current and length of the detectors' inputs, [n, u, 3];
+    taken: current that is taken from them, [n, u]; sum: charge of their node; hold, tonic, block: [n, u];
+    passive, race: current and charge of the first layer, [n]; goal: current into each cell (row) by each goal
+    neuron, [n, n]; direction, goal_pulse, direction_pulse: [n]; inhibit, inhibition: current and length by
+    the memory's place from the cell's left, [n, 2 REACH + 1]; second, second_charge: of the second layer,
+    [n]; recurrent: [2]; emergency; group: int64[n].
     """
 
     tap: F64
@@ -95,14 +97,17 @@ BLOCKS: Mapping[str, tuple[str, ...]] = {
 
 
 def only(die: Lumped, ideal: Lumped, block: str) -> Lumped:
-    """Numbers of `ideal`, but those of one of `BLOCKS` of the die."""
+    """Return the numbers of `ideal`, but those of one of `BLOCKS` of the die.
+
+    Raises `ParameterError` for another block.
+    """
     if block not in BLOCKS:
         raise ParameterError(f"{NAME}.block: {block}, must be one of {', '.join(BLOCKS)}")
     return ideal._replace(**{name: getattr(die, name) for name in BLOCKS[block]})
 
 
 def nominal_charges(process: Process = AMI_1500) -> Charges:
-    """Charges of the nominal die at 27 degC."""
+    """Return the charges of the nominal die at 27 degC."""
     q = charges_on(Silicon(process))
     return Charges(
         q["timer"], q["tap"], q["tonic"], q["integrating"], q["race"], q["second"], q["recurrent"],
@@ -111,15 +116,15 @@ def nominal_charges(process: Process = AMI_1500) -> Charges:
 
 
 def usual_biases(design: Design, kind: BiasKind = "gate") -> Biases:
-    """Biases that give the design's times on the nominal die at 27 degC."""
+    """Return the biases that give the design's times on the nominal die at 27 degC."""
     return Biases(lines_of(design, nominal_charges()), kind)
 
 
 def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) -> Lumped:
-    """Numbers of a design with its biases on the silicon; area: of the drawn devices over the circuits'.
+    """Return the numbers of a design with its biases on a silicon.
 
-    Raises `ParameterError` for an area that is none and silicon outside the record's box, `DataError` where
-    the record is of other circuits.
+    area: of the drawn devices over the circuits'. Raises `ParameterError` for an area that is not above 0 and
+    for silicon outside the record's box, and `DataError` where the record is of other circuits.
     """
     if not (math.isfinite(area) and area > 0.0):
         raise ParameterError(f"{NAME}.area: {area:g} times the circuits', must be > 0")
@@ -129,7 +134,7 @@ def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) 
 
 
 def charges_on(silicon: Silicon) -> dict[str, float]:
-    """Charges of the record on the silicon without mismatch, C, by `QUANTITIES`."""
+    """Return the charges of the record on a silicon without mismatch, C, by `QUANTITIES`."""
     tables = tables_of(NAME, circuits, silicon.process)
     found = all_on_silicon(tables, QUANTITIES, silicon)
     return {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}

@@ -1,4 +1,4 @@
-"""Noise of the latency chip from that of its devices: why the same die does not recall alike twice.
+"""Noise of the latency chip from that of its devices: the same die does not recall alike twice.
 
 A time is a charge over a current, T = Q / I, so that shot noise of the current moves it by
 
@@ -44,14 +44,14 @@ _MICROSECOND = 1e-6  # s
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LatencyNoise:
-    """Relative deviations of the fields of a chip's numbers, arrays as they have, and what draws them."""
+    """Noise of a chip: relative standard deviations of fields of `Lumped`, and what draws each."""
 
     spread: dict[str, F64]
     draws: dict[str, Draws]
 
 
 def noise_of(numbers: Lumped, silicon: Silicon, noise: SiliconNoise, area: float = 1.0) -> LatencyNoise:
-    """Noise of a chip with these numbers; area: of its devices, over the circuits'."""
+    """Return the noise of a chip with these numbers; area: of its devices over the circuits'."""
     spread = {}
     charge = charges_on(silicon)
     for name, kind in TIMES.items():
@@ -73,7 +73,7 @@ def noise_of(numbers: Lumped, silicon: Silicon, noise: SiliconNoise, area: float
 
 
 def numbers_of_ping(numbers: Lumped, noise: LatencyNoise, start: float) -> Lumped:
-    """Numbers of a chip in the ping that begins at `start`, s."""
+    """Return the numbers of a chip in the ping that begins at `start`, s."""
     found = {}
     for name, spread in noise.spread.items():
         drawn = normals(noise.draws[name], round(start / _MICROSECOND), spread)
@@ -86,9 +86,10 @@ def charge_spread(
     silicon: Silicon, noise: SiliconNoise, current: F64, length: F64, area: float = 1.0,
     polarity: Polarity = "p", devices: float = 1.0,
 ) -> F64:  # fmt: skip
-    """Relative deviation of what currents (A) bring in `length` (s), arrays of one shape.
+    """Return the relative standard deviation of the charge that currents bring, arrays of one shape.
 
-    area: as of `noise_of`; devices: how many make the shot noise, of a mirror two.
+    current: A; length: for which they flow, s; area: as of `noise_of`; polarity: of the device; devices: how
+    many make the shot noise, as two of a mirror.
     """
     specific = silicon.law(polarity).square_current * SOURCE.square
     shot = devices * ELEMENTARY_CHARGE * shot_share(current, specific) / (current * length)

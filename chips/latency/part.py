@@ -1,4 +1,4 @@
-"""The latency chip as a part of a running system: pings in, winners out when they have won.
+"""The latency chip as a part of a running system: events of pings go in, winners come out.
 
 Inputs are events on `onset`, `reset`, and `memory[p]`, `goal[p]` and `direction[g]`; outputs `winner[p]` and
 `emergency`, as they leave the bus. What the chip says after a ping is `LatencyChip.ping`'s, of the events
@@ -22,10 +22,11 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class PingState:
-    """time: s; memory: as it was at the ping's onset, which was at `start` (s, nan before the first).
+    """State of a latency chip in a loop.
 
-    heard: events of this ping, (s after its onset, address); due: what the chip will say of it unless more
-    comes, in order; unheard: events before the first onset.
+    time: reached, s; memory: as it was at the onset of the present ping; start: of that ping, s, nan before
+    the first; heard: events of this ping, (s after its onset, address); due: what the chip will send unless
+    more comes, in order; unheard: events before the first onset.
     """
 
     time: float
@@ -37,36 +38,39 @@ class PingState:
 
 
 class LatencyPart:
-    """A chip without units at transistor level, whose states are their own."""
+    """A latency chip in a loop, without units at transistor level; path: named in errors."""
 
     analog: tuple[str, ...] = ()
 
     def __init__(self, chip: LatencyChip, path: str = "latency_chip") -> None:
-        """Raises `ParameterError` for a chip with units at transistor level."""
+        """Raise `ParameterError` for a chip with units at transistor level, whose states are their own."""
         if chip.units:
             raise ParameterError(f"{path}.units: {len(chip.units)}, must be none in a loop; leave them out")
         self.chip, self.path = chip, path
 
     def begin(self, time: float = 0.0) -> PingState:
-        """Reset at `time` s."""
+        """Return the state after a reset at `time` s."""
         memory = self.chip.new_memory()
         self.chip.reset(memory, time)
         return PingState(time, memory)
 
     def next_time(self, state: PingState) -> float:
-        """The next thing that the chip says unless it hears more, s; inf where there is none."""
+        """Return the time of the next event that the chip sends unless it receives more, s, inf for none."""
         return next_due(state)
 
     def advance(
         self, state: PingState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[PingState, float, Output]:
-        """Advance to `until` (s) or to the first that the chip says; at one moment all together."""
+        """Advance to `until` s or to the first event that the chip sends.
+
+        Those of one moment come together.
+        """
         for port, time in sorted(events, key=lambda e: e[1]):
             state = self._heard(state, port, time)
         return tell(state, until)
 
     def response(self, state: PingState) -> PingResponse:
-        """All that the chip says after the present ping, of what it has heard so far."""
+        """Return the response to the present ping, by what the chip has received so far."""
         return self._response(state, _copied(state.memory))
 
     def _response(self, state: PingState, memory: Memory) -> PingResponse:

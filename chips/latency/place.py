@@ -1,4 +1,4 @@
-"""Blocks of the latency chip at their places: testbenches at transistor level with the chip's own biases.
+"""Parts of the latency chip at their places: testbenches at transistor level with the chip's own biases.
 
 A block that stands at a place of the chip has the devices of that place, and its bias ports the voltages of
 the chip's lines, so that the solver runs the very part whose lumped numbers `chips.latency.model` makes.
@@ -36,7 +36,7 @@ RACE_WIRES: Wires = {
 
 
 def standing(silicon: Silicon, *parts: tuple[str, tuple[int, ...]]) -> Silicon:
-    """The silicon with a place on the chip."""
+    """Return the silicon with a place on the chip; parts: names and indices of the instances on the way."""
     place: Place = ((NAME, ()), *parts)
     return replace(silicon, place=place)
 
@@ -44,7 +44,10 @@ def standing(silicon: Silicon, *parts: tuple[str, tuple[int, ...]]) -> Silicon:
 def line_volts(
     biases: Biases, silicon: Silicon, wires: Wires, element: Mapping[str, int]
 ) -> dict[str, float]:
-    """Voltages of a part's bias ports from ground, V; element: of a line that is an array."""
+    """Return the voltages of a part's bias ports from ground, V.
+
+    wires: line of each port; element: which one, of a line that is an array.
+    """
     gates = gate_voltages(biases, silicon)
     found = {"v_ref": REFERENCE}
     for port, name in wires.items():
@@ -62,9 +65,11 @@ def bench_at(
     v_dd: float,
     watch: tuple[str, ...] = ("spike",),
 ) -> Testbench:  # fmt: skip
-    """Testbench of a part: its bias ports held, and events (s) at its event ports, none at the others.
+    """Return the testbench of a part: its bias ports held, events (s) at its event ports.
 
-    A tonic neuron begins balanced at its reference and stays there until the reset that runs begin with.
+    A tonic neuron begins balanced at its reference, and stays there until the reset that runs begin with.
+    volts: by bias port, V; events: by event port, none at the others; stop: s; watch: ports whose spikes are
+    kept.
     """
     sources = [Source("vdd", "vdd", Constant(v_dd))]
     sources += [Source(port, port, Constant(v)) for port, v in volts.items()]

@@ -31,12 +31,12 @@ SETTLE = 20e-6  # s, ours: the first reset
 
 
 class TransistorUnit:
-    """Unit `unit` of memory `memory` on the silicon with the chip's biases, after a reset."""
+    """Unit `unit` of memory `memory` at transistor level on a silicon, with the chip's biases."""
 
     def __init__(
         self, biases: Biases, silicon: Silicon, memory: int, unit: int, record: tuple[str, ...] = ()
     ) -> None:
-        """Build the machine and its state of rest; record: nodes whose voltages are kept in `kept`."""
+        """Prepare the unit and find its rest state; record: nodes whose voltages are kept in `kept`."""
         self.biases, self.silicon, self.place, self.record = biases, silicon, (memory, unit), record
         self.v_dd = silicon.process.v_dd
         machine = self._machine(silicon)
@@ -61,13 +61,16 @@ class TransistorUnit:
         self.state, _ = self.runner.advance(self.state, self.state.now, lines, stop_at_event=False)
 
     def advance(self, until: float) -> tuple[tuple[str, float], ...]:
-        """Run on to a time, s, with the resets that were asked for; its spikes."""
+        """Run on to a time, s, with the resets that were asked for, and return its spikes (port, s)."""
         inputs = {"reset": self._pulses(self.resets)}
         self.resets = []
         return self._run(until, inputs)
 
     def ping(self, start: float, tap: float, spoken: float) -> float:
-        """Latency of its spike after a ping at `start`, s, or inf; tap, spoken: its inputs', s, or inf."""
+        """Return the latency of its spike after a ping at `start` (s), s, inf for none.
+
+        tap, spoken: latencies of its inputs, s, inf for none.
+        """
         heard = [t for t in (tap, spoken) if t < math.inf]
         inputs = {
             "tap": self._pulses([start + tap]),
@@ -86,7 +89,7 @@ class TransistorUnit:
         return segment.spikes
 
     def reset(self, at: float) -> None:
-        """A reset at a time, s, which has to be after the last ping's run."""
+        """Ask for a reset at a time, s, which must be after the last ping's run."""
         self.resets.append(at)
 
     def _pulses(self, times: Sequence[float]) -> Polyline:

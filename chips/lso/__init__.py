@@ -1,1 +1,1 @@
-"""Level units and LSO neurons of two ears, whose spikes tell a direction."""
+"""The sonar head's ears: level units and LSO neurons, whose spikes tell the direction of an echo."""

@@ -1,4 +1,4 @@
-"""Errors of the sonar head's model against the transistors of its parts, on dies not used to build it.
+"""Errors of the sonar head's model against the transistors of its parts, on dies that were not measured.
 
 On each die an LSO neuron and a level unit, at places that follow from the die's number, at the chip's own
 bias voltages; both kinds of bias and 0, 27 and 60 degC in turn. The neuron gets a draw of inputs of both
@@ -47,13 +47,16 @@ RAMPS = 800.0, 10e3  # V/s, between those that the record is of and beyond
 
 
 def held_out_errors(dies: Sequence[int] = HELD_OUT, small: Sequence[int] = SMALL) -> dict[str, float]:
-    """Errors by name, those of devices of `LEAST_AREA` as `small_`; takes some 30 s on one core."""
+    """Return the model's errors by name, those of devices of `LEAST_AREA` with `small_` before it.
+
+    dies, small: numbers of the dies for either. It takes some 30 s on one core.
+    """
     tiny = judge(small, LEAST_AREA)
     return judge(dies) | {f"small_{name}": value for name, value in tiny.items()}
 
 
 def judge(dies: Sequence[int], area: float = 1.0) -> dict[str, float]:
-    """Errors by name on dies whose devices have an area, relative to the circuits'."""
+    """Return the model's errors by name on dies whose devices have `area` times the circuits' area."""
     counts: list[int] = []
     times: list[float] = []
     delays: list[float] = []
@@ -83,7 +86,10 @@ def judge(dies: Sequence[int], area: float = 1.0) -> dict[str, float]:
 
 
 def inputs(number: int) -> F64:
-    """Times (s) of level units' spikes, float64[SIDES, LEVELS], inf for none: drawn, the near side louder."""
+    """Return random times of level units' spikes, s, float64[SIDES, LEVELS], inf for those that do not spike.
+
+    The die's `number` is the seed, and chooses the louder side.
+    """
     random = np.random.default_rng(number)
     heard = np.sort(random.integers(0, LEVELS + 1, SIDES))[::-1]
     found = np.full((SIDES, LEVELS), np.inf)
@@ -93,7 +99,10 @@ def inputs(number: int) -> F64:
 
 
 def neuron_spikes(head: Head, silicon: Silicon, kind: BiasKind, side: int, level: F64) -> tuple[F64, F64]:
-    """Spikes (s after the reset) of an LSO neuron: the model's, and the circuit's."""
+    """Return the spikes of an LSO neuron, s after the reset: the model's, and the circuit's.
+
+    level: spikes of the level units, as of `inputs`.
+    """
     lso = replace(circuits()[0], biases=())
     longest = max(float(head.excite_step.max()), float(head.inhibit_step.max()))
     bench = neuron_bench(lso, silicon, kind, (level[side], level[1 - side]), AT + SPREAD + 1.3 * longest)
@@ -105,7 +114,10 @@ def neuron_spikes(head: Head, silicon: Silicon, kind: BiasKind, side: int, level
 def neuron_bench(
     lso: Circuit, silicon: Silicon, kind: BiasKind, sides: tuple[F64, F64], stop: float
 ) -> Testbench:
-    """Testbench of an LSO neuron with the chip's bias voltages, and events (s) of the near and far ear."""
+    """Return the testbench of an LSO neuron with the chip's bias voltages, and events of both ears.
+
+    sides: times of the near and of the far ear's events, s, inf for none; stop: end of the run, s.
+    """
     v_dd = silicon.process.v_dd
     lines = dict(line_volts(silicon, kind)) | {"v_ref": REFERENCE}
     names = [port.name for port in lso.ports if port.kind == "bias"]
@@ -122,7 +134,11 @@ def neuron_bench(
 def level_delays(
     head: Head, silicon: Silicon, kind: BiasKind, place: tuple[int, int], slope: float
 ) -> tuple[float, float]:
-    """From a ramp's crossing of the drawn threshold to the spike (s): the model's, and the circuit's."""
+    """Return the time from a ramp's crossing of the drawn threshold to a level unit's spike, s.
+
+    It is that of the model, and that of the circuit, inf for no spike. place: side and number of the unit;
+    slope: of the ramp, V/s.
+    """
     side, k = place
     at = np.full(head.offset.shape, np.inf)
     at[place] = head.offset[place] / slope

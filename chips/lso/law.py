@@ -1,4 +1,4 @@
-"""Laws of the sonar head: when a level unit spikes, and the spikes of an LSO neuron.
+"""Closed forms of the sonar head: when a level unit spikes, and when an LSO neuron does.
 
 A level unit's comparator charges its axon's input Q with I tanh(kappa x / 2 U_T), where x is by how much its
 input is above the threshold. On a ramp x = S t that takes
@@ -42,7 +42,7 @@ LEAST = 1e-18  # A: what sums of switched currents leave by rounding is less
 
 
 class Steps(NamedTuple):
-    """Step currents (A) that begin at `start` and last (s), float64[n] each; inf for one that never does."""
+    """Step currents, float64[n] each: when they begin (s, inf for never), how long they last (s), A."""
 
     start: F64
     last: F64
@@ -50,7 +50,10 @@ class Steps(NamedTuple):
 
 
 class Membrane(NamedTuple):
-    """Capacitance (F), reference (V), dead time (s), thermal voltage (V), charge of the mirror's gate (C)."""
+    """A membrane with its comparator: capacitance (F), reference voltage (V), dead time after a spike (s).
+
+    u_t: thermal voltage, V; turn: charge of the inhibitory mirror's gate, C, before which it takes nothing.
+    """
 
     capacitance: float
     reference: float
@@ -60,7 +63,11 @@ class Membrane(NamedTuple):
 
 
 def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float, u_t: float) -> F64:
-    """From a ramp's crossing (slope > 0, V/s) of the threshold to the spike, s, in the shape of both."""
+    """Return the time from a ramp's crossing of the threshold to the spike, s.
+
+    slope: of the ramp, V/s, above 0; charge: that the comparator's output needs, C; current: of its tail, A;
+    kappa, u_t (V): of its pair. The result has the shape of slope and current.
+    """
     scale = 2.0 * u_t / (kappa * np.asarray(slope, dtype=np.float64))
     x = charge / (scale * np.asarray(current, dtype=np.float64))
     # arcosh(e^x) without the overflow of e^x
@@ -68,7 +75,7 @@ def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float
 
 
 def rest_depth(tail: F64, least: F64, mirror: Mirror, pair: float, kappa: float, u_t: float) -> F64:
-    """How far below the pair's threshold (V) a resting input must be, inf where none is enough.
+    """Return how far below the pair's threshold a resting input must be, V, inf where none is enough.
 
     tail: current of the pair, A; least: what the copy must exceed, A; mirror: arrays of one shape; pair:
     specific current of its devices, A.
@@ -82,12 +89,15 @@ def rest_depth(tail: F64, least: F64, mirror: Mirror, pair: float, kappa: float,
 
 
 def mirrored(mirror: Mirror, current: float) -> float:
-    """What a mirror (by the transistor law, in saturation) takes of a current, A."""
+    """Return what a saturated mirror takes, A, where it is given a current (A)."""
     return float(mirror.copied(np.array(current))) if current > 0.0 else 0.0
 
 
 def rise_time(membrane: Membrane, volts: float, given: float, taken: float) -> float:
-    """From `volts` to the reference, s, with currents (A) that are given and taken; inf for never."""
+    """Return the time from `volts` to the membrane's reference, s, inf for never.
+
+    given, taken: currents onto the membrane and from it, A.
+    """
     net, scale = given - taken, membrane.u_t * membrane.capacitance
     x, end = math.exp(volts / membrane.u_t), math.exp(membrane.reference / membrane.u_t)
     if abs(net) <= BALANCED * max(given, taken):
@@ -98,7 +108,7 @@ def rise_time(membrane: Membrane, volts: float, given: float, taken: float) -> f
 
 
 def moved(membrane: Membrane, volts: float, given: float, taken: float, time: float) -> float:
-    """The membrane (V) after a time (s) in which it does not spike."""
+    """Return the membrane's voltage, V, after a time (s) in which it does not spike."""
     net, scale = given - taken, membrane.u_t * membrane.capacitance
     x = math.exp(volts / membrane.u_t)
     if abs(net) <= BALANCED * max(given, taken):
@@ -108,7 +118,7 @@ def moved(membrane: Membrane, volts: float, given: float, taken: float, time: fl
 
 
 def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror: Mirror) -> F64:
-    """Spikes (s) of an LSO neuron whose membrane is at ground before any of its steps."""
+    """Return the spikes (s) of an LSO neuron whose membrane is at ground before any of its steps."""
     edges, given, sums = segments(excitation, inhibition, membrane)
     taken = [mirrored(mirror, current) for current in sums]
     spikes: list[float] = []
@@ -127,7 +137,7 @@ def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror:
 
 
 def turned(inhibition: Steps, charge: float) -> Steps:
-    """Steps that begin when they have charged the mirror's gate (C); their ends stay."""
+    """Return the steps, each from when all of them have charged the mirror's gate (C); their ends stay."""
     gathered, before, amperes = 0.0, -math.inf, 0.0
     for k in np.argsort(inhibition.start):
         start = float(inhibition.start[k])
@@ -150,7 +160,7 @@ def turned(inhibition: Steps, charge: float) -> Steps:
 def segments(
     excitation: Steps, inhibition: Steps, membrane: Membrane
 ) -> tuple[list[float], list[float], list[float]]:
-    """Edges (s), and sums of both sides' currents (A) between them."""
+    """Return the edges (s) between which all currents are constant, and both sides' currents (A) there."""
     marks: list[tuple[float, float, float]] = []
     for k, steps in enumerate((excitation, turned(inhibition, membrane.turn))):
         on = np.isfinite(steps.start)

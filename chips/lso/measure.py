@@ -58,7 +58,7 @@ _STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
 
 
 def circuits() -> tuple[Circuit, ...]:
-    """What the record is of."""
+    """Return what the record is measured from: an LSO neuron and a level unit."""
     return (
         lso_neuron.build(lso_neuron.Params(excitations=LEVELS, inhibitions=LEVELS)),
         high_threshold_neuron.build(),
@@ -66,7 +66,7 @@ def circuits() -> tuple[Circuit, ...]:
 
 
 def measure() -> Record:
-    """Measure the record, without errors; takes three minutes on one core."""
+    """Measure the record without its errors; it takes three minutes on one core."""
     silicons = [Silicon(temperature_c=t) for t in TEMPERATURES]
     timer = np.array([_timer_slopes(s) for s in silicons])
     level = np.array([_level_slopes(s) for s in silicons])
@@ -80,7 +80,7 @@ def measure() -> Record:
 
 
 def quantities(silicon: Silicon) -> Quantities:
-    """Quantities of the circuits on the silicon, biased by the generator."""
+    """Return the quantities of the circuits on a silicon, biased by the generator, by name."""
     lso, level = (rebias(c, {}, "generator") for c in circuits())
     current, comparator, step = (
         die_current(lso, lso.bias(name), silicon) for name in ("i_exc", "i_cmp", "i_step")
@@ -124,7 +124,10 @@ def _taken(membrane: Membrane, given: float, time: float) -> float:
 
 
 def level_numbers(level: Circuit, silicon: Silicon, delay: Callable[[float], float]) -> tuple[float, float]:
-    """Offset (V) and charge (C) of a level unit from its delays (s) on ramps of `SLOW` and `FAST`."""
+    """Return the offset (V) and the charge (C) of a level unit.
+
+    delay: gives its delay (s) on a ramp (V/s), and is asked for `SLOW` and `FAST`.
+    """
     law, current = silicon.law("p"), die_current(level, level.bias("i_cmp"), silicon)
     slow, fast = delay(SLOW), delay(FAST)
 
@@ -142,7 +145,11 @@ def level_numbers(level: Circuit, silicon: Silicon, delay: Callable[[float], flo
 def level_delay(
     level: Circuit, silicon: Silicon, slope: float, parameter: str = "", move: float = 0.0
 ) -> float:
-    """From a ramp's crossing of the level unit's threshold to its spike, s; a parameter of a device moved."""
+    """Return the time from a ramp's crossing of the level unit's threshold to its spike, s.
+
+    slope: of the ramp, V/s; parameter, move: a deviation of the unit's comparator, none if empty. Raises
+    `SolverError` where it does not spike.
+    """
     bench = ramp_bench(rebias(level, {"v_threshold": THRESHOLD}), slope, silicon.process.v_dd)
     machine = to_kernel(bench, silicon)
     if parameter:
@@ -154,7 +161,10 @@ def level_delay(
 
 
 def ramp_bench(level: Circuit, slope: float, v_dd: float) -> Testbench:
-    """A level unit's testbench: its envelope passes `THRESHOLD` at `crossing(slope)` (s), slope in V/s."""
+    """Return the testbench of a level unit whose envelope passes `THRESHOLD` at `crossing(slope)`.
+
+    slope: of the envelope, V/s; v_dd: supply, V.
+    """
     start, end = crossing(slope) + FROM / slope, crossing(slope) + TO / slope
     wave = PiecewiseLinear((0.0, start, end), (THRESHOLD + FROM, THRESHOLD + FROM, THRESHOLD + TO))
     sources = (Source("vdd", "vdd", Constant(v_dd)), Source("envelope", "envelope", wave))
@@ -162,7 +172,7 @@ def ramp_bench(level: Circuit, slope: float, v_dd: float) -> Testbench:
 
 
 def crossing(slope: float) -> float:
-    """When the ramp of `ramp_bench` passes the threshold, s."""
+    """Return when the ramp of `ramp_bench` passes the threshold, s."""
     return 0.2e-3 - FROM / slope
 
 

@@ -1,4 +1,4 @@
-"""Ears and LSO neurons of the sonar head on a die: what they are made of, and what they answer to an echo.
+"""Behavioural model of the sonar head's ears and LSO neurons on a die, and of their answer to an echo.
 
 Two ears of `LEVELS` level units each (`circuits.blocks.sonar.high_threshold_neuron`, thresholds spaced
 logarithmically) and two LSO neurons (`circuits.blocks.lso.lso_neuron`): each is excited by the level units
@@ -82,10 +82,10 @@ class Head(NamedTuple):
 
 
 def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Head:
-    """Numbers of the head on the silicon; area: of the drawn devices over the circuits'.
+    """Return the numbers of the head on a silicon.
 
-    Raises `ParameterError` for an area and for silicon outside the record's box, `DataError` where
-    the record is of other circuits.
+    kind: of its biases; area: of the drawn devices over the circuits'. Raises `ParameterError` for an area or
+    a silicon outside the record's box, and `DataError` where the record is of other circuits.
     """
     if not LEAST_AREA <= area < math.inf:
         raise ParameterError(
@@ -98,9 +98,10 @@ def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Hea
 
 
 def level_times(head: Head, crossed: F64, slope: F64) -> F64:
-    """Spikes (s) of level units whose thresholds are passed at `crossed` (s, inf for none) at `slope` (V/s).
+    """Return the spikes (s) of level units, float64[SIDES, LEVELS], inf for none.
 
-    float64[SIDES, LEVELS] each.
+    crossed: when the thresholds are passed, s, inf for never; slope: of the envelope then, V/s; both of that
+    shape.
     """
     on = np.isfinite(crossed)
     found = np.full(crossed.shape, np.inf)
@@ -111,14 +112,21 @@ def level_times(head: Head, crossed: F64, slope: F64) -> F64:
 
 
 def side_spikes(head: Head, side: int, level: F64, *, inhibited: bool = True) -> F64:
-    """Spikes (s) of an LSO neuron after level units' spikes, float64[SIDES, LEVELS], inf for none."""
+    """Return the spikes (s) of an LSO neuron on `side`.
+
+    level: spikes of the level units, s, float64[SIDES, LEVELS], inf for none; inhibited: whether the other
+    side inhibits it.
+    """
     return lso_spikes(*side_inputs(head, side, level, inhibited=inhibited))
 
 
 def side_inputs(
     head: Head, side: int, level: F64, *, inhibited: bool = True
 ) -> tuple[Steps, Steps, Membrane, Mirror]:
-    """Steps of excitation and inhibition, membrane and mirror of an LSO neuron, as of `side_spikes`."""
+    """Return the steps of excitation and of inhibition, the membrane and the mirror of an LSO neuron.
+
+    The arguments are those of `side_spikes`.
+    """
     far = level[1 - side] if inhibited else np.full(level.shape[1], np.inf)
     excitation = Steps(level[side] + head.onset, head.excite_step[side], head.excite[side])
     inhibition = Steps(far + head.onset, head.inhibit_step[side], head.inhibit[side])

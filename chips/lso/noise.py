@@ -1,4 +1,4 @@
-"""Noise of the sonar head's level units and LSO neurons from that of their devices.
+"""Noise of the sonar head's level units and LSO neurons, from that of their devices.
 
 Membrane: every current that a transistor lets onto it or takes from it brings shot noise, the inhibitory sum
 three times, since its sources, and both sides of the mirror that turns it, make their own; and a reset leaves
@@ -48,14 +48,14 @@ _ROOM = 64  # spikes of a neuron that a draw is for; more take another
 
 
 class Grain(NamedTuple):
-    """Of a neuron's currents. exciting: C, q phi; the mirror's devices are its own."""
+    """Charges (C) that an LSO neuron's currents consist of: exciting and inhibiting, each `q phi`."""
 
     exciting: float
     inhibiting: float
 
 
 class LevelGrain(NamedTuple):
-    """Shares phi of a level unit's pair, mirror and tail; psi kappa / U_T of the pair, 1/V."""
+    """Shares phi of a level unit's pair, mirror and tail; per_volt: psi kappa / U_T of the pair, 1/V."""
 
     pair: float
     mirror: float
@@ -65,9 +65,11 @@ class LevelGrain(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LsoNoise:
-    """Relative deviations of fields of a head's numbers, arrays as they have, and what draws them.
+    """Noise of a head.
 
-    offset: V, of level units' thresholds; grain: of the neurons' currents; level: of the level units'.
+    spread: relative standard deviation of fields of `Head`, in their shapes; offset: standard deviation of
+    the level units' thresholds, V; grain: of the neurons' currents; level: of the level units'; draws: random
+    numbers of each quantity.
     """
 
     spread: dict[str, F64]
@@ -78,7 +80,7 @@ class LsoNoise:
 
 
 def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.0) -> LsoNoise:
-    """Noise of a head with these numbers; area: of the drawn devices over the circuits'."""
+    """Return the noise of a head with these numbers; area: of the drawn devices over the circuits'."""
     lso, _ = circuits()
     tables = tables_of(RECORD, circuits, silicon.process)
     (timer,) = all_on_silicon(tables, ("timer",), silicon)
@@ -108,7 +110,7 @@ def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.
 
 
 def head_of_ping(head: Head, noise: LsoNoise, number: int) -> Head:
-    """Numbers of a head in ping `number`."""
+    """Return the numbers of a head in ping `number`."""
     found = {
         name: getattr(head, name) * (1.0 + spread * normals(noise.draws[name], number, spread))
         for name, spread in noise.spread.items()
@@ -118,9 +120,9 @@ def head_of_ping(head: Head, noise: LsoNoise, number: int) -> Head:
 
 
 def level_jitter(head: Head, noise: LsoNoise, number: int, delay: F64, slope: F64) -> F64:
-    """What is added to level units' spikes in ping `number`, s, float64[SIDES, LEVELS].
+    """Return what is added to level units' spikes in ping `number`, s, float64[SIDES, LEVELS].
 
-    delay: s from a ramp's crossing to the spike, inf for none; slope: V/s, of the ramp.
+    delay: from a ramp's crossing to the spike, s, inf for none; slope: of the ramp, V/s; both of that shape.
     """
     spread = np.zeros(delay.shape)
     on = np.isfinite(delay)
@@ -129,9 +131,9 @@ def level_jitter(head: Head, noise: LsoNoise, number: int, delay: F64, slope: F6
 
 
 def level_spread(grain: LevelGrain, delay: F64, slope: F64, current: ArrayLike) -> F64:
-    """Deviation (s) of a level unit's spike, arrays of one shape.
+    """Return the standard deviation of a level unit's spike, s, arrays of one shape.
 
-    delay: s after a ramp of `slope` V/s passed the threshold; current: of the tail, A.
+    delay: from when a ramp of `slope` V/s passed the threshold, s; current: of the tail, A.
     """
     steep = grain.per_volt * slope
     z = steep * delay
@@ -146,7 +148,7 @@ def level_spread(grain: LevelGrain, delay: F64, slope: F64, current: ArrayLike) 
 def noisy_side_spikes(
     head: Head, noise: LsoNoise, number: int, side: int, level: F64, *, inhibited: bool = True
 ) -> F64:
-    """Spikes (s) of an LSO neuron in ping `number`, as `chips.lso.model.side_spikes`."""
+    """Return the spikes (s) of an LSO neuron in ping `number`, as `chips.lso.model.side_spikes` does."""
     excitation, inhibition, membrane, mirror = side_inputs(head, side, level, inhibited=inhibited)
     return noisy_spikes(excitation, inhibition, membrane, mirror, noise.grain, _Normals(noise, side, number))
 
@@ -168,7 +170,10 @@ class _Normals:
 def noisy_spikes(
     excitation: Steps, inhibition: Steps, membrane: Membrane, mirror: Mirror, grain: Grain, drawn: _Normals
 ) -> F64:
-    """Spikes (s) as of `chips.lso.law.lso_spikes`, with noise."""
+    """Return the spikes (s) of an LSO neuron with noise, as `chips.lso.law.lso_spikes` does without.
+
+    drawn: gives the random number of each spike.
+    """
     edges, given, sums = segments(excitation, inhibition, membrane)
     emptied = ELEMENTARY_CHARGE * membrane.u_t * membrane.capacitance  # k T C
     spikes: list[float] = []
@@ -194,7 +199,10 @@ def noisy_spikes(
 
 
 def shot_rate(grain: Grain, mirror: Mirror, given: float, inhibition: float) -> float:
-    """Variance of the membrane's charge a second, C^2/s, with currents (A) of both sides."""
+    """Return the variance of the membrane's charge a second, C^2/s.
+
+    given: exciting current, A; inhibition: sum of the inhibiting currents, before the mirror, A.
+    """
     taken = mirrored(mirror, inhibition)
     rate = grain.exciting * given
     if inhibition > 0.0:
@@ -220,7 +228,10 @@ def _offsets(head: Head, silicon: Silicon, noise: SiliconNoise, area: float) -> 
 
 
 def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
-    """Noise of a level unit with this current (A) of its tail; pair and mirror carry half of it each."""
+    """Return the noise of a level unit whose tail carries `whole` (A).
+
+    Pair and mirror carry half of it each.
+    """
     _, level = circuits()
     half = 0.5 * whole
     specific = {

@@ -22,7 +22,7 @@ BIAS_PLACE: Place = ((NAME, ()), ("bias", ()))
 
 @lru_cache(maxsize=4)
 def line_volts(silicon: Silicon, kind: BiasKind) -> Mapping[str, float]:
-    """Voltages of the chip's bias lines by the blocks' ports, V, but the level units' thresholds."""
+    """Return the voltages of the chip's bias lines by the blocks' ports, V, without the thresholds."""
     found: dict[str, float] = {}
     for circuit in circuits():
         for bias in rebias(circuit, {}, kind).biases:

@@ -1,1 +1,1 @@
-"""The NEF chip: neurons whose tuning curves are those of its die."""
+"""The NEF chip: networks of the Neural Engineering Framework on neurons whose tuning curves a die sets."""

@@ -1,4 +1,4 @@
-"""Description of a network and tuning curves -> arrays that are simulated.
+"""From the description of a network and its neurons' tuning curves to the arrays that are simulated.
 
 Every end of a connection is a slot: a dimension of a population, or a current into its neurons, which is an
 encoder of another kind. What goes to one slot with one time constant is added up before it is filtered, in
@@ -30,11 +30,11 @@ _NOWHERE = -1  # slot of a lane that is read
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Built:
-    """A network on neurons.
+    """A network on neurons, ready to run.
 
-    net: arrays of the kernel; populations: of each ensemble or array, by name; drive: float64[lanes, values
-    of all nodes], what nodes put on lanes; given: a node's columns there; read: lanes of a node's input or of
-    a probe, by name; placed, chip: its codes, and what they are where it is run, None of ideal neurons;
+    net: arrays of the kernel; populations: of each ensemble or array, by name; drive: what nodes put on
+    lanes, float64[lanes, values of all nodes]; given: a node's columns there; read: lanes of a node's input
+    or of a probe, by name; placed, chip: its codes, and what they are where it is run, None of ideal neurons;
     noise: of the chip's devices there.
     """
 
@@ -49,7 +49,7 @@ class Built:
     noise: NefNoise | None = None
 
     def neurons(self, name: str) -> slice:
-        """Numbers of an ensemble's or array's neurons."""
+        """Return the numbers of an ensemble's or array's neurons."""
         held = self.populations[name]
         return slice(held[0].first, held[-1].first + held[-1].ensemble.neurons)
 
@@ -98,7 +98,10 @@ def build(
 
 
 def moved(built: Built, chip: Conditions) -> Built:
-    """The same codes and decoders on a chip as it is elsewhere, at another temperature say."""
+    """Return the network with its codes and decoders on a chip as it is elsewhere, as at another temperature.
+
+    Raises `ParameterError` for a network on ideal neurons.
+    """
     if built.placed is None:
         raise ParameterError("network: on ideal neurons, which have no temperature; build it on a chip")
     held = [p for part in built.populations.values() for p in part]
@@ -106,7 +109,10 @@ def moved(built: Built, chip: Conditions) -> Built:
 
 
 def exchanged(built: Built, other: Built) -> Built:
-    """A network on its chip with the decoders that were solved for the same network on another."""
+    """Return a network on its chip with the decoders that were solved for the same network on another.
+
+    Raises `ParameterError` for a network on ideal neurons.
+    """
     if built.placed is None:
         raise ParameterError("network: on ideal neurons, whose decoders no die has; build it on a chip")
     held = [p for part in built.populations.values() for p in part]

@@ -1,4 +1,4 @@
-"""The NEF chip: thousands of neurons whose curves a die sets, encoder stages, filters, and an AER router.
+"""The NEF chip: thousands of neurons with encoder stages, filters and an address-event router, on a die.
 
 A signal in a slot of a population, a number x, is at the full scale of its line where x is `full`:
 
@@ -65,10 +65,11 @@ _SAMPLED = 1024  # neurons whose median is trimmed
 
 @dataclass(frozen=True, slots=True)
 class NefChip:
-    """A chip: die, kind of its biases, values (A, V) of some by name, temperature (degC) of its calibration.
+    """A NEF chip: its die, the kind of its biases, and the temperature (degC) at which it is calibrated.
 
-    area: of all devices, relative: mismatch and flicker go as its root; nothing else changes. neurons: that
-    it has. noise: of its devices where a network is run, None for none.
+    biases: values of some, A or V by name; neurons: how many it has; area: of all devices over the circuit's,
+    as whose root mismatch and flicker go, and nothing else; noise: of its devices where a network is run,
+    None for none. Raises `UnknownNameError` and `ParameterError` for what it cannot have.
     """
 
     die: Die = NOMINAL
@@ -93,17 +94,20 @@ class NefChip:
         self.silicon(self.calibration_c)
 
     def silicon(self, temperature_c: float) -> Silicon:
-        """What it is made of, at a temperature."""
+        """Return the silicon that it is made of at a temperature, degC."""
         return Silicon(ROLLS_180, temperature_c, self.die).of_area(self.area)
 
     def at(self, temperature_c: float) -> Conditions:
-        """The calibrated chip at a temperature."""
+        """Return the calibrated chip at a temperature, degC."""
         return Conditions(self, temperature_c, _trimmed(self))
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """A chip at a temperature with its biases as calibrated. `Curves` of its neurons, in thresholds."""
+    """A chip at a temperature (degC) with its biases as calibrated; the `Curves` of its neurons.
+
+    Currents are in thresholds of an ideal neuron.
+    """
 
     chip: NefChip
     temperature_c: float
@@ -111,7 +115,7 @@ class Conditions:
 
     @property
     def silicon(self) -> Silicon:
-        """What it is made of."""
+        """The silicon that the chip is made of, at this temperature."""
         return self.chip.silicon(self.temperature_c)
 
     @property
@@ -121,23 +125,26 @@ class Conditions:
 
     @property
     def unit(self) -> float:
-        """Current of a code of 1 at y = 1, thresholds."""
+        """Current of a stage with code 1 at y = 1, thresholds."""
         return _unit(self.silicon, self.biases)
 
     def column(self, column: int) -> Column:
-        """Stages of a column."""
+        """Return the stages of a column."""
         return _stages(self.silicon, column, self.chip.neurons, self.biases)
 
     def filters(self, taus: F64) -> Filters:
-        """Filters set to time constants, s."""
+        """Return filters that are set to time constants, s."""
         return filters_on(self.silicon, np.clip(taus, FASTEST, SLOWEST), self.biases)
 
     def rates(self, first: int, current: F64) -> F64:
-        """Rates, Hz, of neurons from `first` on at currents, float64[points, neurons]."""
+        """Return the rates of neurons from `first` on, Hz; current: thresholds, float64[points, neurons]."""
         return self.law.rates(first, current)
 
     def currents(self, first: int, rate: F64) -> F64:
-        """Currents at which the median neuron of the die fires at rates, Hz; NaN where it cannot."""
+        """Return the currents at which the median neuron of the die fires at rates (Hz), thresholds.
+
+        They are NaN where it cannot fire so fast.
+        """
         typical = NeuronLaw(*(np.asarray(np.median(a[:_SAMPLED])) for a in self.law))
         charging = 1.0 / np.maximum(rate, 1e-9) - typical.refractory
         reached = charging > 0.0
@@ -150,17 +157,20 @@ class Conditions:
         return _lines(self.silicon, self.biases)
 
     def split(self, line: int, z: F64) -> tuple[F64, F64]:
-        """What a line gives above and below its middle at a steady z, which converters cut at 1."""
+        """Return what a line gives above and below its middle at a steady z, which converters clip at 1."""
         own = Lines(*(a[line] for a in self.lines))
         total = own.zero * ((1.0 + np.clip(z, -1.0, 1.0)) ** POWER - 1.0)
         return own.above * np.maximum(total, 0.0), own.below * np.maximum(-total, 0.0)
 
     def highest_gain(self, headroom: float) -> float:
-        """Highest gain, thresholds a radius, that a stage has where full scale is so many radii."""
+        """Return the highest gain of a stage whose full scale is `headroom` radii, thresholds a radius."""
         return float(CODE * POWER * self.unit / headroom)
 
     def codes(self, row: F64, full: float, columns: int) -> I64:
-        """Codes of stages for the currents `row` (thresholds a unit of x), int64[columns, n]."""
+        """Return the codes of stages for the currents `row` (thresholds a unit of x), int64[columns, n].
+
+        full: full scale of the slot, in x; columns: of stages that the slot takes.
+        """
         wanted = np.rint(row * full / (POWER * self.unit))
         most = CODE * columns
         total = np.clip(wanted, -most, most)
@@ -168,7 +178,10 @@ class Conditions:
         return np.stack(share).astype(np.int64)
 
     def stage(self, first: int, column: int, codes: I64) -> tuple[F64, F64]:
-        """Of stages with codes, int64[columns, n]: thresholds of a line's full scale above and below."""
+        """Return what stages with codes give above and below of a line's full scale, thresholds.
+
+        codes: int64[columns, n].
+        """
         above, below = np.zeros(codes.shape[1]), np.zeros(codes.shape[1])
         for k, own in enumerate(codes):
             a, b, mirror = self._banks(first, column + k, own)
@@ -178,11 +191,11 @@ class Conditions:
         return above, below
 
     def bias_codes(self, bias: F64) -> I64:
-        """Codes of column 0 for bias currents, thresholds."""
+        """Return the codes of column 0 for bias currents, thresholds."""
         return np.asarray(np.clip(np.rint(bias / self.unit), -CODE, CODE).astype(np.int64))
 
     def bias(self, first: int, codes: I64) -> F64:
-        """Bias currents of codes, thresholds."""
+        """Return the bias currents of codes, thresholds."""
         a, _, mirror = self._banks(first, 0, codes)
         return np.where(codes >= 0, a, -mirror * a)
 

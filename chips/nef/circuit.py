@@ -26,7 +26,7 @@ SUPPLY = Port("vdd", "supply")
 
 
 def converter_filter() -> Circuit:
-    """A low-pass with the middle of its converter, and its biases: ports i_in, i_sum, v_syn."""
+    """Return a low-pass with the middle of its converter and its biases; its ports are i_in, i_sum, v_syn."""
     whole = nef_synapse.build()
     filter_ = next(i for i in whole.instances if i.name == "filter")
     connections = dict(filter_.connections)
@@ -45,7 +45,7 @@ def converter_filter() -> Circuit:
 
 
 def neurons(count: int) -> Circuit:
-    """The chip with its first neurons alone."""
+    """Return the chip with its first `count` neurons alone."""
     part = nef_neuron.build()
     ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))
     nodes = (Node("v_mem", (count,)), Node("spike", (count,)))
@@ -55,7 +55,10 @@ def neurons(count: int) -> Circuit:
 
 
 def column(count: int) -> Circuit:
-    """A column with its first stages alone; the bits and signs of each are nodes of its own."""
+    """Return a column with its first `count` stages alone.
+
+    The bits and signs of each are nodes of its own.
+    """
     part = nef_encoder.build()
     shared = ("v_pos", "v_neg")
     own = [p.name for p in part.ports if p.name not in ("vdd", *shared)]
@@ -69,7 +72,7 @@ def column(count: int) -> Circuit:
 
 
 def filters(count: int) -> Circuit:
-    """The chip with its first filters alone; i_tau and i_thr are each filter's own."""
+    """Return the chip with its first `count` filters alone; i_tau and i_thr are each filter's own."""
     part = converter_filter()
     own = [p.name for p in part.ports if p.name not in ("vdd", "v_mid", "v_tau", "v_thr")]
     ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))
@@ -80,7 +83,7 @@ def filters(count: int) -> Circuit:
 
 
 def lines(count: int) -> Circuit:
-    """The chip with its first lines alone."""
+    """Return the chip with its first `count` lines alone."""
     part = nef_synapse.line()
     nodes = tuple(Node(name, (count,)) for name in ("i_sum", "v_pos", "v_neg"))
     array = InstanceArray("line", part, (count,), part.wired())
@@ -94,7 +97,7 @@ def lines(count: int) -> Circuit:
 
 
 def chip_biases() -> tuple[Bias, ...]:
-    """Biases of the chip by the names of its blocks; a stage's bits and signs are no biases here."""
+    """Return the biases of the chip, named as in its blocks, without a stage's bits and signs."""
     return (
         *nef_neuron.BIASES,
         *(b for b in nef_encoder.BIASES if b.name == "i_pos"),
@@ -103,7 +106,7 @@ def chip_biases() -> tuple[Bias, ...]:
 
 
 def circuits() -> tuple[Circuit, ...]:
-    """All neurons, a column, the filters and the lines of the chip."""
+    """Return the circuits that all devices of the chip stand in: neurons, a column, filters and lines."""
     return neurons(NEURONS), column(NEURONS), filters(FILTERS), lines(FILTERS)
 
 

@@ -1,4 +1,4 @@
-"""Compiled loop of a network on the NEF chip (`chips.nef.chip`): converters, filters, neurons, router.
+"""Compiled run of a network on the NEF chip: converters, filters, neurons and the router.
 
 A time step of `DT`:
 
@@ -32,14 +32,15 @@ _compiled = compiled()
 
 
 class ChipNet(NamedTuple):
-    """A network on a chip.
+    """A network on a chip, in a form for the kernel.
 
     net: biases, decoders and, for what is above a line's reference, rows as the chip has them (tau_rc and
-    tau_ref are not used); below: as net.encoder, for what is below; lines: float64[3, slots], as `Lines`;
-    first: bool[lanes], the first filter of a slot, which brings the middle; leak, speed (1 /
-    charge), refractory, floor: float64[neurons]; step: float64[lanes], value of a converter's step, 0 where a
-    lane is read; levels: highest level; scale, gain: float64[lanes], of a filter's input and output; power;
-    home: int64[neurons], population of each; budget: events a step.
+    tau_ref are not used); below: as net.encoder, for what is below; lines: as of `chips.nef.model.Lines`,
+    float64[3, slots]; first: whether a lane is the first filter of a slot, which brings the middle,
+    bool[lanes]; leak, speed (1 / charge), refractory (s), floor: float64[neurons]; step: value of a
+    converter's step, 0 where a lane is read, float64[lanes]; levels: highest level; scale, gain: of a
+    filter's input and output, float64[lanes]; power: of a filter's output; home: population of each neuron,
+    int64[neurons]; budget: events a step.
     """
 
     net: Net
@@ -60,10 +61,11 @@ class ChipNet(NamedTuple):
 
 
 class ChipState(NamedTuple):
-    """State of a chip.
+    """State of a network on a chip, overwritten in place.
 
-    base: as of ideal neurons; s: float64[lanes], filters; rest: float64[lanes], accumulators; queue:
-    int64[ring]; ends: int64[2], where the ring begins and how many wait; counters: int64[5], by `COUNTERS`.
+    base: as of ideal neurons; s: filters, rest: accumulators, float64[lanes]; queue: neurons whose spikes
+    wait, int64[ring]; ends: where the ring begins and how many wait, int64[2]; counters: by `COUNTERS`,
+    int64[5].
     """
 
     base: State
@@ -75,7 +77,7 @@ class ChipState(NamedTuple):
 
 
 def new_chip_state(chip: ChipNet, ring: int) -> ChipState:
-    """A chip at rest, its filters at their middle."""
+    """Return a chip at rest, its filters at their middle; ring: how many spikes may wait."""
     lanes = len(chip.scale)
     return ChipState(
         nef_kernel.new_state(chip.net), chip.scale.copy(), np.zeros(lanes), np.zeros(ring, dtype=np.int64),
@@ -85,7 +87,7 @@ def new_chip_state(chip: ChipNet, ring: int) -> ChipState:
 
 @_compiled
 def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = None) -> None:
-    """Take time steps; without noise numba compiles nothing of it."""
+    """Take time steps of `DT`; of a noise that is None numba compiles nothing."""
     for _ in range(steps):
         if noise is not None:
             begin_noise(noise)
@@ -101,7 +103,7 @@ def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = 
 
 @_compiled
 def convert(c: ChipNet, s: ChipState) -> None:
-    """Converters, filters and lines; adds up in slots."""
+    """Step converters, filters and lines, and add them up in slots."""
     b = s.base
     for k in range(b.x.size):
         b.x[k] = 0.0
@@ -131,7 +133,7 @@ def convert(c: ChipNet, s: ChipState) -> None:
 
 @_compiled
 def draw(c: ChipNet, s: ChipState, p: int) -> None:
-    """Currents of a population's neurons: their biases, and of each slot what its line gives."""
+    """Fill the currents of a population's neurons: their biases, and of each slot what its line gives."""
     n, b = c.net, s.base
     begin, count = n.begin[p], n.begin[p + 1] - n.begin[p]
     current, bias = b.current[begin : begin + count], n.bias[begin : begin + count]
@@ -147,14 +149,14 @@ def draw(c: ChipNet, s: ChipState, p: int) -> None:
 
 @_compiled
 def add_scaled(current: F64, row: F64, x: float) -> None:
-    """Add a row times a number."""
+    """Add a row times a number to currents."""
     for i in range(current.size):
         current[i] += x * row[i]
 
 
 @_compiled
 def deliver(c: ChipNet, s: ChipState) -> int:
-    """Pass the spikes that wait; returns what is left of the step's budget."""
+    """Pass the spikes that wait, and return what is left of the step's budget."""
     left = c.budget
     while left > 0 and s.ends[1] > 0:
         route(c, s, s.queue[s.ends[0]])
@@ -166,7 +168,7 @@ def deliver(c: ChipNet, s: ChipState) -> int:
 
 @_compiled
 def fire(c: ChipNet, s: ChipState, p: int, left: int) -> int:
-    """Step a population's neurons and send its spikes; returns what is left of the budget."""
+    """Step a population's neurons and send its spikes; return what is left of the budget."""
     b, first, last = s.base, c.net.begin[p], c.net.begin[p + 1]
     count = last - first
     v, r, j = b.u[first:last], b.rest[first:last], b.current[first:last]
@@ -200,7 +202,7 @@ def fire(c: ChipNet, s: ChipState, p: int, left: int) -> int:
 
 @_compiled
 def send(c: ChipNet, s: ChipState, neuron: int, left: int) -> int:
-    """Route a spike, or let it wait, or drop it; returns what is left of the budget."""
+    """Route a spike, or let it wait, or drop it; return what is left of the budget."""
     s.base.spikes[neuron] += 1
     s.counters[SPIKES] += 1
     if left > 0:
@@ -217,7 +219,7 @@ def send(c: ChipNet, s: ChipState, neuron: int, left: int) -> int:
 
 @_compiled
 def route(c: ChipNet, s: ChipState, neuron: int) -> None:
-    """Put a spike's decoders on its population's lanes."""
+    """Put the decoders of a neuron's spike on its population's lanes."""
     n = c.net
     p = c.home[neuron]
     lane, count = n.lane[p], n.lane[p + 1] - n.lane[p]

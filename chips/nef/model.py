@@ -1,4 +1,4 @@
-"""Neurons, encoder stages and filters of the NEF chip on a die, lumped from their own transistors.
+"""Neurons, encoder stages and filters of the NEF chip on a die, as numbers from their own transistors.
 
 Each is a closed form of the devices' law, with the deviations that the transistor level has at the same
 places; currents are in units of the design's threshold, `LEAK`, voltages in volt:
@@ -47,7 +47,11 @@ _STAGE_DEVICES = (*(f"m{bank}{k}" for bank in "dr" for k in range(BITS)), "mm1",
 
 
 class NeuronLaw(NamedTuple):
-    """Neurons, float64[n] each: leak (thresholds), charge (thresholds s), refractory (s), floor (1)."""
+    """Neurons on a die, float64[n] each.
+
+    leak: current, thresholds; charge: of a spike, thresholds s; refractory: period, s; floor: of the
+    membrane, 1.
+    """
 
     leak: F64
     charge: F64
@@ -55,7 +59,7 @@ class NeuronLaw(NamedTuple):
     floor: F64
 
     def rates(self, first: int, current: F64) -> F64:
-        """Rates, Hz, of neurons from `first` on at currents, float64[..., n], thresholds."""
+        """Return the rates of neurons from `first` on, Hz; current: thresholds, float64[..., n]."""
         own = slice(first, first + current.shape[-1])
         above = current - self.leak[own]
         fires = above > 0.0
@@ -63,7 +67,7 @@ class NeuronLaw(NamedTuple):
         return np.where(fires, 1.0 / period, 0.0)
 
     def head(self, count: int) -> NeuronLaw:
-        """The first neurons."""
+        """Return the first `count` neurons."""
         return NeuronLaw(*(a[:count] for a in self))
 
 
@@ -76,7 +80,7 @@ class Column(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Lines, float64[n] each: where a sum is the reference, and slopes of what they give above and below."""
+    """Lines: where a sum is the reference, and slopes of what they give above and below, float64[n] each."""
 
     zero: F64
     above: F64
@@ -84,7 +88,7 @@ class Lines(NamedTuple):
 
 
 class Filters(NamedTuple):
-    """Filters, float64[n] each: time constant, s; output at the middle, full scales; and the power."""
+    """Filters: time constant, s, and output at the middle, full scales, float64[n] each; and the power."""
 
     tau: F64
     gain: F64
@@ -92,7 +96,7 @@ class Filters(NamedTuple):
 
 
 def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
-    """The chip's first neurons."""
+    """Return the chip's first `count` neurons on a silicon with these biases."""
     d = _on_chip("neuron", _neurons(count), silicon, biases, _NEURON_DEVICES)
     matrix = _neuron_capacitances()
     buffer = d.saturated("mc2", d.below("v_buf"))
@@ -108,19 +112,19 @@ def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
 
 
 def neuron_charges(silicon: Silicon, count: int, biases: Biases) -> tuple[float, F64]:
-    """Capacitance of a membrane, F, and what a refractory period takes from C_ref, float64[n], C."""
+    """Return a membrane's capacitance, F, and what a refractory period takes from C_ref, C, float64[n]."""
     d = _on_chip("neuron", _neurons(count), silicon, biases, _NEURON_DEVICES)
     matrix = _neuron_capacitances()
     return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - d.inverter_threshold("mk6")))
 
 
 def filter_capacitance() -> float:
-    """Capacitance of a filter's v_syn, F."""
+    """Return the capacitance of a filter's v_syn, F."""
     return float(_filter_capacitances()[0, 0])
 
 
 def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Column:
-    """The first stages of a column."""
+    """Return the first `count` stages of a column on a silicon with these biases."""
     d = _on_chip("stage", _column(count), silicon, biases, _STAGE_DEVICES, (("column", (column,)),))
     gate = d.below("v_pos")
     signal, reference = (
@@ -130,7 +134,7 @@ def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Colu
 
 
 def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
-    """The chip's first filters, set to nominal time constants `taus` (s) of 27 degC."""
+    """Return the chip's first filters on a silicon; taus: nominal time constants at 27 degC, s."""
     count = len(taus)
     gain, tau = np.empty(count), np.empty(count)
     unit = _unit_current(silicon, biases)
@@ -146,7 +150,7 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
 
 
 def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:
-    """The chip's first lines."""
+    """Return the chip's first `count` lines on a silicon with these biases."""
     d = _on_chip("line", _lines(count), silicon, biases)
     scale = LINE_UNITS * _unit_current(silicon, biases)
     laws = _on_chip("line", _lines(count), _without_mismatch(silicon), biases)
@@ -157,7 +161,7 @@ def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:
 
 
 def unit_of(silicon: Silicon, biases: Biases) -> float:
-    """Current of a stage's unit in a device without a deviation of its own, thresholds."""
+    """Return the current of a stage's unit in a device without a deviation of its own, thresholds."""
     return _unit_current(silicon, biases) / LEAK
 
 
@@ -192,7 +196,7 @@ def _set_tau(bias: Bias, tau: float) -> Bias:
 
 @lru_cache(maxsize=1)
 def design_tau() -> float:
-    """Time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
+    """Return the time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
     d = standing(_filters(1), Silicon(ROLLS_180, place=PLACE), "filter")
     leak = float(d.saturated("filter.md3", d.below("v_tau"))[0])
     return float(_filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180.n.kappa * leak)

@@ -1,4 +1,4 @@
-"""Noise of a network on the NEF chip from that of its devices: why the same die does not run alike twice.
+"""Noise of a network on the NEF chip from that of its devices: one die does not run alike twice.
 
 * neuron: shot noise of its leak and of the currents of its stages, each once, and three times where a stage's
   mirror turns it round; the jitter of the refractory period, `sqrt(q t_ref / I_rfr)`, and k T C of the reset;
@@ -32,7 +32,7 @@ MIRRORED = 3.0  # noise currents of a current that passes a mirror, each like it
 
 
 def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
-    """Noise of a network on a chip as it is `where`, from its first step on; None of a chip without."""
+    """Return the noise of a network on a chip as it is `where`, from its first step on, None without any."""
     noise = where.chip.noise
     if noise is None:
         return None
@@ -61,7 +61,7 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
 
 
 def copied(noise: NefNoise) -> NefNoise:
-    """The same noise from its first step on, with working space of its own."""
+    """Return the same noise from its first step on, with working space of its own."""
     old = noise.slow
     slow = Slow(old.deviation, old.held.copy(), old.value.copy(), np.full(1, -1, np.int64))
     draws = [d._replace(**{n: getattr(d, n).copy() for n in ("counters", "words", "normal")})

@@ -1,4 +1,4 @@
-"""Compiled noise of a network on the NEF chip: what devices add to neurons' currents and to filters.
+"""Compiled noise of a network on the NEF chip, which its neurons' currents and its filters get.
 
 A neuron's noise stands still for what it charges in a step, at most up to where it would spike, so that it
 moves the spike as white noise would. In the first step after a refractory period it has the jitter of the
@@ -25,9 +25,10 @@ class NefNoise(NamedTuple):
     """Noise of a network on a chip; currents in thresholds.
 
     above, below, bias: currents of the stages as `ChipNet` has them, each as often as its noise is that of an
-    electron's; grain: charge of an electron, thresholds s; dead: float64[neurons], `q t_ref / I_rfr`, s^2;
-    reset: `k T C`, (thresholds s)^2; lanes: float64[lanes], relative deviation that a step adds to a filter;
-    total: float64[neurons], working space; step: int64[1], steps that were taken.
+    electron's; grain: charge of an electron, thresholds s; dead: `q t_ref / I_rfr`, s^2, float64[neurons];
+    reset: `k T C`, (thresholds s)^2; lanes: relative deviation that a step adds to a filter, float64[lanes];
+    total: working space, float64[neurons]; slow: flicker; neurons, filters: draws; step: how many steps were
+    taken, int64[1].
     """
 
     above: F64
@@ -56,7 +57,7 @@ def begin_noise(t: NefNoise) -> None:
 
 @_compiled
 def disturb_filters(t: NefNoise, s: F64) -> None:
-    """Move the filters' states, float64[lanes]."""
+    """Add noise to the filters' states, float64[lanes]."""
     for k in range(s.size):
         s[k] += s[k] * t.lanes[k] * t.filters.normal[k]
 
@@ -65,7 +66,7 @@ def disturb_filters(t: NefNoise, s: F64) -> None:
 def disturb_neurons(
     t: NefNoise, n: Net, b: State, lines: F64, leak: F64, speed: F64, refractory: F64, p: int
 ) -> None:
-    """Add noise to the currents of population p in this step; lines: float64[3, slots], of the chip."""
+    """Add noise to the currents of population p in this step; lines: of the chip, float64[3, slots]."""
     begin, count = n.begin[p], n.begin[p + 1] - n.begin[p]
     total = t.total[begin : begin + count]
     for i in range(count):

@@ -1,4 +1,4 @@
-"""A network on the NEF chip as a part of a running system: what nodes give in, what probes show out.
+"""A network on the NEF chip as a part of a running system: nodes take its inputs, probes show its outputs.
 
 Analog inputs `node[k]` are read at the beginning of each interval, in which a node stands still, and put on
 the lanes; analog outputs `probe[k]` are the probes' values, known from the end of an interval until the next
@@ -23,7 +23,11 @@ from circuits.errors import unknown_name
 
 @dataclass(frozen=True, slots=True)
 class NefState:
-    """time: s; start: s, of the first interval; intervals: that have run; lines: of the inputs."""
+    """State of a network in a loop.
+
+    time: reached, s; start: of the first interval, s; intervals: how many have run; simulation: state of the
+    network; lines: polylines of the inputs in force.
+    """
 
     time: float
     start: float
@@ -33,12 +37,18 @@ class NefState:
 
 
 class NefPart:
-    """A built network; interval: s between readings of its inputs; outputs: names of the probes."""
+    """A built network in a loop; interval: between readings of its inputs, s.
+
+    outputs: names of its probes.
+    """
 
     def __init__(
         self, built: Built, outputs: Sequence[str], interval: float = DT, path: str = "nef_chip"
     ) -> None:
-        """Raises `ParameterError` unless an interval has whole steps, `UnknownNameError` for probes."""
+        """Take a network.
+
+        Raises `ParameterError` unless an interval has whole steps, and `UnknownNameError` for other probes.
+        """
         for name in outputs:
             if name not in built.read:
                 raise unknown_name(f"{path} probe", name, built.read)
@@ -50,17 +60,17 @@ class NefPart:
         self.analog = tuple(f"{n}[{k}]" for n, size in zip(outputs, sizes, strict=True) for k in range(size))
 
     def begin(self, time: float = 0.0) -> NefState:
-        """At rest at `time` s."""
+        """Return the state at rest at `time` s."""
         return NefState(time, time, 0, self._first)
 
     def next_time(self, state: NefState) -> float:
-        """The end of the interval that runs, s."""
+        """Return the end of the interval that runs, s."""
         return state.start + (state.intervals + 1) * self.interval
 
     def advance(
         self, state: NefState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[NefState, float, Output]:
-        """Advance to `until` (s)."""
+        """Advance to `until` s."""
         for port, _ in events:
             raise unknown_name(f"{self.path} event port", port, [])
         lines = {**state.lines, **(analog or {})}

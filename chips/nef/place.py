@@ -1,4 +1,4 @@
-"""A network's codes on the NEF chip, and what they are at a temperature.
+"""The codes by which a network is written to the NEF chip, and what they are worth at a temperature.
 
 Codes are chosen where the chip is calibrated and then stay: at another temperature the same codes are other
 currents, the same filters have other time constants, and decoders are those that were solved before.
@@ -33,7 +33,10 @@ _FINE = 16 * _LEVELS  # of a middle: accumulators have four bits more than conve
 
 
 class Row(NamedTuple):
-    """A slot's stages: currents a unit of x, thresholds, float64[n]; its full scale; columns it takes."""
+    """Stages of a slot: currents a unit of x, thresholds, float64[n]; its full scale.
+
+    Columns that it takes.
+    """
 
     values: F64
     full: float
@@ -42,11 +45,11 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """A network's codes: of biases, int64[n] a population, and of stages, int64[columns, n] a slot.
+    """Codes of a network: of biases, int64[n] a population, and of stages, int64[columns, n] a slot.
 
-    calibrated: where they were chosen; net: with the decoders as quantised; tau: float64[lanes], s; analog:
-    whether a lane is a filter of the chip; full: float64[lanes], full scale; line: int64[slots], of a slot;
-    cut: how many stages should give more than their highest code does.
+    calibrated: the chip for which they were chosen; net: with the decoders as quantised; tau: s,
+    float64[lanes]; analog: whether a lane is a filter of the chip; full: full scale, float64[lanes]; line: of
+    a slot, int64[slots]; cut: how many stages should give more than their highest code does.
     """
 
     calibrated: Conditions
@@ -61,7 +64,7 @@ class Placed:
 
 
 def row_of_currents(values: F64, unit: float) -> Row:
-    """Stages of a slot of currents: full scale where the neuron that takes most gets all that it can."""
+    """Return the stages of a slot of currents; at its full scale the neuron that takes most is full."""
     most = float(np.abs(values).max(initial=0.0))
     return Row(values, CODE * MOST_COLUMNS * POWER * unit / most if most else 1.0, MOST_COLUMNS)
 
@@ -69,7 +72,7 @@ def row_of_currents(values: F64, unit: float) -> Row:
 def place(
     net: Net, populations: Sequence[Population], rows: Sequence[Sequence[Row]], tau: F64, chip: Conditions
 ) -> Placed:
-    """Choose codes. Raises `ParameterError` for what the chip has no room for."""
+    """Choose the codes of a network; raises `ParameterError` for what the chip has no room for."""
     names = [p.ensemble.name for p in populations]
     for name, p, held in zip(names, populations, rows, strict=True):
         columns = 1 + sum(r.columns for r in held)
@@ -91,7 +94,7 @@ def place(
 
 
 def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> ChipNet:
-    """What the codes are on the chip as it is now."""
+    """Return what the codes are worth on the chip as it is now."""
     net, law = placed.net, chip.law.head(len(placed.net.bias))
     bias, above, below = np.empty_like(net.bias), np.empty_like(net.encoder), np.empty_like(net.encoder)
     at_row = 0
@@ -163,7 +166,7 @@ def _middles(placed: Placed) -> F64:
 
 
 def with_decoders(placed: Placed, net: Net) -> Placed:
-    """The same codes with decoders that were solved anew."""
+    """Return the same codes with decoders that were solved anew."""
     return replace(placed, net=net._replace(decoder=_quantised(net)))
 
 

@@ -1,4 +1,4 @@
-"""An ensemble put on tuning curves: encoders, gains and biases, and decoders of any function.
+"""An ensemble on tuning curves: encoders, gains and biases of its neurons, and decoders of functions.
 
 Decoders of a function f are those of Stöckel 2017, section II.B, regularised least squares over points x:
 
@@ -28,11 +28,11 @@ POINTS_A_NEURON = 2  # if these are more; ours
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Population:
-    """An ensemble whose first neuron has the number `first`, and its vector's first line `line`.
+    """An ensemble whose first neuron has the number `first`, and whose vector's first line is `line`.
 
-    gain, bias: float64[n], currents; encoders: float64[n, d], unit vectors; points: float64[m, d]; rates:
-    float64[m, n], Hz at the points; normal: A'A. On a chip gain and bias are what its codes are chosen for,
-    and the rates what was measured with them.
+    gain, bias: currents, float64[n]; encoders: unit vectors, float64[n, d]; points: float64[m, d]; rates: at
+    the points, Hz, float64[m, n]; normal: A'A of the rates. On a chip gain and bias are what its codes are
+    chosen for, and the rates what was measured with them.
     """
 
     ensemble: Ensemble
@@ -46,7 +46,7 @@ class Population:
     normal: F64
 
     def decoders(self, values: F64, regularisation: float) -> F64:
-        """Decoders of values at the points, float64[m, k] -> float64[n, k]: value a Hz."""
+        """Return decoders, value a Hz, float64[n, k], of values at the points, float64[m, k]."""
         sigma = regularisation * max(float(self.rates.max()), 1.0)
         matrix = self.normal + len(self.points) * sigma**2 * np.eye(len(self.gain))
         return solve(matrix, moment(self.rates, values))
@@ -55,11 +55,10 @@ class Population:
 def populate(
     ensemble: Ensemble, curves: Curves, first: int, seed: int, points: F64 | None = None, line: int = 0
 ) -> Population:
-    """Put an ensemble on the curves of neurons from `first` on; points: in the place of drawn ones.
+    """Put an ensemble on the curves of neurons from `first` on.
 
-    line: of a chip, the first of those that bring the vector.
-
-    Raises `ParameterError` where a neuron cannot fire at the rate that is asked for.
+    points: instead of drawn ones; line: of a chip, the first of those that bring the vector. Raises
+    `ParameterError` where a neuron cannot fire at the rate that is asked for.
     """
     n, d = ensemble.neurons, ensemble.dimensions
     random = np.random.default_rng((seed, zlib.crc32(ensemble.name.encode())))
@@ -114,7 +113,7 @@ def _measured(
 
 
 def evaluate(function: Function | None, points: F64, name: str) -> F64:
-    """Values of a function, float64[m, d] -> float64[m, k]; the points themselves for None.
+    """Return the values of a function at points, float64[m, d] -> float64[m, k], the points for None.
 
     Raises `ParameterError`, calling it `name`, where the shape is wrong or a value is not finite.
     """

@@ -1,4 +1,4 @@
-"""A network on neurons, run: nodes set from outside or called, probes read.
+"""A network on neurons in a run: nodes are set from outside or called, probes are read.
 
 Every `interval` the functions of nodes are called with the time and what is connected to them, and what nodes
 give is put on the lanes, where it stays for the interval. A robot's 10 ms is such an interval.
@@ -36,7 +36,7 @@ class SimulationState:
 
 
 class Simulation:
-    """A network in time; `interval`: s between calls of nodes, a whole number of steps of `DT`."""
+    """A network in time; `interval`: between calls of nodes, s, a whole number of steps of `DT`."""
 
     __slots__ = ("_chip", "_drive", "_noise", "_steps", "_values", "built", "interval", "state", "time")
 
@@ -57,11 +57,11 @@ class Simulation:
         self._values[self.built.given[name]] = values
 
     def given(self, name: str) -> F64:
-        """What a node gives, float64[size]."""
+        """Return what a node gives, float64[size]."""
         return np.atleast_1d(self._values[self.built.given[name]]).copy()
 
     def read(self, name: str) -> F64:
-        """What a probe shows or a node gets, float64[size]."""
+        """Return what a probe shows or a node gets, float64[size]."""
         return self.state.y[self.built.read[name]].copy()
 
     def advance(self, duration: float) -> None:
@@ -78,14 +78,14 @@ class Simulation:
             self.time += self.interval
 
     def snapshot(self) -> SimulationState:
-        """Its present state, of arrays of its own."""
+        """Return the present state, of arrays of its own."""
         chip = None if self._chip is None else _copied_chip(self._chip)
         base = _copied(self.state) if chip is None else chip.base
         steps = 0 if self._noise is None else int(self._noise.step[0])
         return SimulationState(self.time, base, chip, steps, self._values.copy())
 
     def restore(self, state: SimulationState) -> None:
-        """Go on from a state, which stays as it is."""
+        """Go on from a state, which is not changed."""
         self.time, self._values = state.time, state.values.copy()
         self._chip = None if state.chip is None else _copied_chip(state.chip)
         self.state = _copied(state.base) if self._chip is None else self._chip.base
@@ -94,14 +94,14 @@ class Simulation:
 
     @property
     def counters(self) -> dict[str, int]:
-        """Of a chip: spikes, those dropped, most that waited, lanes' steps clipped, and with a loss."""
+        """Return the chip's counts by name: spikes, dropped ones, most that waited, and clipped steps."""
         if self._chip is None:
             return {}
         return {name: int(k) for name, k in zip(COUNTERS, self._chip.counters, strict=True)}
 
     @property
     def spikes(self) -> int:
-        """Spikes of all neurons since the start."""
+        """Return how many spikes each neuron has had since the start."""
         return int(self.state.spikes.sum())
 
 

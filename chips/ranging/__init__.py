@@ -1,1 +1,1 @@
-"""The ranging chip: rebound neurons whose best delays span the echo delays of a bat."""
+"""The ranging chip: rebound neurons, each of which answers echoes of one delay, as in a bat's brain."""

@@ -1,4 +1,4 @@
-"""The ranging chip at behavioural level, as a part of a running system.
+"""Behavioural model of the ranging chip, as a part of a running system.
 
 Same ports and same silicon as the circuit: events call and echo in, spike[k] out, v_ex_max analog in. The
 neurons are those of `chips.ranging.model`; outside the validity box of their record the chip refuses, or
@@ -51,15 +51,17 @@ NoiseState = tuple[F64, F64, I64]  # relaxations, time of the last call (s), cal
 
 
 class OutsideBox(UserWarning):
-    """A behavioural model is used where it was not measured."""
+    """Warning that a behavioural model is used where it was not measured."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChipState:
-    """neurons: float64[n, columns] of the kernel; pending: events to come; last: of each input, s.
+    """State of a ranging chip.
 
-    lines: analog inputs in force; merged: events that fell into the pulse of the one before.
-    noise_state: what the noise of the silicon carries from call to call, None without noise.
+    time: reached, s; neurons: float64[n, columns] of the kernel; temperature_c: degC; pending: events that
+    were handed in early; last: times of the last call and of the last echo, s; lines: polylines of the analog
+    inputs in force; merged: events that fell into the pulse of the one before; noise_state: what noise
+    carries from call to call, None without noise.
     """
 
     time: float
@@ -73,7 +75,7 @@ class ChipState:
 
     @property
     def undecided(self) -> int:
-        """Moments so far at which a spike was too near to call; each could be asked of the transistors."""
+        """How many moments there were at which a spike was too near to call."""
         return int(self.neurons[:, UNDECIDED].sum() + self.neurons[:, NEAR].sum())
 
 
@@ -83,10 +85,11 @@ def _shipped_model(process: Process) -> ReboundModel:
 
 
 class RangingChip:
-    """13 rebound neurons, or any array of them (or one), on `silicon`.
+    """A ranging chip on a silicon: 13 rebound neurons, or another array of them, or one.
 
-    path: the instance path named in warnings; outside_box: what to do outside the record's validity box;
-    noise: what varies from call to call on one die, nothing unless given.
+    circuit: of the neurons, the ranging chip's unless given; path: the instance path named in warnings;
+    outside_box: whether to refuse or to warn outside the record's validity box; record: the one in force
+    unless given; noise: what varies from call to call on one die, nothing unless given.
     """
 
     def __init__(
@@ -98,7 +101,7 @@ class RangingChip:
         record: ReboundRecord | None = None,
         noise: SiliconNoise | None = None,
     ) -> None:
-        """Prepare the neurons; raises `ParameterError` outside the box unless it is to warn."""
+        """Prepare the neurons; raises `ParameterError` outside the box, unless it is to warn."""
         self.silicon, self.path, self.outside_box, self.noise = silicon, path, outside_box, noise
         if circuit is None and record is None:
             self.model = _shipped_model(silicon.process)
@@ -111,7 +114,7 @@ class RangingChip:
         self.neurons_at(silicon.temperature_c)
 
     def begin(self, time: float = 0.0) -> ChipState:
-        """At rest at `time` s, at the silicon's temperature."""
+        """Return the state at rest at `time` s, at the silicon's temperature."""
         states = np.zeros((len(self.spikes), COLUMNS))
         neurons = self.neurons_at(self.silicon.temperature_c)
         for k in range(len(self.spikes)):
@@ -120,13 +123,19 @@ class RangingChip:
         return ChipState(time, states, self.silicon.temperature_c, noise_state=_noise_state(jitter))
 
     def next_time(self, state: ChipState) -> float:
-        """The next event to come that was handed in early, else inf: spikes are found by advancing."""
+        """Return the time of the next event that was handed in early, s, else inf.
+
+        Spikes are found by advancing.
+        """
         return state.pending[0][1] if state.pending else math.inf
 
     def advance(
         self, state: ChipState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[ChipState, float, Output]:
-        """Advance to `until` (s) or to the first spike; returns (state, time reached, output)."""
+        """Advance to `until` s or to the first spike.
+
+        Return the state, the time reached (s) and the output.
+        """
         for port, _ in events:
             if port not in _INPUTS:
                 raise unknown_name(f"{self.path} event port", port, _INPUTS)
@@ -198,7 +207,7 @@ class RangingChip:
         return replace(state, neurons=states, temperature_c=temperature)
 
     def neurons_at(self, temperature: float) -> Neurons:
-        """The neurons at a temperature (degC), checked against the box once."""
+        """Return the neurons at a temperature (degC), which is checked against the box once."""
         if temperature not in self._at:
             silicon = replace(self.silicon, temperature_c=temperature)
             for text in outside(self.model, silicon, self.path):
@@ -207,7 +216,10 @@ class RangingChip:
         return self._at[temperature]
 
     def jitter_at(self, temperature: float) -> Jitter | None:
-        """Jitter at a temperature (degC), before any call and a state of its own; None without noise."""
+        """Return the jitter at a temperature (degC) before any call, None without noise.
+
+        It has a state of its own.
+        """
         if self.noise is None:
             return None
         if temperature not in self._jitter:

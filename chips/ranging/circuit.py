@@ -1,4 +1,4 @@
-"""Ranging chip: 13 rebound neurons whose best delays span 2 to 28 ms.
+"""The ranging chip as a circuit: 13 rebound neurons whose best delays span 2 to 28 ms.
 
 Shared biases reach every neuron; I_inh_tau and I_ex_tau are one per neuron (Cheely & Horiuchi 2003,
 section "Biasing and power consumption"), set at ports or by a bias chain on the chip (`build_with_chain`).
@@ -34,20 +34,20 @@ I_EX_TAU = tuple(
 
 
 def linear_currents() -> tuple[float, ...]:
-    """I_inh_tau linear in the index between the first and the last neuron's, A: the paper's chip."""
+    """Return currents I_inh_tau that are linear in the neuron's number, as on the paper's chip, A."""
     return tuple(float(i) for i in np.linspace(I_INH_TAU[0], I_INH_TAU[-1], NEURONS))
 
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """The neuron's parameters."""
+    """Sizes of the neurons."""
 
     neuron: rebound_neuron.Params = field(default_factory=rebound_neuron.Params)
 
 
 @dataclass(frozen=True, slots=True)
 class BiasedParams:
-    """The neuron's parameters, and the bias chain's."""
+    """Sizes of the neurons, and of the bias chain."""
 
     neuron: rebound_neuron.Params = field(default_factory=rebound_neuron.Params)
     chain: bias_chain.Params = field(default_factory=bias_chain.Params)
@@ -57,7 +57,11 @@ _PER_NEURON = {"i_inh_tau": I_INH_TAU, "i_ex_tau": I_EX_TAU}
 
 
 def build(params: Params = Params()) -> Circuit:
-    """Ports call, echo (shared events in), spike[13], v_mem[13], the biases and the supply."""
+    """Build the chip, whose biases are all set at ports.
+
+    Its ports are the events call and echo, which all neurons share, spike[13], v_mem[13], the biases and the
+    supply.
+    """
     neuron = rebound_neuron.build(params.neuron)
     biases = tuple(_chip_bias(b) for b in neuron.biases)
     shape = (NEURONS,)
@@ -74,9 +78,9 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def build_with_chain(params: BiasedParams = BiasedParams()) -> Circuit:
-    """The chip with its bias chain inside: v_inh_tau[13] and v_ex_tau[13] are nodes, not ports.
+    """Build the chip with its bias chain inside: v_inh_tau[13] and v_ex_tau[13] are nodes, not ports.
 
-    The bias ports are those that all neurons share and the chain's start and step. The circuit has the name
+    The bias ports are those that all neurons share, and the chain's start and step. The circuit has the name
     of the chip without the chain, so that a die has the same neurons in both. Calls reach the chain through
     the overlap of mi5 and pass from stage to stage: on the nominal die inhibition ends earlier than with
     fixed gate voltages, by 5 % in neurons 0 to 3 (at most 0.4 ms) and 0.1 % in neuron 12.
@@ -100,24 +104,24 @@ def _chip_bias(bias: Bias) -> Bias:
 
 
 def neuron_biases(chip: Circuit, k: int) -> dict[str, float]:
-    """Bias values of neuron `k` of a chip, by name, A or V."""
+    """Return the bias values of neuron `k` of a chip by name, A or V."""
     return {b.name: float(np.broadcast_to(np.asarray(b.value), (NEURONS,))[k]) for b in chip.biases}
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """A call at 1 ms, then echoes after `delay` (one, or off), for `duration`."""
+    """Return a testbench with a call at 1 ms and an echo after `delay`, unless it is off, for `duration`."""
     bench = rebound_neuron.testbench(circuit, {**stimuli, "duration": stimuli["duration"] or 45e-3}, v_dd)
     return replace(bench, title="ranging chip")
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """`spiking_neurons` (number that fired)."""
+    """Return `spiking_neurons`, how many fired."""
     fired = sum(1 for times in result.spikes.values() if times.size)
     return {"spiking_neurons": float(fired)}
 
 
 def outcome(result: Result) -> str:
-    """`none`, or the neurons that fired in order, as in `2+3`."""
+    """Return the numbers of the neurons that fired, in order, as in `2+3`, or `none`."""
     fired = [k for k in range(NEURONS) if result.spikes[f"spike[{k}]"].size]
     return "+".join(map(str, fired)) or "none"
 

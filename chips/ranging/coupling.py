@@ -1,4 +1,4 @@
-"""Coupling of a ranging chip's neurons through its bias network: fully coupled beside separately stepped.
+"""How a ranging chip's neurons are coupled through its bias chain, beside neurons that run alone.
 
 Coupled, the chip with its bias chain is one circuit. Separately stepped, as in a run of a system, its bias
 network is solved at rest and every neuron runs alone with its bias ports held at those voltages. The two
@@ -34,7 +34,10 @@ RTOL = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Coupling:
-    """Times by neuron, float64[13], s, NaN without a release or a spike; spikes counted from the call."""
+    """Times of both runs by neuron, s, float64[13], NaN without a release or a spike.
+
+    Inhibition is counted from the call to its release, spikes from the call on.
+    """
 
     t_inh_coupled: F64
     t_inh_separate: F64
@@ -43,17 +46,20 @@ class Coupling:
 
     @property
     def t_inh(self) -> F64:
-        """By how much inhibition ends earlier when coupled, float64[13], s."""
+        """By how much inhibition ends earlier when the neurons are coupled, s, float64[13]."""
         return self.t_inh_separate - self.t_inh_coupled
 
     @property
     def spike(self) -> F64:
-        """By how much the spike comes earlier when coupled, float64[13], s; NaN unless both fire."""
+        """By how much the spike comes earlier when the neurons are coupled, s, float64[13].
+
+        It is NaN unless both fire.
+        """
         return self.spike_separate - self.spike_coupled
 
     @property
     def only_one_fires(self) -> tuple[int, ...]:
-        """Neurons that fire in one of the two only."""
+        """Numbers of the neurons that fire in only one of the two runs."""
         return tuple(np.flatnonzero(np.isnan(self.spike_coupled) != np.isnan(self.spike_separate)).tolist())
 
 
@@ -79,7 +85,10 @@ def measure_coupling(silicon: Silicon, delay_ratio: float = 1.0, rtol: float = R
 
 
 def separate_neuron(chip: Circuit, rest: OperatingPoint, k: int) -> tuple[Circuit, Silicon]:
-    """Neuron `k` alone at its place, the ports that the chain drives held at the chip's rest state."""
+    """Return neuron `k` alone and the silicon at its place.
+
+    The ports that the chain drives are held at rest.
+    """
     neuron, place = circuit_at(chip, (("neuron", (k,)),))
     silicon = replace(rest.machine.silicon, place=place)
     driven = {name: rest[f"{name}[{k}]"] for name in ("v_inh_tau", "v_ex_tau")}

@@ -1,4 +1,4 @@
-"""Compiled ranging chip: rebound neurons that are integrated only while an input can make them fire.
+"""Compiled ranging chip whose neurons are integrated only while an input can make them fire.
 
 A neuron that rests, and is known to stay silent after a call alone and after an echo alone, may sleep. It
 wakes for an echo that comes between `early` after the call and `settle` after the release. One at `early` is
@@ -65,7 +65,7 @@ ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`
 
 
 class Plan(NamedTuple):
-    """What is known of n neurons beforehand; s and V."""
+    """What is known beforehand of n neurons; times in s, voltages in V."""
 
     certain: Bools  # bool[n], that it may sleep
     hold: F64  # s after a call, when v_mem and v_r have settled
@@ -91,7 +91,7 @@ class Chip(NamedTuple):
 
 
 def new_plan(neurons: Neurons) -> Plan:
-    """The plan of `neurons`, worked out."""
+    """Work out the plan of neurons."""
     n = neurons.t_inh.size
     hold, early, settle, recover = np.zeros((4, n))
     rest, held = np.zeros((2, n, COLUMNS))
@@ -102,7 +102,10 @@ def new_plan(neurons: Neurons) -> Plan:
 
 
 def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | None = None) -> Chip:
-    """All neurons at rest at `time` s; with jitter, their t_inh are written anew at every call."""
+    """Return a chip with all neurons at rest at `time` s.
+
+    jitter: with it the neurons' t_inh are written anew at every call.
+    """
     n = neurons.t_inh.size
     chip = Chip(
         plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(2, -np.inf),
@@ -121,7 +124,7 @@ def _differ(m: Neurons, k: int, a: F64, b: F64) -> bool:
 
 @_compiled
 def prepare(m: Neurons, p: Plan, s: F64) -> None:
-    """Fill the plan; s: float64[COLUMNS], scratch."""
+    """Fill the plan; s: working space, float64[COLUMNS]."""
     for k in range(p.certain.size):
         above = begin(m, k, p.rest[k], 0.0)
         p.certain[k] = above < -m.margin[k] and _inhibited(m, k, p, s) and _released(m, k, p, s)
@@ -244,7 +247,7 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
 
 @_compiled
 def next_due(c: Chip) -> tuple[float, int]:
-    """Time (s, inf for none) and number of the neuron that spikes, or is to be looked at, next."""
+    """Return the time (s, inf for none) and the number of the neuron that spikes, or is looked at, next."""
     which = 0
     for k in range(1, c.due.size):
         if c.due[k] < c.due[which]:
@@ -254,7 +257,7 @@ def next_due(c: Chip) -> tuple[float, int]:
 
 @_compiled
 def take(m: Neurons, p: Plan, c: Chip, k: int) -> bool:
-    """Go on beyond the neuron's due time; whether that was a spike."""
+    """Go on beyond a neuron's due time, and return whether that was a spike."""
     fired = bool(c.phase[k] == FIRING)
     copy_state(c.ahead[k], c.base[k])
     _look(m, p, c, k)
@@ -310,7 +313,7 @@ def _sleep(m: Neurons, c: Chip, k: int, time: float) -> None:
 
 @_compiled
 def on_call(m: Neurons, p: Plan, c: Chip, time: float) -> None:
-    """A call at `time` s, not before the last input nor beyond the next spike."""
+    """Take a call at `time` s, which is not before the last input nor beyond the next spike."""
     if time <= c.last[0] + PULSE:
         c.counts[MERGED] += 1
         return
@@ -344,9 +347,9 @@ def _replay(m: Neurons, p: Plan, c: Chip, k: int, time: float) -> None:
 
 @_compiled
 def on_echo(m: Neurons, p: Plan, c: Chip, time: float, level: float) -> None:
-    """An echo at `time` s, not before the last input nor beyond a spike.
+    """Take an echo at `time` s, which is not before the last input nor beyond the next spike.
 
-    level: v_ex_max, V; NaN for the neurons' own.
+    level: of v_ex_max, V, NaN for the neurons' own.
     """
     if time <= c.last[1] + PULSE:
         c.counts[MERGED] += 1
@@ -398,6 +401,6 @@ def _does_not_matter(m: Neurons, p: Plan, c: Chip, k: int, time: float, level: f
 
 
 def doubts(chip: Chip) -> int:
-    """Moments so far at which a spike was too near to call."""
+    """Return at how many moments so far a spike was too near to call."""
     awake = chip.phase != ASLEEP
     return int(chip.counts[DOUBTS] + chip.ahead[awake, UNDECIDED].sum() + chip.ahead[awake, NEAR].sum())

@@ -1,4 +1,4 @@
-"""Compiled equations of the rebound neuron's behavioural model: currents, rates, one step.
+"""Compiled equations of the rebound neuron: its currents, its rates of change, and one step of time.
 
 States: v_mem, v_r, v_ex. With C the capacitance matrix of these nodes in the circuit (parasitics and overlaps
 included, other nodes held), the devices' EKV currents and q(x) = ln(1 + e^x):
@@ -27,7 +27,7 @@ _HALVINGS = 40  # of the supply: far below a nanovolt
 
 
 class Neurons(NamedTuple):
-    """n neurons, float64[n] each unless said; SI units."""
+    """Numbers of n rebound neurons on a die, float64[n] each unless said, in SI units."""
 
     inverse_2ut: F64  # 1 / (2 U_T), 1/V
     kappa_n: F64
@@ -59,11 +59,11 @@ class Neurons(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """What the equations of one neuron need, with C^-1 apart: the arguments of q are linear in the voltages.
+    """What the equations of one neuron need, as the arguments of q are linear in the voltages.
 
-    g, gn, gp: 1 / (2 U_T), times kappa_n, times kappa_p, 1/V; rest to me4: constant parts of the arguments of
-    m1 (source at v_rest, at v_mem), m2, me5, me4; i_m1 to i_me4: specific currents, forward to i_rtau:
-    constant ones, A.
+    g, gn, gp: 1 / (2 U_T), and that times kappa_n and kappa_p, 1/V; rest to me4: constant parts of the
+    arguments of m1 (source at v_rest, at v_mem), m2, me5 and me4; i_m1 to i_me4: specific currents, A;
+    forward to i_rtau: constant currents, A.
     """
 
     g: float
@@ -90,7 +90,7 @@ _inlined = compiled(fastmath={"contract"}, forceinline=True)
 
 @_inlined
 def numbers_of(m: Neurons, k: int) -> Numbers:
-    """What the equations of neuron k need."""
+    """Return what the equations of neuron k need."""
     g, vdd = m.inverse_2ut[k], m.v_dd[k]
     gn, gp = g * m.kappa_n[k], g * m.kappa_p[k]
     return Numbers(
@@ -103,16 +103,16 @@ def numbers_of(m: Neurons, k: int) -> Numbers:
 
 @_inlined
 def matrix_of(m: Neurons, mode: int) -> Nine:
-    """C^-1 while the nodes of `mode` are held, row by row, 1/F."""
+    """Return C^-1 row by row, 1/F, while the nodes of `mode` are held (1: v_mem, 2: v_ex)."""
     c = m.inverse_capacitance[mode]
     return c[0, 0], c[0, 1], c[0, 2], c[1, 0], c[1, 1], c[1, 2], c[2, 0], c[2, 1], c[2, 2]
 
 
 @_inlined
 def currents(p: Numbers, v: float, r: float, x: float) -> Nine:
-    """Currents into v_mem, v_r, v_ex (A) and their derivatives (S).
+    """Return the currents into v_mem, v_r and v_ex (A), and their derivatives (S).
 
-    Order: i_mem, i_r, i_ex, di_mem/dv, di_mem/dr, di_mem/dx, di_r/dv, di_r/dr, di_ex/dx.
+    Their order is i_mem, i_r, i_ex, di_mem/dv, di_mem/dr, di_mem/dx, di_r/dv, di_r/dr, di_ex/dx.
     """
     a, b, c, e, q, da, db, dc, de, dq = softplus_five(
         p.gn * r - p.rest, p.gn * r - p.g * v - p.m1, p.g * r - p.gp * v + p.m2, p.me5 - p.gp * x,
@@ -134,7 +134,7 @@ def currents(p: Numbers, v: float, r: float, x: float) -> Nine:
 
 @_inlined
 def rates(c: Nine, i: Nine) -> Three:
-    """dv/dt of the three nodes, V/s; zero for a held node."""
+    """Return dv/dt of the three nodes, V/s, 0 for a node that is held."""
     return (
         c[0] * i[0] + c[1] * i[1] + c[2] * i[2],
         c[3] * i[0] + c[4] * i[1] + c[5] * i[2],
@@ -177,7 +177,7 @@ def _solve(f: Nine, b0: float, b1: float, b2: float) -> Three:
 
 @_inlined
 def stepped(p: Numbers, matrix: Nine, h: float, y: Three, i: Nine) -> tuple[Three, float]:
-    """One RODAS3 step of `h` s from y, whose currents are i; returns the new y and its error, V."""
+    """Make one RODAS3 step of `h` s from y, whose currents are i; return the new y and its error, V."""
     d = rates(matrix, i)
     f = _inverse(matrix, h, i)
     a = _solve(f, d[0], d[1], d[2])
@@ -201,7 +201,7 @@ def stepped(p: Numbers, matrix: Nine, h: float, y: Three, i: Nine) -> tuple[Thre
 
 
 class Pull(NamedTuple):
-    """What pulls v_mem low, n neurons: float64[n], specific currents, A, and voltages; V where not said."""
+    """What pulls v_mem of n neurons low: specific currents (A) and voltages (V), float64[n] each."""
 
     v_rest: F64
     m1_current: F64
@@ -214,7 +214,7 @@ class Pull(NamedTuple):
 
 @_compiled
 def pull_low(p: Pull, u_t: float, kappa_n: float, kappa_p: float, out: F64) -> None:
-    """v_mem at which mi12 sinks I_rslope and what m1 brings from v_rest, bisected, V; out: float64[n]."""
+    """Fill `out` with v_mem at which mi12 sinks I_rslope and what m1 brings from v_rest, V, float64[n]."""
     for k in range(out.size):
         low, high = 0.0, p.v_rest[k]
         for _ in range(_HALVINGS):

@@ -1,4 +1,4 @@
-"""Characterisation of the rebound neuron: its smooth quantities from the transistor-level solver.
+"""Measurement of the rebound neuron's record with the transistor-level solver, and of its model's errors.
 
 | quantity | measured as |
 |---|---|
@@ -75,14 +75,17 @@ ECHO = ("excitation.me1", "excitation.me2", "excitation.me3")
 
 @dataclass(frozen=True, slots=True)
 class Perturb:
-    """A deviation of a device, or of all of a polarity (`n`, `p`): threshold (V), ln beta; or of v_th (V)."""
+    """A deviation of the threshold (V) and of ln beta of a device, or of v_th (V).
+
+    device: by its path, `n` or `p` for all of a polarity, `v_th` for the reference voltage, none if empty.
+    """
 
     device: str = ""
     threshold: float = 0.0
     log_beta: float = 0.0
 
     def apply(self, machine: Machine) -> Machine:
-        """The machine with the deviation."""
+        """Return the machine with the deviation of its devices."""
         if self.device in {"", "v_th"}:
             return machine
         return perturbed(machine, self.device, self.threshold, self.log_beta, HELD)
@@ -109,10 +112,10 @@ def measure(
     process: Process = AMI_1500,
     grid: Grid = GRID,
 ) -> ReboundRecord:
-    """Measure a rebound neuron in a process, without errors; takes about a minute on one core.
+    """Measure a rebound neuron in a process, without errors; it takes about a minute on one core.
 
     progress: is told the share that is done. Raises `ParameterError` for a process whose law the model does
-    not follow, `SolverError` where the neuron does not do what is measured.
+    not follow, and `SolverError` where the neuron does not do what is measured.
     """
     neuron = neuron or rebound_neuron.build()
     check_law(process)
@@ -171,7 +174,10 @@ def _line(time: tuple[float, ...], value: tuple[float, ...]) -> Polyline:
 
 
 def inhibition_time(machine: Machine, longest: float) -> float:
-    """From a call at 0 s to the release, s; raises `SolverError` after `longest` s."""
+    """Return the time from a call at 0 s to the release of inhibition, s.
+
+    Raises `SolverError` where there is none after `longest` s.
+    """
     runner = Runner(machine, ("inhibition.b",), RTOL)
     half = half_supply(machine)
     state = runner.begin(operating_point(machine))
@@ -267,10 +273,10 @@ _TASKS = (
 def held_out_errors(
     neuron: Circuit, process: Process, record: ReboundRecord, dies: tuple[int, ...]
 ) -> dict[str, float]:
-    """Errors of the model on dies, with mismatch and process variation, that no gradient has seen.
+    """Return errors of the model on dies, with mismatch and process variation, that were not measured.
 
-    Release (relative), threshold on a ramp of 800 V/s, peak of v_mem after a call alone, and peak minus
-    threshold, each rms and largest, over 0, 27 and 60 degC in turn.
+    They are of the release (relative), the threshold on a ramp of 800 V/s, the peak of v_mem after a call
+    alone, and the peak minus the threshold, each rms and largest, over 0, 27 and 60 degC in turn.
     """
     model = model_of(neuron, process, record)
     rows = []

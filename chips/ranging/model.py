@@ -1,4 +1,4 @@
-"""Behavioural model of the rebound neuron: the neuron's own equations with this die's devices.
+"""Behavioural model of the rebound neuron: the neuron's own equations with the devices of a die.
 
 What decides (a spike or none) is integrated: v_mem, v_r and v_ex with the die's EKV currents and the
 circuit's capacitances (`chips.ranging.law`). What is smooth comes from the record that
@@ -92,10 +92,10 @@ class Devices(NamedTuple):
 
 
 def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = None) -> ReboundModel:
-    """Prepare the model of `circuit`, a rebound neuron or an array of them.
+    """Prepare the model of a rebound neuron, or of an array of them.
 
-    Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
-    `ParameterError` where the process's law is not the model's.
+    record: the one in force unless given. Raises `DataError` where the record is of another circuit or
+    process, and `ParameterError` where the process's law is not the model's.
     """
     record = record or record_of()
     check_law(process)
@@ -134,13 +134,13 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
 
 
 def neuron_of(circuit: Circuit) -> Circuit:
-    """The rebound neuron of a circuit that is one, or that is an array of them."""
+    """Return the rebound neuron of a circuit that is one, or that is an array of them."""
     first = circuit.instances[0] if circuit.instances else None
     return first.circuit if isinstance(first, InstanceArray) else circuit
 
 
 def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
-    """All neurons of the model on `silicon`: the same devices as at transistor level."""
+    """Return all neurons of the model on a silicon, with the same devices as at transistor level."""
     gate = gates_on(model, silicon)
     d = devices_on(model, silicon, gate)
     u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
@@ -188,7 +188,7 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
 
 
 def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
-    """Voltages of the neurons' bias ports by bias, V: one, or one a neuron.
+    """Return the voltages of the neurons' bias ports by bias, V: one for all, or one a neuron.
 
     What no bias port of the circuit sets comes from its bias network, its other instances, solved on the die.
     """
@@ -215,7 +215,7 @@ def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
 
 
 def devices_on(model: ReboundModel, silicon: Silicon, gate: Mapping[str, F64]) -> Devices:
-    """Transistors of all neurons of the model on `silicon`; gate: voltages of the bias ports, V."""
+    """Return the transistors of all neurons of the model on a silicon; gate: of the bias ports, V."""
     typical = Silicon(silicon.process, silicon.temperature_c)
     neuron = neuron_of(model.circuit)
     array = "" if neuron is model.circuit else f"{model.circuit.instances[0].name}."
@@ -237,12 +237,12 @@ def devices_on(model: ReboundModel, silicon: Silicon, gate: Mapping[str, F64]) -
 
 
 def inhibition_current(d: Devices, gate: F64) -> F64:
-    """I_inh_tau of this die's mi5 in saturation, float64[n], A; gate: V."""
+    """Return I_inh_tau of this die's mi5 in saturation, A, float64[n]; gate: V."""
     return d.on_die.saturated("inhibition.mi5", gate)
 
 
 def evaluate(model: ReboundModel, d: Devices, v_th: F64, i_inh: F64, silicon: Silicon) -> dict[str, F64]:
-    """The smooth quantities of n neurons by name; v_th: V; i_inh: float64[n], A."""
+    """Return the smooth quantities of n neurons by name; v_th: V; i_inh: A, float64[n]."""
     grid = model.record.grid
     weight = lagrange_weights(grid.temperature, silicon.temperature_c)
     share = _cardinal_splines(grid.current)(np.log(i_inh))
@@ -313,7 +313,10 @@ def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
 
 
 def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) -> Machine:
-    """The neuron lowered with its supply and `extra` sources; call and echo are silent unless among them."""
+    """Return the neuron lowered with its supply and `extra` sources.
+
+    Call and echo are silent unless given.
+    """
     taken = {s.node for s in extra}
     rest = (("vdd", silicon.process.v_dd), ("call", 0.0), ("echo", 0.0))
     sources = (*(Source(n, n, Constant(v)) for n, v in rest if n not in taken), *extra)
@@ -321,7 +324,7 @@ def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) 
 
 
 def outside(model: ReboundModel, silicon: Silicon, path: str = "") -> list[str]:
-    """What leaves the record's validity box, a line each with the instance path; nothing inside it."""
+    """Return what leaves the record's validity box, a line each with the instance path; nothing inside it."""
     grid, box = model.record.grid, model.record.box
     name = path or model.circuit.name
     low, high = grid.temperature[0], grid.temperature[-1]

@@ -1,4 +1,4 @@
-"""Compiled model of the rebound neuron: states, inputs, and the way to the next spike (`chips.ranging.law`).
+"""Compiled rebound neuron: its states, its inputs, and the way to its next spike (`chips.ranging.law`).
 
 While the call inhibits and while a spike resets, v_mem is held at v_held; for 10 us of an echo v_ex is held
 at v_ex_max. The axon fires when w reaches `axon_charge`, w' = v_mem - v_threshold, w >= 0. The same w for the
@@ -41,14 +41,14 @@ _compiled = compiled(fastmath={"contract"})
 
 @_compiled
 def excitation(m: Neurons, k: int, s: F64) -> float:
-    """Rate at which me5 raises a free v_mem, V/s."""
+    """Return the rate at which me5 raises a free v_mem, V/s."""
     e = softplus_at(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
     return float(m.me5_current[k] * e * e * m.inverse_capacitance[0, 0, 0])
 
 
 @_compiled
 def copy_state(source: F64, target: F64) -> None:
-    """Copy the columns of a neuron."""
+    """Copy the columns of a neuron's state."""
     for i in range(source.size):
         target[i] = source[i]
 
@@ -65,7 +65,10 @@ def _hold(m: Neurons, s: F64, column: int, level: float) -> None:
 
 @_compiled
 def begin(m: Neurons, k: int, s: F64, time: float) -> float:
-    """Rest state into `s`; returns the distance of v_mem from the threshold, V (above 0: no rest)."""
+    """Write the rest state at `time` s.
+
+    Return v_mem less the threshold, V, above 0 where there is no rest.
+    """
     v, r = m.v_rest[k], m.v_rest[k] + 1.0
     x = m.v_dd[k]
     numbers = numbers_of(m, k)
@@ -89,7 +92,7 @@ def begin(m: Neurons, k: int, s: F64, time: float) -> float:
 
 @_compiled
 def call(m: Neurons, k: int, s: F64) -> None:
-    """A call now: v_mem is held low for t_inh."""
+    """Take a call now: v_mem is held low for t_inh."""
     s[RELEASE] = s[NOW] + m.t_inh[k]
     s[CHARGE], s[CHARGE_LOW] = 0.0, 0.0
     _hold(m, s, V_MEM, m.v_held[k])
@@ -98,14 +101,14 @@ def call(m: Neurons, k: int, s: F64) -> None:
 
 @_compiled
 def echo(m: Neurons, k: int, s: F64, level: float) -> None:
-    """An echo now: v_ex is held at `level` (V) while the pulse lasts."""
+    """Take an echo now: v_ex is held at `level` (V) while its pulse lasts."""
     s[ECHO_START], s[ECHO_END] = s[NOW] + ECHO_HELD[0], s[NOW] + ECHO_HELD[1]
     s[ECHO_LEVEL] = level
 
 
 @_compiled
 def advance(m: Neurons, k: int, s: F64, until: float) -> float:
-    """Advance `s` to `until` (s) or to the first spike; returns its time, else inf."""
+    """Advance a neuron to `until` (s) or to its first spike, and return the time of the spike, else inf."""
     while s[NOW] < until:
         t = s[NOW]
         stop = until
@@ -239,10 +242,10 @@ def _hermite(z: float, h: float, a: float, b: float, da: float, db: float) -> fl
 
 @_compiled
 def advance_all(m: Neurons, states: F64, until: float, saved: F64, spikes: F64) -> float:
-    """Advance all neurons to `until` (s) or to their first spike; returns the time reached.
+    """Advance all neurons to `until` (s) or to their first spike, and return the time reached.
 
-    states: float64[n, COLUMNS]; saved: scratch of that shape; spikes: float64[n], filled with the time of a
-    neuron's spike, or inf.
+    states: float64[n, COLUMNS]; saved: working space of that shape; spikes: filled with the time of each
+    neuron's spike, or inf, float64[n].
     """
     n = states.shape[0]
     reached = until
@@ -261,10 +264,11 @@ def advance_all(m: Neurons, states: F64, until: float, saved: F64, spikes: F64) 
 def respond_all(
     m: Neurons, times: F64, is_call: Bools, until: float, s: F64, spikes: F64, counts: I64
 ) -> None:
-    """Spikes of every neuron, at rest at first, to calls and echoes at sorted times.
+    """Fill the spikes of every neuron, at rest at first, to calls and echoes at sorted times.
 
-    times: float64[events], s; s: float64[COLUMNS], scratch; spikes: float64[n, room], filled; counts:
-    int64[n, 2], spikes and undecided moments, filled; spikes beyond the room are counted only.
+    times: s, float64[events]; is_call: bool[events], else an echo; until: end, s; s: working space,
+    float64[COLUMNS]; spikes: s, float64[n, room]; counts: spikes and undecided moments, int64[n, 2]. Spikes
+    beyond the room are counted only.
     """
     for k in range(counts.shape[0]):
         first = times[0] if times.size else 0.0

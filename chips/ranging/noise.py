@@ -1,4 +1,4 @@
-"""Jitter of the rebound neuron's inhibition: why the same die answers two calls at two times.
+"""Jitter of the rebound neuron's inhibition: why one die answers two calls after different times.
 
 Inhibition lasts while I_inh empties a capacitor. The shot noise of mi5 makes a charge whose variance is q
 times itself, so that `sigma(t_inh) = sqrt(q t_inh / I_inh)` from call to call; its flicker moves its
@@ -41,10 +41,11 @@ _compiled = compiled()
 
 
 class Jitter(NamedTuple):
-    """What t_inh of n neurons does from call to call; n is 0 for neurons without noise.
+    """How t_inh of n neurons varies from call to call; n is 0 for neurons without noise.
 
-    t_inh, white: float64[n], s; amplitude: float64[n, r], s, of each relaxation; rate: float64[r], 1/s;
-    relaxation: float64[n, r], unit normals, and last: float64[1], s, and calls: int64[1] are the state.
+    t_inh, white: mean, and standard deviation by white noise, s, float64[n]; amplitude: of each relaxation,
+    s, float64[n, r]; rate: of the relaxations, 1/s, float64[r]; relaxation: unit normals, float64[n, r],
+    last: time of the last call, s, float64[1], and calls: int64[1], are the state.
     """
 
     t_inh: F64
@@ -60,7 +61,7 @@ class Jitter(NamedTuple):
 
 
 def no_jitter() -> Jitter:
-    """Neurons without noise."""
+    """Return the jitter of neurons without noise."""
     none, words = np.zeros(0), np.zeros((4, 0), np.uint32)
     return Jitter(
         none, none, np.zeros((0, 0)), none, np.zeros((0, 0)), np.zeros(1), np.zeros(1, np.int64), words[:2],
@@ -72,10 +73,10 @@ def new_jitter(
     model: ReboundModel, neurons: Neurons, silicon: Silicon, noise: SiliconNoise, shortest: float,
     area: float = 1.0,
 ) -> Jitter:  # fmt: skip
-    """Jitter of the neurons of `model` on `silicon`, before any call.
+    """Return the jitter of the neurons of `model` on a silicon, before any call.
 
-    shortest: s, an inhibition that says how fast relaxations are told apart: the same for all temperatures
-    between which a state goes on. area: of the drawn devices over the circuit's, for flicker.
+    shortest: an inhibition (s) that says how fast relaxations are told apart, the same for all temperatures
+    between which a state goes on; area: of the drawn devices over the circuit's, for flicker.
     """
     gate = gates_on(model, silicon)
     devices = devices_on(model, silicon, gate)
@@ -105,12 +106,12 @@ def new_jitter(
 
 
 def spread(jitter: Jitter) -> F64:
-    """Standard deviation of t_inh, white and flicker, float64[n], s."""
+    """Return the standard deviation of t_inh by white noise and flicker, s, float64[n]."""
     return np.asarray(np.sqrt(jitter.white**2 + (jitter.amplitude**2).sum(axis=1)))
 
 
 def copied(jitter: Jitter) -> Jitter:
-    """The jitter with a state of its own."""
+    """Return the jitter with a state of its own."""
     return jitter._replace(
         relaxation=jitter.relaxation.copy(), last=jitter.last.copy(), calls=jitter.calls.copy()
     )
@@ -118,9 +119,10 @@ def copied(jitter: Jitter) -> Jitter:
 
 @_compiled
 def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
-    """Inhibition of every neuron after a call at `time` s into `t_inh`, s; nothing for neurons without noise.
+    """Write the inhibition of every neuron after a call at `time` s into `t_inh`, s.
 
-    The first call finds the relaxations in their stationary state.
+    It writes nothing for neurons without noise. The first call finds the relaxations in their stationary
+    state.
     """
     n, r = j.amplitude.shape
     if n == 0:

@@ -1,4 +1,4 @@
-"""What a rebound neuron's model knows of its tuning: a proxy for a search, some ten times faster.
+"""A fast substitute of the rebound neuron's simulation in a search: what its model knows of its tuning.
 
 It knows class, best delay, width and t_inh, and the class `undecided`, which no specification of words names.
 Dies far from the model's validity box are extrapolated: what a search finds on them is to be measured at
@@ -18,7 +18,7 @@ METRICS = ("best_delay", "width", "t_inh")
 
 
 def tuned(circuit: Circuit, process: Process) -> Tuned:
-    """Class and metrics of a lone rebound neuron on a silicon.
+    """Return a function of the silicon that gives class and metrics of a lone rebound neuron.
 
     Raises `ParameterError` or `DataError` where the record is not of the circuit.
     """

@@ -1,4 +1,4 @@
-"""What the rebound neuron's model reads from its record: smooth quantities with gradients, and the box.
+"""The record of the rebound neuron as its model uses it: smooth quantities with gradients, and the box.
 
 A quantity NAME has the tables `NAME`, `NAME_gradient` and `NAME_curvature` over I_inh_tau, where it depends
 on it, and temperature, and the axis `NAME_parameter` of the deviations that move it. The record's key is of
@@ -28,7 +28,7 @@ _MARGIN = "margin_rms_V"  # the error that the margin follows from
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Where a record is measured: I_inh_tau in A at the temperature, temperatures in degC."""
+    """Where a record is measured: currents I_inh_tau, A at the temperature, and temperatures, degC."""
 
     current: tuple[float, ...] = tuple(float(i) for i in np.geomspace(1e-12, 30e-9, 10))
     temperature: tuple[float, ...] = (-10.0, 8.0, 27.0, 46.0, 65.0)
@@ -51,9 +51,10 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A smooth quantity `q0 + sum_d (g_d x_d + h_d x_d^2 / 2)`.
+    """A smooth quantity `q0 + sum_d (g_d x_d + h_d x_d^2 / 2)` over the deviations x_d of devices.
 
-    value: float64[currents or 1, temperatures]; gradient, curvature: float64[..., parameters].
+    parameters: names of the deviations; value: float64[currents or 1, temperatures]; gradient, curvature:
+    with the deviations as the last dimension.
     """
 
     parameters: tuple[str, ...]
@@ -64,7 +65,10 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class ReboundRecord:
-    """A record as the model uses it. errors: on dies that were not used to build it, by name, unit last."""
+    """A record as the model uses it.
+
+    errors: on dies that were not used to build it, by name with the unit at its end.
+    """
 
     key: str
     grid: Grid
@@ -74,17 +78,17 @@ class ReboundRecord:
 
     @property
     def margin(self) -> float:
-        """V about the threshold within which the model does not decide: twice the rms of what decides."""
+        """Voltage about the threshold within which the model does not decide, V: twice the rms error."""
         return 2.0 * self.errors.get(_MARGIN, 0.0)
 
 
 def rebound_key(circuit: Circuit, process: Process, grid: Grid) -> str:
-    """Key of the record of `circuit` in `process`."""
+    """Return the key of the record of `circuit` in `process`."""
     return record_key(content(circuit, WITHOUT_BIASES), process, VERSION, grid)
 
 
 def to_record(rebound: ReboundRecord) -> Record:
-    """The record that `rebound_record` reads."""
+    """Return the record that `rebound_record` reads."""
     tables: dict[str, Table] = {}
     axes: dict[str, tuple[float, ...] | tuple[str, ...]] = {
         CURRENT: rebound.grid.current,
@@ -107,7 +111,7 @@ def to_record(rebound: ReboundRecord) -> Record:
 
 
 def rebound_record(record: Record) -> ReboundRecord:
-    """A record as the model uses it; raises `DataError` where it is not of a rebound neuron."""
+    """Return a record as the model uses it; raises `DataError` where it is not of a rebound neuron."""
     sides = ("threshold_V", "log_beta", "v_th_V", "below_supply_V")
     names = [n for n in record.tables if not n.endswith((_GRADIENT, _CURVATURE))]
     return ReboundRecord(
@@ -125,5 +129,5 @@ def _quantity(record: Record, name: str) -> Quantity:
 
 
 def record_of() -> ReboundRecord:
-    """The record in force; raises `DataError` where there is none."""
+    """Return the record in force as the model uses it; raises `DataError` where there is none."""
     return rebound_record(current_record(NAME))

@@ -1,4 +1,4 @@
-"""What rebound neurons of the behavioural model do: classes and intervals, and spikes to calls and echoes.
+"""What rebound neurons of the behavioural model do: their classes and intervals, and their spikes.
 
 A spike that the margin of the threshold would undo, or bring about, is `undecided`.
 """
@@ -24,7 +24,10 @@ UNDECIDED = "undecided"
 
 @dataclass(frozen=True, slots=True)
 class Tunings:
-    """Outcome of n neurons. `first`, `last`: s, NaN where not defined; `peak`: V, after a call alone."""
+    """Outcome of n neurons: class, first and last facilitating delay, s, NaN where not defined.
+
+    undecided: whether the class was too near to call; t_inh: s; peak: of v_mem after a call alone, V.
+    """
 
     outcome: I64
     undecided: Bools
@@ -35,26 +38,26 @@ class Tunings:
 
     @property
     def classes(self) -> list[str]:
-        """Class of each, or `undecided`."""
+        """Class of each neuron, or `undecided`."""
         return [UNDECIDED if u else CLASSES[o] for o, u in zip(self.outcome, self.undecided, strict=True)]
 
 
 class Response(NamedTuple):
-    """spikes: s, of each neuron; undecided: int64[n], moments at which a spike was too near to call."""
+    """Spikes of each neuron, s, and at how many moments a spike was too near to call, int64[n]."""
 
     spikes: tuple[F64, ...]
     undecided: I64
 
 
 def join(parts: Sequence[Neurons]) -> Neurons:
-    """Neurons of several dies of one model as one."""
+    """Return neurons of several dies of one model as one array of neurons."""
     shared = {n: getattr(parts[0], n) for n in ("inverse_capacitance", "follow")}
     columns = {n: np.concatenate([getattr(p, n) for p in parts]) for n in Neurons._fields if n not in shared}
     return Neurons(**columns, **shared)
 
 
 def tune(neurons: Neurons) -> Tunings:
-    """Outcome class and facilitating interval of every neuron, as `circuits.blocks.sonar.tuning` has them."""
+    """Return class and facilitating interval of every neuron, as `circuits.blocks.sonar.tuning` has them."""
     n = neurons.t_inh.size
     outcome, undecided, out = np.zeros(n, np.int64), np.zeros(n, np.bool_), np.zeros((n, 3))
     tune_all(neurons, np.zeros((STATES, COLUMNS)), np.zeros(COLUMNS), outcome, undecided, out)
@@ -62,7 +65,10 @@ def tune(neurons: Neurons) -> Tunings:
 
 
 def respond(neurons: Neurons, calls: Sequence[float], echoes: Sequence[float], until: float) -> Response:
-    """Spikes up to `until` (s) of neurons that rest before the first of the calls and echoes (s)."""
+    """Return the spikes up to `until` (s) of neurons that rest before the first of the calls and echoes (s).
+
+    Raises `ParameterError` where a neuron spikes more often than `ROOM` times.
+    """
     events = sorted([*((t, True) for t in calls), *((t, False) for t in echoes)])
     n = neurons.t_inh.size
     spikes, counts = np.zeros((n, ROOM)), np.zeros((n, 2), np.int64)

@@ -1,4 +1,4 @@
-"""Data sheet of behavioural rebound neurons on a die: numbers of their equations, validity, measured error.
+"""Data sheet of behavioural rebound neurons on a die: their numbers, validity and measured error.
 
 For whoever writes the neurons down elsewhere. The numbers are those of `chips.ranging.model` on this die at
 this temperature; the capacitances are the branches of the matrix that the model inverts:
@@ -29,9 +29,9 @@ _NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex
 def rebound_sheet(
     circuit: Circuit, silicon: Silicon, outside_box: Literal["refuse", "warn"] = "refuse"
 ) -> Sheet:
-    """Sheet of `circuit`, a rebound neuron or an array of them, on `silicon`.
+    """Return the data sheet of a rebound neuron, or of an array of them, on a silicon.
 
-    Raises `ParameterError` outside the record's validity box (unless it is to warn), `DataError` where the
+    Raises `ParameterError` outside the record's validity box, unless it is to warn, and `DataError` where the
     record is of another circuit or process.
     """
     chip = RangingChip(silicon, circuit, circuit.name, outside_box)

@@ -123,11 +123,11 @@ def _tune(m: Neurons, k: int, kept: F64, s: F64, out: F64) -> tuple[int, bool]:
 
 @_compiled
 def tune_all(m: Neurons, kept: F64, s: F64, outcome: I64, undecided: Bools, out: F64) -> None:
-    """Class, certainty and edges of every neuron.
+    """Fill class, certainty and edges of the facilitating interval of every neuron.
 
-    kept: float64[states, COLUMNS], s: float64[COLUMNS], scratch; outcome: int64[n]; undecided: bool[n];
-    out: float64[n, 3], first and last facilitating delay (s, NaN where none), peak of v_mem after a call
-    alone (V).
+    kept: float64[states, COLUMNS], s: float64[COLUMNS], working space; outcome: int64[n]; undecided: bool[n];
+    out: first and last facilitating delay (s, NaN where none) and peak of v_mem after a call alone (V),
+    float64[n, 3].
     """
     for k in range(outcome.size):
         outcome[k], undecided[k] = _tune(m, k, kept, s, out[k])

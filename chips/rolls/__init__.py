@@ -1,1 +1,1 @@
-"""The ROLLS chip: 256 neurons, their synapses and plastic array, on a die."""
+"""The ROLLS chip: 256 neurons, their programmable synapses and their plastic synapses, on a die."""

@@ -1,4 +1,4 @@
-"""Calibration of a ROLLS chip: bias codes and a blacklist that bring populations to target rates on a die.
+"""Calibration of a ROLLS chip: bias codes and a blacklist that bring populations to their rates on a die.
 
 What may change is what may change on the chip: the fine and coarse codes of biases, and which neurons a
 population does without. A `Knob` is a bias and the populations that it moves; all populations of a knob want
@@ -34,7 +34,10 @@ CLOSE = 0.02  # in ln rate, at which a code stays; ours
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A population and the mean rate that it shall have, Hz."""
+    """A population, and the mean rate that its neurons shall have, Hz.
+
+    Raises `ParameterError` unless above 0.
+    """
 
     population: Population
     rate: float
@@ -46,9 +49,10 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """A bias and the names of the populations whose mean rate it sets.
+    """A bias, and the names of the populations whose mean rate it sets.
 
-    slope: 1 where the rate rises with the bias's current, -1 where it falls.
+    slope: 1 where the rate rises with the bias's current, -1 where it falls. Raises `ParameterError` for
+    another slope.
     """
 
     bias: str
@@ -62,10 +66,11 @@ class Knob:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What is calibrated: a program, its drive, the targets, the knobs, how many neurons may be dropped.
+    """What is calibrated: a program, the targets, the knobs, and how the program is driven.
 
-    drive: inputs of a run of a duration (s) for a program, the same each time; most: neurons a population;
-    whole: names of populations that keep all of theirs.
+    drive: gives the inputs of a run of a duration (s), the same each time; most: neurons that a population
+    may drop; whole: names of populations that keep all of theirs. Raises `ParameterError` for a knob of a
+    population without a target.
     """
 
     program: Program
@@ -89,9 +94,10 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Codes found, neurons dropped, and mean rates (Hz) by population without these.
+    """What a calibration found: bias codes, the neurons that each population drops, and mean rates, Hz.
 
-    runs: of the chip that it took; before: mean rates at the codes it began with.
+    rates: by population without its dropped neurons; before: at the codes it began with; runs: of the chip
+    that it took.
     """
 
     biases: BiasTable
@@ -101,12 +107,12 @@ class Calibration:
     runs: int
 
     def kept(self, population: Population) -> tuple[int, ...]:
-        """Neurons of a population that are not dropped."""
+        """Return the neurons of a population that are not dropped."""
         return tuple(k for k in population.neurons if k not in self.blacklist[population.name])
 
 
 def code_for(current: float) -> Code:
-    """Code whose nominal current is nearest, with a fine code that still has a percent's resolution."""
+    """Return the code whose nominal current is nearest to a current (A), with a resolution of a percent."""
     reach = [c * (CODES - 1) / CODES for c in COARSE]
     coarse = max((k for k, full in enumerate(reach) if full >= current), default=0)
     fine = round(current * CODES / COARSE[coarse])
@@ -114,7 +120,10 @@ def code_for(current: float) -> Code:
 
 
 def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: float = MEASURE) -> F64:
-    """Rate of every neuron after it has settled, Hz, float64[256]."""
+    """Return the rate of every neuron after it has settled, Hz, float64[256].
+
+    drive: gives the inputs of a run; measure: how long spikes are counted, s.
+    """
     spikes, _ = chip.run(chip.at_rest(), SETTLE + measure, drive(SETTLE + measure))
     late = spikes.times >= SETTLE
     return np.asarray(np.bincount(spikes.neurons[late], minlength=NEURONS) / measure)
@@ -123,7 +132,10 @@ def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: flo
 def calibrate(
     task: Task, silicon: Silicon, kind: BiasKind = "generator", rounds: int = 14, step: float = STEP
 ) -> Calibration:
-    """Search codes on one die, then drop neurons; rounds: runs of the chip at most; step: the chip's, s."""
+    """Search bias codes on one die, then drop neurons.
+
+    rounds: runs of the chip at most; step: of the chip, s.
+    """
     program = task.program
     points: dict[str, list[tuple[float, float]]] = {k.bias: [] for k in task.knobs}
     wanted = {t.population.name: t for t in task.targets}

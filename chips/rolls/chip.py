@@ -1,4 +1,4 @@
-"""The ROLLS chip: 256 neurons of a die, their 256 x 256 non-plastic synapses and virtual synapses, over AER.
+"""The ROLLS chip with a program on a die: 256 neurons and their synapses, with events over a bus.
 
     chip = RollsChip(program, Silicon(ROLLS_180, 27.0, Die(number=3)))
     state = chip.at_rest()
@@ -95,7 +95,10 @@ FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """Events for the chip: times (s, rising), neurons and columns (256 to 511 or 512 to 519), int64[m]."""
+    """Events for the chip: times (s, rising), neurons, and columns of their synapses, int64[m].
+
+    Columns are 256 to 511 for non-plastic synapses, 512 to 519 for virtual ones, 0 to 255 for plastic ones.
+    """
 
     times: F64
     neurons: I64
@@ -107,7 +110,12 @@ NO_INPUTS = Inputs(np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
 
 @dataclass(frozen=True, slots=True)
 class ChipState:
-    """State of a chip between runs: time (s), float64[16, 256], who spiked in the last step, temperature."""
+    """State of a chip between runs.
+
+    time: s; values: rows of `chips.rolls.layout` for each neuron, float64[16, 256]; senders: neurons that
+    spiked in the last step; temperature_c: degC; waiting: inputs that have not been taken yet; plastic,
+    depression: state of the parts that a program may add.
+    """
 
     time: float
     values: F64
@@ -120,9 +128,10 @@ class ChipState:
 
 @dataclass(frozen=True, slots=True)
 class Spikes:
-    """What a chip sent: times (s, as they left the bus) and neurons; lost: dropped on the way in and out.
+    """What a chip sent: times (s) at which spikes left the bus, and their neurons.
 
-    held: filters times steps in which so much charge came that a filter stayed at the end of its table.
+    lost_in, lost_out: events that the bus dropped on the way in and out; held: filters times steps in which
+    so much charge came that a filter stayed at the end of its table.
     """
 
     times: F64
@@ -133,11 +142,12 @@ class Spikes:
 
 
 class RollsChip:
-    """A chip with a program on silicon.
+    """A ROLLS chip with a program on a silicon.
 
-    kind: of all biases; bus: of events out and in; step: s, of which a neuron's period should be several.
-    Temperature may be given a run, as a number or a function of time (s), degC; it is followed in steps of
-    0.25 K. The bus is idle as a run begins. noise: of its devices, None for none (`chips.rolls.noise.model`).
+    kind: of all biases; params: sizes of its circuits; step: of time, s, of which a neuron's period should be
+    several; bus: of events out and in, which is idle as a run begins; noise: of its devices, none unless
+    given (`chips.rolls.noise.model`); learning: sizes of the plastic array. A run's temperature is followed
+    in steps of 0.25 K.
     """
 
     def __init__(
@@ -145,7 +155,7 @@ class RollsChip:
         params: Params | None = None, step: float = STEP, bus: Bus | None = None,
         noise: SiliconNoise | None = None, learning: Learning | None = None,
     ) -> None:  # fmt: skip
-        """Raises `ParameterError` for a step that is not above 0, and `learning` without a plastic array."""
+        """Raise `ParameterError` for a step not above 0, and for `learning` without a plastic array."""
         if not step > 0.0:
             raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.2 or 0.4 ms")
         self.program, self.kind, self.step, self.noise = program, kind, step, noise
@@ -159,7 +169,7 @@ class RollsChip:
         self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
 
     def built(self, temperature_c: float | None = None) -> Built:
-        """Tables at a temperature, degC; the last few are kept."""
+        """Return the chip's tables at a temperature, degC; the last few are kept."""
         at = self.silicon.temperature_c if temperature_c is None else temperature_c
         if at not in self._built:
             on = replace(self.silicon, temperature_c=at)
@@ -176,7 +186,10 @@ class RollsChip:
         return self._built[at]
 
     def with_tables(self, built: Built) -> RollsChip:
-        """The chip with other tables at its silicon's temperature, as of a group of its devices alone."""
+        """Return the chip with other tables at its silicon's temperature.
+
+        They may be those of a group of its devices alone.
+        """
         other = RollsChip(
             self.program, self.silicon, self.kind, self.params, self.step, self.bus, self.noise,
             None if self.program.plastic is None else self.learning,
@@ -185,14 +198,14 @@ class RollsChip:
         return other
 
     def cautions(self) -> tuple[str, ...]:
-        """Where this chip does not rest, or is outside of what its step was measured for, a sentence each."""
+        """Return, in sentences, where the chip does not rest, or its step was not measured."""
         found, plastic = cautions_of(self.built(), self.step), self.built().plastic
         found = restless_cautions(self.restless()) + found
         found += depression_cautions(self.program, self.built().depression, self.built().levels, self.step)
         return found if plastic is None else found + plastic_cautions(self.program.biases, plastic)
 
     def at_rest(self) -> ChipState:
-        """State without input; a neuron that has no rest begins at 0 V."""
+        """Return the state without input; a neuron that has no rest begins at 0 V."""
         built = self.built()
         values = np.zeros((STATE_ROWS, NEURONS))
         rest_filters(values, built, built.tables.banks, self.step)
@@ -209,17 +222,24 @@ class RollsChip:
         return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
 
     def weights(self, state: ChipState) -> Bools:
-        """Whether each plastic weight is high, bool[post, pre]; raises `ParameterError` without an array."""
+        """Return whether each plastic weight is high, bool[post, pre].
+
+        Raises `ParameterError` for a chip without a plastic array.
+        """
         return bits_of(*self._plastic(state))
 
     def weight_voltages(self, state: ChipState) -> F32:
-        """Voltages of plastic weights, float32[post, pre], V; raises `ParameterError` without an array."""
+        """Return the voltages of the plastic weights, V, float32[post, pre].
+
+        Raises `ParameterError` for a chip without a plastic array.
+        """
         return voltages(*self._plastic(state))
 
     def with_weights(self, state: ChipState, weights: Bools) -> ChipState:
-        """The state with all plastic weights at their rails, bool[post, pre], as the latches write them.
+        """Return the state with all plastic weights at their rails, as the latches write them.
 
-        Raises `ParameterError` without a plastic array, and where one is not 0 or 1.
+        weights: bool[post, pre]. Raises `ParameterError` without a plastic array, and where a weight is not 0
+        or 1.
         """
         built, plastic = self._plastic(state)
         return replace(state, plastic=at_rails(built, plastic, weights))
@@ -231,7 +251,7 @@ class RollsChip:
         return built, state.plastic
 
     def restless(self) -> Bools:
-        """Neurons that fire without input, bool[256]."""
+        """Return which neurons fire without input, bool[256]."""
         resting = np.zeros((NEURONS, 3))
         rest_of(self.built().neurons, resting)
         return np.asarray(resting[:, 0] >= self.built().neurons.top)
@@ -243,10 +263,11 @@ class RollsChip:
         inputs: Inputs = NO_INPUTS,
         temperature: Temperature | None = None,
     ) -> tuple[Spikes, ChipState]:
-        """Run for `duration` s with inputs in absolute time.
+        """Run for `duration` s, and return the spikes and the state.
 
-        Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip does
-        not have or from before the state.
+        inputs: events in absolute time; temperature: degC, or a function of time (s), the silicon's unless
+        given. Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip
+        does not have or from before the state.
         """
         if (state.plastic is None) != (self.program.plastic is None):
             raise ParameterError(
@@ -265,7 +286,7 @@ class RollsChip:
         return Spikes(out.times, out.addresses, arrived.dropped, out.dropped, held), state
 
     def synaptic_currents(self) -> tuple[F64, F64]:
-        """What flowed into i_in and was drawn from v_mem in the last step that ran, A, float64[256] each."""
+        """Return what flowed into i_in and was drawn from v_mem in the last step, A, float64[256] each."""
         return self._scratch.excite.astype(np.float64), self._scratch.inhibit.astype(np.float64)
 
     def run_steps(
@@ -273,7 +294,8 @@ class RollsChip:
     ) -> tuple[F64, I64, ChipState, int]:
         """Run steps with events that have come in over the bus, addressed as `neuron + (column << 8)`.
 
-        Returns times (s) and neurons of the spikes before they go out over it, the state and `Spikes.held`.
+        Returns times (s) and neurons of the spikes before they go out over the bus, the state, and
+        `Spikes.held`.
         """
         times = np.concatenate((state.waiting.times, arrived.times))
         words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))
@@ -354,7 +376,7 @@ class RollsChip:
 
 
 def restless_cautions(restless: Bools) -> tuple[str, ...]:
-    """Neurons that fire without input, bool[256], in a sentence, if there are any."""
+    """Return a sentence on the neurons that fire without input, bool[256], if there are any."""
     if not restless.any():
         return ()
     count = f"{int(restless.sum())} of {restless.size}"
@@ -363,7 +385,7 @@ def restless_cautions(restless: Bools) -> tuple[str, ...]:
 
 
 def cautions_of(built: Built, step: float) -> tuple[str, ...]:
-    """Where tables are outside of what steps of `step` s were measured for, a sentence each."""
+    """Return, in sentences, where tables are outside of what steps of `step` s were measured for."""
     found = []
     longest = float(built.lengths.max())
     if longest > step:

@@ -1,4 +1,4 @@
-"""The ROLLS chip as a circuit: 256 rows, each a neuron with its filters and the synapses onto it.
+"""The ROLLS chip as a circuit: 256 rows, each of a neuron, its filters and the synapses onto it.
 
 A row holds
 
@@ -55,7 +55,7 @@ _VIRTUAL_WEIGHT = {"virtual_exc": ("v_exc", "VA_EXC_N"), "virtual_inh": ("v_inh"
 
 @dataclass(frozen=True, slots=True)
 class Params:
-    """Sizes of the blocks, and how many virtual synapses a neuron has."""
+    """Sizes of the chip's blocks, and how many virtual synapses each neuron has."""
 
     neuron: rolls_neuron.Params = field(default_factory=rolls_neuron.Params)
     synapse: dpi_synapse.Params = field(default_factory=dpi_synapse.Params)
@@ -63,7 +63,10 @@ class Params:
 
 
 def bias_ports(circuit: str) -> dict[str, str]:
-    """Bias port of a row: bias port of a part of it, `neuron`, `synapse`, `extender` or a filter's name."""
+    """Return the port of a row for each bias port of a part of it.
+
+    circuit: `neuron`, `synapse`, `extender`, a virtual synapse's or a filter's name.
+    """
     if circuit == "neuron":
         return {b.port: b.port for b in rolls_neuron.BIASES if b.name != "v_select"} | {"select": "select"}
     if circuit in _FILTER_CODES:
@@ -79,7 +82,7 @@ def bias_ports(circuit: str) -> dict[str, str]:
 
 
 def biases(table: BiasTable | None = None, kind: BiasKind = "gate", prefix: str = "") -> tuple[Bias, ...]:
-    """Biases of a row, or of the chip where `prefix` is the row's name, with the codes of `table`.
+    """Return the biases of a row, or of the chip where `prefix` is the row's name, with a table's codes.
 
     A code 0 is the generator's least current (`circuits.blocks.rolls.bias`).
     """
@@ -106,10 +109,10 @@ def biases(table: BiasTable | None = None, kind: BiasKind = "gate", prefix: str 
 
 
 def row(params: Params = Params(), table: BiasTable | None = None, kind: BiasKind = "gate") -> Circuit:
-    """A neuron with its synapses and filters.
+    """Build a row: a neuron with its synapses and filters.
 
-    Ports: pulse[256] and the latches of every synapse, event[...] of the virtual synapses, v_mem, spike, the
-    leak's latch `select`, the biases, the supply.
+    Its ports are pulse[256] and the latches of every synapse, events of the virtual synapses, v_mem, spike,
+    the leak's latch `select`, the biases and the supply.
     """
     synapse = dpi_synapse.synapse(params.synapse)
     shape = (NEURONS,)
@@ -172,7 +175,10 @@ def _virtual(params: Params, name: str, count: int) -> list[Instance | InstanceA
 
 
 def chip(params: Params = Params(), table: BiasTable | None = None, kind: BiasKind = "gate") -> Circuit:
-    """All rows, and an extender a column. Ports as a row's, an array of 256 where they are a row's own."""
+    """Build the chip: all rows, and a pulse extender for each column.
+
+    Its ports are a row's, an array of 256 where they are a row's own.
+    """
     one, extender = row(params, table, kind), dpi_synapse.pulse_extender(params.synapse)
     shape, shared = (NEURONS,), {b.port for b in one.biases} | {"vdd"}
     ports = (

@@ -1,4 +1,4 @@
-"""A row of a ROLLS chip with the synapses that its program latches, as a circuit: that die's very row.
+"""One row of a ROLLS chip as a circuit with the synapses that its program latches: that die's very row.
 
 The chip's circuit (`chips.rolls.circuit`) with one row, and of its 256 synapses and columns those that are
 latched: three million devices become some hundreds. Element 0 of `row` stands for the chosen neuron, element
@@ -35,7 +35,10 @@ OWN = ("row", "synapse", "extender", *CELLS)  # arrays of which only some elemen
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """Row `neuron` with its latched columns, and their levels, in rising order of the columns."""
+    """A row as a circuit: its neuron, its latched columns in rising order, and their levels.
+
+    slow: whether its leak is IF_TAU1; virtual: how many virtual synapses of either sign it has.
+    """
 
     circuit: Circuit
     neuron: int
@@ -46,10 +49,10 @@ class Cut:
 
 
 def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Params | None = None) -> Cut:
-    """Row of a program's chip; raises `ParameterError` for a neuron that the chip does not have.
+    """Return the row of a neuron of a program's chip as a circuit.
 
-    A row without a latched synapse and without an input is its neuron with silent filters; a plastic array is
-    refused.
+    A row without a latched synapse and without an input is its neuron with silent filters. Raises
+    `ParameterError` for a neuron that the chip does not have, and for a program with a plastic array.
     """
     check_unlearned(program, "a row as a circuit")
     if not 0 <= neuron < NEURONS:
@@ -80,7 +83,7 @@ def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Para
 
 
 def silicon_of(cut: Cut, silicon: Silicon) -> Silicon:
-    """The silicon of the whole chip, for the cut: every device has the draws of its own place on the die."""
+    """Return the silicon on which every device of the cut has the deviations of its own place on the chip."""
     die = silicon.die
     if die.number is None:
         return silicon
@@ -102,9 +105,10 @@ def silicon_of(cut: Cut, silicon: Silicon) -> Silicon:
 
 
 def testbench(cut: Cut, events: Mapping[str, Waveform], stop: float, v_dd: float) -> Testbench:
-    """The row with its latches set; events: waveforms by port, as `event[0]` or `virtual_exc_event[0,1]`.
+    """Return the testbench of a row with its latches set; its spikes are those of `spike[0]`.
 
-    Event ports without a waveform are at ground. Spikes are those of `spike[0]`.
+    events: waveforms by port, as `event[0]` or `virtual_exc_event[0,1]`; ports without one are at ground.
+    stop: s; v_dd: supply, V.
     """
     known = {
         name for p in cut.circuit.ports if p.kind == "event" and p.direction == "in" for name in p.elements()

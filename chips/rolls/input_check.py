@@ -1,4 +1,4 @@
-"""Which events a ROLLS chip with a program takes: neurons, columns and times that it has."""
+"""The check of events for a ROLLS chip: neurons, columns and times that it has."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from circuits.errors import ParameterError
 
 
 def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Program) -> None:
-    """Check events of a run from `now` s on.
+    """Check events of a run from `now` s on; times: s; neurons, columns: int64.
 
-    Raises `ParameterError` for the first that the chip does not have.
+    Raises `ParameterError` for the first that the chip with this program does not take.
     """
     if times.size == 0:
         return

@@ -1,4 +1,4 @@
-"""Compiled stepping of a whole ROLLS chip: n neurons, their filters, and the synapses between them.
+"""Compiled steps of a whole ROLLS chip: its neurons, their filters, and the synapses between them.
 
 Time goes in steps. What was on the bus in the last step enters the filters at the beginning of this one, so
 an event waits for a step at most. A filter is one equation: u is the ratio that the pair's currents I_1 and

@@ -1,4 +1,4 @@
-"""Tables, state and working space of a ROLLS chip's steps (`chips.rolls.kernel`)."""
+"""Tables, state and working space of a ROLLS chip's steps, in the form that compiled code takes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ STATE_ROWS = 16  # SHUT: s to a spike that is sure; WAIT: s until a neuron is le
 
 
 class FilterBank(NamedTuple):
-    """Filters of one kind, [n] each."""
+    """Filters of one kind, arrays of [n] each."""
 
     lost: F64  # 1 - e^(-dt / tau)
     fall: F64  # dt / tau
@@ -58,7 +58,7 @@ class FilterBank(NamedTuple):
 
 
 class Membranes(NamedTuple):
-    """Neurons, [n] unless said."""
+    """Membranes of the neurons, arrays of [n] unless said."""
 
     lines: F32  # float32[n, rows, LINE_COLUMNS] over zeta
     inverse: F32  # 1 / Q_0, 1/C
@@ -74,9 +74,9 @@ class Membranes(NamedTuple):
 
 
 class ChipTables(NamedTuple):
-    """All that a step needs.
+    """All that a step needs of a chip.
 
-    charges: float32[pre, post], kappa_n Q / (C U_T) of one event, below 0 where the synapse inhibits.
+    charges: kappa_n Q / (C U_T) of one event, below 0 where the synapse inhibits, float32[pre, post].
     """
 
     step: float  # s
@@ -89,7 +89,7 @@ class ChipTables(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Working space of `run_chip`, [n] each unless said. excite, inhibit: currents, A."""
+    """Working space of `run_chip`, arrays of [n] unless said; excite, inhibit: currents, A."""
 
     charge: F32  # float32[SIGNS, n]
     place: F64
@@ -107,11 +107,11 @@ class Scratch(NamedTuple):
 
 
 class Traffic(NamedTuple):
-    """Events into a chip and spikes out of it.
+    """Events into a chip, and spikes out of it.
 
-    times (s, rising), columns (0 to 7 virtual, from 8 on presynaptic neurons), neurons: of events. sent (s),
-    senders: room for spikes, in the order of steps. last: the neurons that spiked in the step before, with
-    room for all that a step can have. counts: int64[COUNTS].
+    times (s, rising), columns (0 to 7 virtual, from 8 on presynaptic neuron), neurons: of the events; sent
+    (s), senders: room for the spikes, in the order of steps; last: neurons that spiked in the step before,
+    with room for all that a step can have; counts: int64[COUNTS].
     """
 
     times: F64
@@ -124,9 +124,10 @@ class Traffic(NamedTuple):
 
 
 class ChipRun(NamedTuple):
-    """Neurons of a chip, their filters and the synapses between them, in a call of the chip's kernel.
+    """A chip's neurons, filters and non-plastic synapses in a call of its kernel.
 
-    state: float64[STATE_ROWS, n], overwritten; bits: its row of zeta as int64[n], of the same memory.
+    tables: of the chip; state: float64[STATE_ROWS, n], overwritten; bits: its row of zeta as int64[n], of the
+    same memory; traffic: events in and spikes out; scratch: working space.
     """
 
     tables: ChipTables
@@ -142,7 +143,7 @@ COUNTS = 5
 
 
 def new_scratch(n: int) -> Scratch:
-    """Working space of `n` neurons, a multiple of eight."""
+    """Return the working space of `n` neurons, a multiple of eight."""
     value, power, lag, excite, inhibit, own, rate, slope = np.zeros((8, n), np.float32)
     hard = np.zeros(n, np.uint8)
     return Scratch(

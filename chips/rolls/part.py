@@ -1,4 +1,4 @@
-"""The ROLLS chip as a part of a running system: events in, spikes out as they leave its bus.
+"""The ROLLS chip as a part of a running system: events go in, spikes come out as they leave its bus.
 
 Inputs are events on `in[A]` with the address A = neuron + (column << 8) of a synapse, outputs `out[k]` the
 spikes of neuron k. The chip takes whole steps: one is run when its end is reached, as what comes in during a
@@ -23,10 +23,11 @@ from circuits.arrays import F64
 
 @dataclass(frozen=True, slots=True)
 class RollsState:
-    """time: s; start: s, of the first step; steps: that have run; chip: after these.
+    """State of a ROLLS chip in a loop.
 
-    waiting: events that count in the step that runs, (s, address); due: spikes on their way out, in order;
-    into, out: when what is on the buses is delivered, s; lost_in, lost_out, held: as of `Spikes`.
+    time: reached, s; start: of the first step, s; steps: how many have run; chip: state after these; waiting:
+    events that count in the step that runs, (s, address); due: spikes on their way out, in order; into, out:
+    when what is on the buses is delivered, s; lost_in, lost_out, held: as of `Spikes`.
     """
 
     time: float
@@ -43,7 +44,7 @@ class RollsState:
 
 
 class RollsPart:
-    """A chip at its silicon's temperature."""
+    """A ROLLS chip in a loop, at its silicon's temperature; path: named in errors."""
 
     analog: tuple[str, ...] = ()
 
@@ -51,18 +52,18 @@ class RollsPart:
         self.chip, self.path = chip, path
 
     def begin(self, time: float = 0.0) -> RollsState:
-        """At rest at `time` s."""
+        """Return the state at rest at `time` s."""
         return RollsState(time, time, 0, replace(self.chip.at_rest(), time=time))
 
     def next_time(self, state: RollsState) -> float:
-        """The end of the step that runs, or the next spike on its way out, s."""
+        """Return the end of the step that runs, or the time of the next spike on its way out, s."""
         end = self._end(state)
         return min(end, state.due[0][1]) if state.due else end
 
     def advance(
         self, state: RollsState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[RollsState, float, Output]:
-        """Advance to `until` (s), or to where the first spikes are told."""
+        """Advance to `until` s, or to where the first spikes are sent."""
         if events:
             come = [(t, port_index(port, "in", COLUMNS * NEURONS, self.path)) for port, t in events]
             times, words = np.array([t for t, _ in come]), np.array([a for _, a in come], dtype=np.int64)

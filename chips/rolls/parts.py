@@ -1,4 +1,4 @@
-"""Transistors of a whole ROLLS chip on a die, one part at a time, as the models of its blocks want them.
+"""Transistors of a whole ROLLS chip on a die, one kind of part at a time.
 
 The draws are those of the chip's circuit (`chips.rolls.circuit`), which is never flattened as a whole: of its
 three million devices only those are drawn that a model needs.
@@ -20,7 +20,7 @@ from circuits.silicon.silicon import Silicon
 
 
 def gate_voltages(chip: Circuit, silicon: Silicon) -> dict[str, float]:
-    """Voltages of the chip's scalar bias ports, V, with its supply and ground."""
+    """Return the voltages of the chip's scalar bias ports by port, V, with its supply and ground."""
     found = {b.port: float(bias_voltages(chip, b, silicon)) for b in chip.biases}
     return found | {"vdd": silicon.process.v_dd, "0": 0.0}
 
@@ -29,10 +29,10 @@ def devices_at(
     circuit: Circuit, place: Path, silicon: Silicon, gates: Mapping[str, F64 | float],
     wanted: Sequence[str] | None = None, prefix: str = "",
 ) -> DieDevices:  # fmt: skip
-    """Transistors of `circuit`, which stands in the arrays of `place` below the chip.
+    """Return the transistors of `circuit`, which stands in the arrays of `place` below the chip.
 
-    gates: voltages by bias port of `circuit`; wanted: devices by path, all unless given; prefix: put before
-    the names. Copies are counted with the last index of `place` running fastest.
+    gates: voltages by bias port of `circuit`, V; wanted: devices by path, all unless given; prefix: put
+    before the names. Copies are counted with the last index of `place` running fastest.
     """
     on_chip = replace(silicon, place=((NAME, ()),))
     return on_die(circuit, on_chip, wanted, ((NAME, ()), *place), gates).flat().renamed("", prefix)
@@ -49,10 +49,10 @@ def extenders_at(
 
 
 def part_gates(part: str, gates: Mapping[str, float]) -> dict[str, float]:
-    """Voltages of the bias ports of a part of a row, from those of the row."""
+    """Return the voltages of the bias ports of a part of a row, V, from those of the row."""
     return {port: gates[outer] for port, outer in bias_ports(part).items() if outer in gates}
 
 
 def row_place(rows: int, *parts: tuple[str, Shape]) -> Path:
-    """Path of a part of every row."""
+    """Return the path of a part of every row."""
     return (("row", (rows,)), *parts)

@@ -1,4 +1,4 @@
-"""What a ROLLS die is like: f-I curves, time constants, refractory periods, weights, from its transistors.
+"""A portrait of a ROLLS die: f-I curves, time constants, refractory periods and weights of its neurons.
 
     tau_m = C_mem U_T / (kappa_n I_tau),   I_tau of the leak that a neuron's latch chooses
     rheobase = max over v_mem of (what leaves the membrane less the feedback) / share,
@@ -45,7 +45,11 @@ LEVELS = (1, 2, 3, 4, -1, -2, -3, -4)
 
 @dataclass(frozen=True, slots=True)
 class Weight:
-    """A level: its nominal current (A), and mean and CV on the die of one event's charge (C), and current."""
+    """A weight level on a die.
+
+    nominal: current of the nominal device, A; current: mean of the die, A; charge, charge_cv: mean (C) and
+    coefficient of variation of one event's charge.
+    """
 
     level: int
     nominal: float
@@ -56,11 +60,12 @@ class Weight:
 
 @dataclass(frozen=True, slots=True)
 class Portrait:
-    """Of every neuron, float64[256] unless said; SI units.
+    """What a die is like, of every neuron, float64[256] unless said; SI units.
 
-    currents: float64[k], A; rates, nominal_rates: Hz, float64[k, 256] and float64[k]; restless: fires
-    with the I_dc of the bias table alone; filters: time constants by the name of the filter, s; pulses: of
-    the columns, s; cautions: where the chip's step is outside of what it was measured for.
+    currents: of the f-I curves, A, float64[k]; rates, nominal_rates: Hz, float64[k, 256] and float64[k];
+    rheobase: A; restless: whether a neuron fires with the I_dc of the bias table alone; tau, refractory: s;
+    filters: time constants by the name of the filter, s; pulses: of the columns, s; weights: of all levels;
+    missing: levels without a bias; cautions: where the chip's step is outside of what it was measured for.
     """
 
     silicon: Silicon
@@ -121,35 +126,42 @@ def portrait(
 
 
 def neuron_devices(params: Params, table: BiasTable, kind: BiasKind, silicon: Silicon) -> DieDevices:
-    """Transistors of all neurons of a chip with these biases."""
+    """Return the transistors of all neurons of a chip with these biases."""
     gates = part_gates("neuron", gate_voltages(chip(params, table, kind), silicon))
     return devices_at(rolls_neuron.build(params.neuron), row_place(NEURONS, ("neuron", ())), silicon, gates)
 
 
 def membrane_tau(d: DieDevices, ready: Prepared, latch: Bools) -> F64:
-    """`C U_T / (kappa_n I_tau)`, with which the current of an nFET at v_mem falls, s; C: all at v_mem."""
+    """Return the membranes' time constants `C U_T / (kappa_n I_tau)`, s; C is all capacitance at v_mem.
+
+    latch: whether a neuron's leak is tau1, else tau2, bool[n].
+    """
     slow, fast = (d.saturated(f"leak.{m}", d.gate[f"v_tau{k}"]) for m, k in (("ml3", 1), ("ml4", 2)))
     leak = np.where(latch, slow, fast)
     return np.asarray(ready.neuron[0, 0] * d.u_t / (d.fet["sodium.mn1"].kappa * leak))
 
 
 def rheobase(m: Neurons) -> F64:
-    """Least input current that makes a neuron fire, beside what its table injects, A; at most 0: restless."""
+    """Return the least input current that makes each neuron fire, beside what its table injects, A.
+
+    It is at most 0 for a neuron that fires without input.
+    """
     needed = -m.table[:, :, STATIC] / weak_share(m) - m.table[:, :, INJECTED]
     return np.asarray(needed.max(axis=1))
 
 
 def dc_currents(own: DieDevices, reference: DieDevices, currents: F64) -> F64:
-    """What DC transistors give at the gates at which the nominal one gives `currents`, A, float64[k, n]."""
+    """Return what DC transistors give at the gates of the nominal one's `currents`, A, float64[k, n]."""
     name = "leak.ml9"
     gates = reference.gate_for(name, currents[:, None])[:, 0]  # nominal neurons are alike
     return np.stack([own.saturated(name, g) for g in gates])
 
 
 def rates(neurons: Neurons, currents: F64, lengths: F64) -> F64:
-    """Rates of the last interval, Hz, 0 below two spikes, [k, n].
+    """Return the rates of the last interval, Hz, 0 below two spikes, float64[k, n].
 
-    currents: A into i_in, [k, n]; lengths: of each run, s, [k]; what has not fired twice then gets LONGEST.
+    currents: into i_in, A, float64[k, n]; lengths: of each run, s, float64[k]; neurons that have not fired
+    twice by then get LONGEST.
     """
     found = np.zeros(currents.shape)
     for k, (current, length) in enumerate(zip(currents, lengths, strict=True)):
@@ -167,7 +179,7 @@ def rates(neurons: Neurons, currents: F64, lengths: F64) -> F64:
 
 
 def weights(built: Built, program: Program) -> tuple[Weight, ...]:
-    """Of all levels that the program uses: current, and an event's charge with its column's pulse."""
+    """Return current and charge of an event, with its column's pulse, of all levels of a program."""
     found = []
     for level in LEVELS:
         at = program.levels == level
@@ -190,7 +202,7 @@ def weights(built: Built, program: Program) -> tuple[Weight, ...]:
 
 
 def weight_program(table: BiasTable, tau1: Sequence[int]) -> Program:
-    """All levels that the biases have in turn over the synapses, and all virtual synapses in use."""
+    """Return a program with all levels that the biases have, and all virtual synapses in use."""
     known = [level for level in LEVELS if level not in missing_levels(table)]
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
     if known:
@@ -205,5 +217,5 @@ def weight_program(table: BiasTable, tau1: Sequence[int]) -> Program:
 
 
 def neurons_chosen(m: Neurons, index: I64) -> Neurons:
-    """The neurons `index`."""
+    """Return the neurons `index`."""
     return Neurons(*(np.ascontiguousarray(x[index]) for x in m))

@@ -1,4 +1,4 @@
-"""Power of a ROLLS chip, from its bias currents and from energies a spike and a synaptic event.
+"""Power of a ROLLS chip, from its bias currents and the energies of a spike and of a synaptic event.
 
     P = V_dd sum of bias currents + P_rest + 256 f E_spike(f) + 256 f E_column
         + sum over latched synapses of f E_event(level)
@@ -55,10 +55,11 @@ _FILTER_BIASES = {"etau": "excitatory_tau", "ethr": "excitatory_thr", "itau": "i
 
 @dataclass(frozen=True, slots=True)
 class Energies:
-    """What a chip's parts take. rates (Hz) and spike (J): E_spike over the rate, float64[k], by rising rate.
+    """Energies and powers of a chip's parts.
 
-    event: J by level, beside what an unlatched synapse takes; column: J of a column's event without any
-    latched synapse; rest: W of all neurons, filters, synapses and extenders without events; biases: W.
+    rates (Hz), spike (J): E_spike over the rate, float64[k], by rising rate; event: by level, J, beside what
+    an unlatched synapse takes; column: of a column's event without any latched synapse, J; rest: of all
+    neurons, filters, synapses and extenders without events, W; biases: W.
     """
 
     rates: F64
@@ -69,7 +70,7 @@ class Energies:
     biases: float
 
     def spike_at(self, rate: float) -> float:
-        """E_spike at a rate, J, a line over its logarithm; held beyond the ends."""
+        """Return E_spike at a rate, J, by a line over its logarithm, held beyond the ends."""
         return float(np.interp(np.log(max(rate, 1e-9)), np.log(self.rates), self.spike))
 
     def power(self, rate: float, latched: Mapping[int, int]) -> float:
@@ -117,7 +118,7 @@ def energies(
 
 
 def bias_power(table: BiasTable, silicon: Silicon) -> float:
-    """`V_dd sum of I_bias`, W; the generator's currents are PTAT."""
+    """Return `V_dd` times the sum of all bias currents, W; the generator's currents are PTAT."""
     total = sum(table.current(name) for name in table.codes() if not table.is_off(name))
     scale = kelvin(silicon.temperature_c) / kelvin(silicon.process.nominal_temperature_c)
     return silicon.process.v_dd * total * scale

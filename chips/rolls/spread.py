@@ -1,4 +1,4 @@
-"""How far ROLLS' neurons, filters and synapses differ on a die, and which transistor makes how much of it.
+"""How far ROLLS' neurons, filters and synapses differ on a die, and which transistor causes how much.
 
 A quantity q of a part depends on the deviations of the part's own transistors, each drawn with
 `sigma(V_T0) = A_VT / sqrt(2 m W L)` and alike for beta. To first order in them
@@ -51,7 +51,7 @@ PARAMETERS = ("v_t0", "beta")
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Of one quantity: shares s of every device and parameter, float64[2 devices], by label."""
+    """Spread of one quantity: shares s of every device and parameter, by label, float64[2 devices]."""
 
     name: str
     labels: tuple[str, ...]
@@ -59,11 +59,11 @@ class Spread:
 
     @property
     def cv(self) -> float:
-        """Predicted standard deviation of ln q."""
+        """Predicted standard deviation of the quantity's logarithm."""
         return float(np.sqrt((self.shares**2).sum()))
 
     def by_device(self) -> dict[str, float]:
-        """Share of the variance by device, both parameters together, the largest first."""
+        """Return each device's share of the variance, both parameters together, the largest first."""
         found: dict[str, float] = {}
         for label, s in zip(self.labels, self.shares, strict=True):
             device = label.rpartition(".")[0]
@@ -74,9 +74,9 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class PartOfRow:
-    """A part of a row with what is measured of it.
+    """A part of a row, with what is measured of it.
 
-    place: below a row, or of the chip; measure: of n copies of it, float64[n] by name.
+    place: below a row, or of the chip; measure: of n copies of it, gives float64[n] by name.
     """
 
     name: str
@@ -89,14 +89,14 @@ class PartOfRow:
 
 
 def correlation(a: Spread, b: Spread) -> float:
-    """Predicted correlation of ln q of two quantities of one part."""
+    """Return the predicted correlation of the logarithms of two quantities of one part."""
     return float((a.shares * b.shares).sum() / (a.cv * b.cv))
 
 
 def parts_of(
     table: BiasTable, silicon: Silicon, kind: BiasKind = "gate", params: Params | None = None
 ) -> tuple[PartOfRow, ...]:
-    """Neuron, both filters, pulse extender and synapse of a chip with the biases of `table`, I_dc apart."""
+    """Return neuron, filters, pulse extender and synapse of a chip with the biases of `table`, I_dc apart."""
     params = Params() if params is None else params
     gates = gate_voltages(chip(params, table.with_code(DC, 7, 0), kind), replace(silicon, die=NOMINAL))
     ready = prepare(params, silicon.process)
@@ -118,7 +118,7 @@ def parts_of(
 
 
 def predicted(part: PartOfRow, process: Process, silicon: Silicon) -> dict[str, Spread]:
-    """Spread of each quantity of a part to first order, by one deviation at a time."""
+    """Return the spread of each quantity of a part to first order, by one deviation at a time."""
     names, sigmas = _sigmas(part, process)
     count = len(names)
     base = _devices(part, (("copy", (4 * count,)),), replace(silicon, die=NOMINAL))
@@ -140,7 +140,7 @@ def predicted(part: PartOfRow, process: Process, silicon: Silicon) -> dict[str, 
 
 
 def sampled(part: PartOfRow, silicon: Silicon) -> Quantities:
-    """The quantities on all neurons (or columns, or synapses) of a die, without what the die shares."""
+    """Return the quantities on all neurons (or columns, or synapses) of a die, by mismatch alone."""
     own = replace(silicon, die=replace(silicon.die, process=False))
     return part.measure(_devices(part, part.place, own))
 
@@ -177,7 +177,7 @@ def _neuron(params: Params, ready: Prepared, gates: Mapping[str, float], nominal
 
 
 def currents_at(reference: DieDevices, ready: Prepared, wanted: Sequence[float]) -> F64:
-    """Currents at which the nominal neuron fires at rates (Hz), bisected in their logarithm, A."""
+    """Return the currents at which the nominal neuron fires at rates (Hz), A."""
     one = neurons_of(reference, ready.neuron)
     low = np.full(len(wanted), float(rheobase(one)[0]))
     high = 1e3 * low

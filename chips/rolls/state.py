@@ -1,4 +1,4 @@
-"""What a ROLLS chip carries from run to run as voltages, and its state at another temperature."""
+"""The state of a ROLLS chip as voltages, by which it goes on at another temperature."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
 
 
 def zeta_of(built: Built, v: F64) -> F64:
-    """Zeta of membrane voltages, float64[256], V."""
+    """Return zeta of membrane voltages (V), float64[256]."""
     lines = built.tables.membranes.lines
     edge = edges(lines.shape[1])[:-1]
     found = np.empty(v.size)
@@ -24,7 +24,7 @@ def zeta_of(built: Built, v: F64) -> F64:
 
 
 def voltage_of(built: Built, zeta: F64) -> F64:
-    """Membrane voltages, V."""
+    """Return membrane voltages of zeta, V, float64[256]."""
     mantissa, exponent = np.frexp(zeta)
     row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * PER).astype(np.int64)
     lines = built.tables.membranes.lines[np.arange(zeta.size), row]
@@ -32,7 +32,7 @@ def voltage_of(built: Built, zeta: F64) -> F64:
 
 
 def converted(values: F64, old: Built, new: Built) -> F64:
-    """State at another temperature: voltages stay."""
+    """Return the state at another temperature: all voltages stay."""
     out = values.copy()
     out[ZETA] = zeta_of(new, voltage_of(old, values[ZETA]))
     move_filters(out, old, new)

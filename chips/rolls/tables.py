@@ -1,4 +1,4 @@
-"""Tables of a ROLLS chip with a program, on a die at a temperature, from the transistors of its circuit."""
+"""Tables of a ROLLS chip with a program, on a die at a temperature, from its circuit's transistors."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What all dies of a process share: models of the blocks, with their capacitances."""
+    """What all dies of a process share: models of the blocks with their capacitances."""
 
     synapse: SynapseModel
     neuron: F64  # float64[8, 8], F
@@ -52,7 +52,9 @@ class Prepared:
 class Built:
     """Tables for steps of a given length, and what they were made of.
 
-    lengths: of the pulses of the columns, s; filters: of FILTERS; levels: mean current of a level, A.
+    charge: Q_0 of each neuron's zeta, C; lengths: of the columns' pulses, s; filters, loads, shapes: of
+    FILTERS; levels: mean current of a level, A; gates: bias voltages by port, V; noise, plastic, depression:
+    where the chip has them.
     """
 
     tables: ChipTables
@@ -71,7 +73,7 @@ class Built:
 
 @lru_cache(maxsize=8)
 def prepare(params: Params, process: Process) -> Prepared:
-    """Models of the blocks of a chip."""
+    """Return the models of a chip's blocks in a process."""
     synapse = synapse_model_of(dpi_synapse.build(params.synapse), process)
     at = []
     for name in FILTERS:
@@ -86,7 +88,7 @@ def _filter_capacitance(params: Params, process: Process, name: str) -> F64:
 
 
 def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Silicon, step: float) -> Built:
-    """All tables of a chip on `silicon` for steps of `step` s."""
+    """Return all tables of a chip on a silicon for steps of `step` s."""
     ready = prepare(params, silicon.process)
     gates = gate_voltages(chip(params, program.biases, kind), silicon)
     latches = program.slow_leak().tobytes()
@@ -160,7 +162,7 @@ def _filter(params: Params, silicon: Silicon, k: int, gates: tuple[tuple[str, fl
 
 @lru_cache(maxsize=2)
 def synapse_devices(params: Params, silicon: Silicon) -> DieDevices:
-    """Weight devices of the whole array, without their gates."""
+    """Return the weight devices of the whole array, without their gates."""
     place = row_place(NEURONS, ("synapse", (NEURONS,)))
     return devices_at(dpi_synapse.synapse(params.synapse), place, silicon, {}, WEIGHT_DEVICES, "synapse.")
 
@@ -266,7 +268,7 @@ def _membranes(m: Neurons) -> tuple[Membranes, F64]:
 
 
 def spikes_a_step(tables: ChipTables) -> int:
-    """Upper bound of a neuron's spikes in a step."""
+    """Return an upper bound of a neuron's spikes in a step."""
     spiking = tables.membranes.spiking
     shortest = float((spiking[:, REFRACTORY] + spiking[:, DELAY]).min())
     return math.ceil(tables.step / shortest) + 1

@@ -1,1 +1,1 @@
-"""The wavefront chip: cells whose axons delay a spike by a programmed cost."""
+"""The wavefront chip, on which a path is planned by a wave of spikes over cells that delay them."""

@@ -1,4 +1,4 @@
-"""The axons of a chip on one die at one temperature: where they stand in the record, and the record there.
+"""The axons of a wavefront chip on one die at one temperature, and their record at the die's currents.
 
 Coordinates are the die's currents of the sink and of the comparator's tail, by the law, from the gate
 voltages of their biases: fixed ones, or those of the generator's copies on the die. What does not depend on
@@ -48,8 +48,8 @@ REMEDY = "where the behavioural model was measured; use the transistor level"
 class AxonModel:
     """Axons of one chip, or a lone one, with their record.
 
-    circuit: that the axons stand in, by its name and biases; prefix: path of the axons in it, () or (axon,);
-    shape: of the array, () for a lone axon; area: of the drawn devices over the circuit's own, at the same
+    circuit: what the axons stand in, by its name and biases; prefix: path of the axons in it, () or (axon,);
+    shape: of their array, () for a lone axon; area: of the drawn devices over the circuit's own, at the same
     nominal delay; axon: the circuit of each.
     """
 
@@ -66,7 +66,7 @@ class AxonModel:
 class AxonTables:
     """A model at a temperature, without a die.
 
-    gates: V, by bias, where they are the same on every die, else None; law: of nFETs; log_charge:
+    gates: of the biases where they are the same on every die, V, else None; law: of nFETs; log_charge:
     float64[currents, comparator currents, 31]; gain, offset: float64[currents, parameters]; over_current,
     over_comparator: splines through the unit vectors of these grids, over the logarithm.
     """
@@ -85,9 +85,9 @@ class AxonTables:
 class Conditions(NamedTuple):
     """What the axons of a die share at a temperature.
 
-    specific_current: A, of the sink without deviation; pinch, slope: kappa (v_delay - V_T0) and kappa over
-    2 U_T; log_current: ln I_0; log_charge: float64[3, 31], value and two derivatives by ln I; tail:
-    float64[31], derivative by the threshold of `TAIL`, 1/V; unit_charge: C; gain, offset: float64[4], 1/V.
+    specific_current: of the sink without deviation, A; pinch, slope: kappa (v_delay - V_T0) and kappa, over 2
+    U_T; log_current: ln I_0; log_charge: value and two derivatives by ln I, float64[3, 31]; tail: derivative
+    by the threshold of `TAIL`, 1/V, float64[31]; unit_charge: C; gain, offset: 1/V, float64[4].
     """
 
     specific_current: float
@@ -102,7 +102,7 @@ class Conditions(NamedTuple):
 
 
 def axon_tables(model: AxonModel, silicon: Silicon) -> AxonTables:
-    """Everything about `model` at the silicon's temperature that is the same on every die.
+    """Return everything about a model at the silicon's temperature that is the same on every die.
 
     Raises `ParameterError` outside the record's temperatures.
     """
@@ -128,12 +128,12 @@ def axon_tables(model: AxonModel, silicon: Silicon) -> AxonTables:
 
 
 def process_shifts(silicon: Silicon) -> Shifts:
-    """What the silicon's die shares, by polarity."""
+    """Return what the transistors of the silicon's die share, by polarity."""
     return {polarity: shared(silicon.die, silicon.process, polarity) for polarity in POLARITIES}
 
 
 def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditions:
-    """The record at the currents of a die with these shared `shifts`.
+    """Return the record at the currents of a die whose transistors share `shifts`.
 
     Raises `ParameterError` outside the record's currents and shared shifts.
     """
@@ -165,7 +165,7 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
 
 
 def check_local(model: AxonModel, thresholds: F64) -> None:
-    """Refuse (`ParameterError`) thresholds (V) of a comparator's devices outside the record's box."""
+    """Raise `ParameterError` for thresholds (V) of a comparator's devices outside the record's box."""
     worst = float(np.abs(thresholds).max(initial=0.0))
     _check(model, "axon.mc v_t0 shift", worst, model.record.limits(LOCAL_SHIFT), "V")
 

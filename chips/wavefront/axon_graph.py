@@ -1,4 +1,4 @@
-"""Axons of a wavefront chip: which cell reaches which, and at which of its inputs.
+"""The axons of a wavefront chip as a graph: which cell reaches which, and at which of its inputs.
 
 Cell j fires at t_j; each of its targets i that has not fired in this plan fires at the earliest of t_j +
 D_ij. Edges are stored by sending cell (compressed rows), so that the axons of a cell lie side by side. On a
@@ -25,8 +25,8 @@ _MOST_CELLS = 2**28  # eight edges each must stay below 2**31
 class AxonGraph:
     """Directed graph of n cells and e axons.
 
-    offsets: int64[n + 1], edges of cell j are offsets[j] to offsets[j + 1]; targets: int32[e]; inputs:
-    int8[e], number of the input at the target; shape: (rows, columns) of a grid, else None.
+    offsets: edges of cell j are offsets[j] to offsets[j + 1], int64[n + 1]; targets: int32[e]; inputs: number
+    of the input at the target, int8[e]; shape: (rows, columns) of a grid, else None.
     """
 
     offsets: I64
@@ -45,11 +45,14 @@ class AxonGraph:
         return int(self.targets.size)
 
     def sources(self) -> I32:
-        """Sending cell of each edge, int32[e]."""
+        """Return the sending cell of each edge, int32[e]."""
         return np.repeat(np.arange(self.cells, dtype=np.int32), np.diff(self.offsets))
 
     def predecessors(self, pointers: I8) -> I32:
-        """Cell that each cell's pointer (int8[n], an input or -1) stands for, int32[n]; -1 for none."""
+        """Return the cell that each cell's pointer stands for, int32[n], -1 for none.
+
+        pointers: an input of each cell, or -1, int8[n].
+        """
         found = np.full(self.cells, -1, dtype=np.int32)
         first = self.inputs == pointers.ravel()[self.targets]
         found[self.targets[first]] = self.sources()[first]
@@ -57,7 +60,7 @@ class AxonGraph:
 
 
 def grid_graph(rows: int, columns: int) -> AxonGraph:
-    """Grid of cells, each joined to its up to eight neighbours; edges of a cell in the order of `NEIGHBOURS`.
+    """Return a grid of cells, each joined to its up to eight neighbours, in the order of `NEIGHBOURS`.
 
     Raises `ParameterError` for a grid without cells, or with more than 2**28.
     """
@@ -80,10 +83,11 @@ def grid_graph(rows: int, columns: int) -> AxonGraph:
 
 
 def graph_of(graph: nx.DiGraph) -> AxonGraph:
-    """Axons of a directed graph, its nodes numbered in their own order; edges sorted by source, then target.
+    """Return the axons of a directed graph, whose nodes are numbered in their own order.
 
-    The inputs of a cell are numbered in the order of their sources. An undirected edge is two axons. Raises
-    `TopologyError` for a multigraph, for a graph without nodes, and for more than 126 edges into a node.
+    Edges are sorted by source, then target; the inputs of a cell are numbered in the order of their sources.
+    An undirected edge is two axons. Raises `TopologyError` for a multigraph, for a graph without nodes, and
+    for more than 126 edges into a node.
     """
     if graph.is_multigraph():
         raise TopologyError(
@@ -109,7 +113,7 @@ def graph_of(graph: nx.DiGraph) -> AxonGraph:
 
 
 def node_costs(graph: nx.DiGraph, attribute: str = "cost") -> F64:
-    """Cost of each node, float64[n]; raises `ParameterError` where one has none."""
+    """Return the cost of each node, float64[n]; raises `ParameterError` where one has none."""
     costs = [data.get(attribute) for _, data in graph.nodes(data=True)]
     for name, cost in zip(graph, costs, strict=True):
         if cost is None:
@@ -118,7 +122,10 @@ def node_costs(graph: nx.DiGraph, attribute: str = "cost") -> F64:
 
 
 def edge_weights(graph: nx.DiGraph, attribute: str = "weight") -> F64:
-    """Weight of each edge in the order of `graph_of`, float64[e]; raises `ParameterError` where none is."""
+    """Return the weight of each edge in the order of `graph_of`, float64[e].
+
+    Raises `ParameterError` where an edge has none.
+    """
     directed = graph.to_directed(as_view=True)
     names = list(graph)
     weights = []

@@ -1,4 +1,4 @@
-"""Record of the axonal delay element: the charge behind its delays, with gradients over its devices.
+"""The record of the axonal delay element: the charge behind its delays, with gradients over its devices.
 
 The delay at a code is a charge over the current of the sink on this die, `D = Q / I`. The current is the
 law's own, so that its spread and drift, over decades, are exact; what is recorded is smooth and small:
@@ -37,7 +37,7 @@ BOX = {
 
 @dataclass(frozen=True, slots=True)
 class AxonGrid:
-    """Temperatures in degC; currents of the sink and of the comparator's tail in A at the temperature."""
+    """Where a record is measured: temperatures, degC, and currents of sink and comparator's tail, A."""
 
     temperature: tuple[float, ...] = (-10.0, 8.0, 27.0, 46.0, 65.0)
     current: tuple[float, ...] = tuple(float(i) for i in np.geomspace(30e-12, 300e-9, 15))
@@ -48,16 +48,16 @@ GRID = AxonGrid()
 
 
 def axon_key(circuit: Circuit, process: Process, grid: AxonGrid = GRID) -> str:
-    """Key of the record of `circuit` in `process`."""
+    """Return the key of the record of `circuit` in `process`."""
     plain = replace(process, pair_a_vt=0.0, pair_a_beta=0.0, variation=Variation())
     return record_key(circuit.name, circuit.ports, circuit.devices, plain, VERSION, grid)
 
 
 def grid_of(record: Record) -> AxonGrid:
-    """Where a record is measured; raises `DataError` where it is not of an axonal delay element."""
+    """Return where a record was measured; raises `DataError` where it is not of an axonal delay element."""
     return AxonGrid(*(record.numbers(axis) for axis in (TEMPERATURE, CURRENT, COMPARATOR_CURRENT)))
 
 
 def axon_record() -> Record:
-    """The record in force; raises `DataError` where there is none."""
+    """Return the record in force; raises `DataError` where there is none."""
     return current_record(NAME)

@@ -1,4 +1,4 @@
-"""The wavefront chip: cells whose axons delay a spike by a programmed cost, and a plan as one wave over them.
+"""The wavefront chip: cells whose axons delay a spike by a programmed cost, so that a wave plans a path.
 
 Each cell's axon holds a 5-bit code, 1 to 31 units of delay; 0 blocks the cell. A plan resets all latches,
 fires the start cell and ends with the goal's first spike; every cell fires once, at t_i = min_j (t_j + D_ij),
@@ -38,7 +38,7 @@ Place = Cell | int  # (row, column) on a grid, a cell's number on a graph
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
-    """codes: int64[rows, columns] or int64[cells] of the chip; rounded: how many delays were rounded."""
+    """Codes that are written to a chip, int64[rows, columns] or int64[cells]; how many were rounded."""
 
     codes: I64
     rounded: int = 0
@@ -46,11 +46,11 @@ class Program:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """One wave; start, goal: numbers of cells, the goal None where there was none.
+    """One wave over a chip.
 
-    arrivals: float64, s, inf where a cell did not fire, and pointers: int8, -1 for none, of the chip's
-    shape; ties: cells that several spikes reached first, together; bus: that spikes leave by; graph: None
-    on a grid.
+    start, goal: numbers of cells, the goal None where there was none; arrivals: s, inf where a cell did not
+    fire, float64 of the chip's shape; pointers: which input came first, -1 for none, int8 of that shape;
+    ties: cells that several spikes reached first together; bus: by which spikes leave; graph: None on a grid.
     """
 
     start: int
@@ -62,9 +62,9 @@ class Plan:
     graph: AxonGraph | None = None
 
     def path(self) -> I64:
-        """Path from start to goal by the pointers: int64[n, 2] on a grid, int64[n] on a graph, start first.
+        """Return the path from start to goal, int64[n, 2] on a grid, int64[n] on a graph, the start first.
 
-        Raises `UnreachableError` where the goal did not fire, `ParameterError` where the plan had none.
+        Raises `UnreachableError` where the goal did not fire, and `ParameterError` where the plan had none.
         """
         if self.goal is None:
             raise ParameterError("plan.goal: none, must be a cell; plan with a goal")
@@ -74,7 +74,7 @@ class Plan:
         return pointer_path(self.pointers, divmod(self.start, columns), divmod(self.goal, columns))
 
     def events(self) -> Events:
-        """Spikes after the bus: times (s), addresses, and how many were dropped."""
+        """Return the spikes after the bus."""
         flat = self.arrivals.ravel()
         fired = np.flatnonzero(np.isfinite(flat))
         return send(self.bus, flat[fired], fired)
@@ -82,7 +82,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class ChipCells:
-    """Cells of transistors: their silicon, the kind of their biases, their devices' area over the usual.
+    """Cells of transistors: their silicon, the kind of their biases, and their devices' area over the usual.
 
     noise: what makes one die's plans differ from each other, nothing unless given.
     """
@@ -96,9 +96,8 @@ class ChipCells:
 class WavefrontChip:
     """A grid of rows x columns cells, or the cells and axons of `graph`.
 
-    Weights of single axons, as of a networkx graph, have no code: a plan takes them as `delays`.
-    cells: what they are made of, None for ideal ones; unit: delay of a unit of code, s; bus: that spikes
-    leave by.
+    cells: what they are made of, None for ideal ones; unit: delay of a unit of code, s; bus: by which spikes
+    leave. Weights of single axons, as of a networkx graph, have no code: a plan takes them as `delays`.
     """
 
     def __init__(
@@ -111,7 +110,7 @@ class WavefrontChip:
         unit: float = UNIT,
         bus: Bus | None = None,
     ) -> None:
-        """Raises `ParameterError` for a chip without cells, or a unit that is not above 0."""
+        """Raise `ParameterError` for a chip without cells, or a unit that is not above 0."""
         if graph is None and (rows < 1 or columns < 1):
             raise ParameterError(
                 f"wavefront_chip.shape: {rows} x {columns}, must be at least 1 x 1; add cells"
@@ -123,13 +122,14 @@ class WavefrontChip:
 
     @cached_property
     def axons(self) -> AxonGraph:
-        """The chip's axons, whose order that of edge delays is."""
+        """The chip's axons, in whose order edges have their delays."""
         return grid_graph(*self.shape) if self.graph is None else self.graph
 
     def program(self, costs: NDArray[np.integer] | F64) -> Program:
-        """Codes of entered costs; a map smaller than the grid stands at its first row and column.
+        """Return the codes of costs; a map smaller than the grid stands at its first row and column.
 
-        Raises `ParameterError` for a map larger than the chip, and a cost that is no whole number of 0 to 31.
+        Raises `ParameterError` for a map larger than the chip, and for a cost that is no whole number of 0 to
+        31.
         """
         costs = np.asarray(costs)
         self._check_size(costs.shape)
@@ -140,9 +140,10 @@ class WavefrontChip:
         return Program(self._placed(costs.astype(np.int64)))
 
     def write(self, learned: F64) -> Program:
-        """Codes of real-valued delays, rounded to the nearest code from 1, halves up; 0 is blocked.
+        """Return the codes of real-valued delays, rounded to the nearest from 1, halves up; 0 is blocked.
 
-        Raises `ParameterError` for a map larger than the chip, and delays below 0 or above 31 when rounded.
+        Raises `ParameterError` for a map larger than the chip, and for delays below 0 or above 31 when
+        rounded.
         """
         learned = np.asarray(learned, dtype=np.float64)
         self._check_size(learned.shape)
@@ -164,9 +165,10 @@ class WavefrontChip:
     ) -> Plan:
         """Reset, fire `start`, and run to the first spike of `goal`, or over the whole chip.
 
-        delays: float64[edges], s, in the place of the cells' own; temperature: degC, or (times s, degC)
-        read at `time`, the silicon's unless given; number: of the plan, which draws its noise. Raises
-        `ParameterError` for a start or goal that is off the chip or blocked, and silicon outside its record.
+        delays: of the edges instead of the cells' own, s, float64[edges]; temperature: degC, or (times s,
+        degC) read at `time`, the silicon's unless given; number: of the plan, which draws its noise. Raises
+        `ParameterError` for a start or goal that is off the chip or blocked, and for silicon outside its
+        record.
         """
         codes = program.codes
         first = self._number(start, "start", codes)

@@ -1,4 +1,4 @@
-"""Event-driven wave in continuous time: when each cell of a plan fires, and which input came first.
+"""A wave of spikes in continuous time: when each cell fires, and which of its inputs came first.
 
 A cell fires once, at t_i = min_j (t_j + D_ij) over its neighbours j, so that the arrivals are Dijkstra's
 distances. Three forms, by what D is: an integer cost of the sender on a grid, a real-valued delay of the
@@ -32,7 +32,7 @@ _I64, _I32, _I8, _F64 = (np.dtype(t) for t in (np.int64, np.int32, np.int8, np.f
 
 
 class Wave(NamedTuple):
-    """Arrivals (float64), pointers (int8), both [rows, columns] or [cells], and the number of ties."""
+    """Arrivals (float64) and pointers (int8), [rows, columns] or [cells], and how many ties there were."""
 
     arrivals: F64
     pointers: I8
@@ -40,7 +40,7 @@ class Wave(NamedTuple):
 
 
 class Waves(NamedTuple):
-    """Arrivals float64[dies, cells], pointers int8[dies, cells] and ties int64[dies]."""
+    """Waves of several dies: arrivals and pointers, [dies, cells], and ties, int64[dies]."""
 
     arrivals: F64
     pointers: I8
@@ -51,7 +51,7 @@ def integer_wave(costs: NDArray[np.integer], start: Cell, goal: Cell | None = No
     """Run a wave over a grid whose delays are integer costs of the sending cell, int[rows, columns].
 
     Costs are 1 to 4095, 0 for a blocked cell; the highest times the number of cells is below 2**31. Arrivals
-    are in units of cost and exact. Takes 17 bytes a cell beside the costs. Raises `ParameterError` for
+    are in units of cost, and exact. It takes 17 bytes a cell beside the costs. Raises `ParameterError` for
     other costs, and where start or goal is off the grid.
     """
     if costs.ndim != 2 or costs.dtype.kind not in "iub":
@@ -70,8 +70,8 @@ def integer_wave(costs: NDArray[np.integer], start: Cell, goal: Cell | None = No
 def real_wave(delays: F64, start: Cell, goal: Cell | None = None) -> Wave:
     """Run a wave over a grid whose delays are those of the sending cell, float64[rows, columns].
 
-    Delays are above 0, inf for a blocked cell; arrivals are in their unit. Takes 29 bytes a cell beside the
-    delays; where the largest is more than 4,000 times the smallest, as `graph_wave`. Raises
+    Delays are above 0, inf for a blocked cell; arrivals are in their unit. It takes 29 bytes a cell beside
+    the delays; where the largest is more than 4,000 times the smallest, it runs as `graph_wave`. Raises
     `ParameterError` for other delays, and where start or goal is off the grid.
     """
     if delays.ndim != 2 or delays.dtype.kind not in "iubf":
@@ -100,11 +100,11 @@ def graph_wave(
     goal: int | None = None,
     blocked: Bools | None = None,
 ) -> Wave:
-    """Run a wave over a graph of n cells with a delay of each axon, float64[edges], in the graph's order.
+    """Run a wave over a graph of n cells with a delay of each axon, in the graph's order.
 
-    Delays are above 0, inf where no spike passes; blocked: bool[n], cells that never fire; arrivals and
-    pointers are [n]. Takes 18 bytes a cell beside the graph and its delays. Raises `ParameterError` for
-    other delays, and for a start or goal that is no cell.
+    delays: above 0, inf where no spike passes, float64[edges]; blocked: cells that never fire, bool[n]. It
+    takes 18 bytes a cell beside the graph and its delays. Raises `ParameterError` for other delays, and for a
+    start or goal that is no cell.
     """
     given = np.ascontiguousarray(delays, _F64)
     waves = _new_waves(1, graph.cells)
@@ -120,7 +120,7 @@ def graph_waves(
     blocked: Bools | None = None,
     threads: int | None = None,
 ) -> Waves:
-    """Run the wave of `graph_wave` on many dies, whose delays are float64[dies, edges].
+    """Run the wave of `graph_wave` on many dies; delays: float64[dies, edges].
 
     threads: how many share the dies, all cores if None; the answer does not depend on it.
     """

@@ -1,4 +1,4 @@
-"""Measurement of the wavefront chip's records with the transistor-level solver.
+"""Measurement of the wavefront chip's records, and of its models' errors on other dies.
 
 Axonal delay element: delays at all codes over temperature, the sink's current and the comparator's, set by
 their gate voltages; then central differences over every device's deviations at codes 1 and 31, from which
@@ -73,7 +73,7 @@ def measure_axon(
     process: Process = AMI_1500,
     grid: AxonGrid = GRID,
 ) -> Record:
-    """Measure the record of an axonal delay element, without errors; takes about a minute on one core.
+    """Measure the record of an axonal delay element, without errors; it takes about a minute on one core.
 
     Raises `ParameterError` for a process whose law the model does not follow.
     """
@@ -142,9 +142,9 @@ def axon_errors(
     process: Process = AMI_1500,
     dies: tuple[int, ...] = HELD_OUT,
 ) -> dict[str, float]:
-    """Relative errors of the model's delays on dies with mismatch and process variation, rms and largest.
+    """Return relative errors of the model's delays on dies that were not measured, rms and largest.
 
-    Both kinds of bias and 0, 27 and 60 degC in turn, at codes 1, 3, 10 and 31.
+    Both kinds of bias and 0, 27 and 60 degC take turns, at codes 1, 3, 10 and 31.
     """
     circuit = circuit or axon_delay.build()
     rows = []
@@ -159,7 +159,7 @@ def axon_errors(
 
 
 def measure_cell() -> Record:
-    """Measure the record of the wavefront cell, without errors; takes half a minute on one core."""
+    """Measure the record of the wavefront cell, without errors; it takes half a minute on one core."""
     parameters, gradient = _cell_gradient()
     return measure_over(_cell_at, cell_circuits(), SHIFTS, {}).extended(
         {"input_delay_gradient": Table((PARAMETER,), gradient)}, {PARAMETER: parameters}
@@ -167,7 +167,7 @@ def measure_cell() -> Record:
 
 
 def cell_errors(data: Record) -> dict[str, float]:
-    """Errors of the input delay and of the window, s, known by temperature and shared shift alone."""
+    """Return errors of the cell's input delay and window, s, known by temperature and shared shift alone."""
     late, wide = [], []
     for k, number in enumerate(HELD_OUT):
         silicon = Silicon(temperature_c=TEMPERATURES[k % len(TEMPERATURES)], die=Die(number=number))

@@ -1,4 +1,4 @@
-"""Behavioural delays of a wavefront chip: each axon's own on a die, at any code, temperature, bias and unit.
+"""Behavioural delays of a wavefront chip's axons on a die, at any code, temperature, bias and unit.
 
 The delay of an axon is a charge over the current of its sink on this die (`chips.wavefront.axon_record`):
 
@@ -70,7 +70,7 @@ from circuits.silicon.silicon import Silicon
 
 
 class AxonDraws(NamedTuple):
-    """Local deviations of n axons, float64[n], of thresholds in V; local: [n, 4], of `LOCAL`."""
+    """Local deviations of n axons, float64[n]; thresholds in V; local: of `LOCAL`, V, [n, 4]."""
 
     sink: F64
     beta: F64  # of the sink, relative
@@ -79,10 +79,10 @@ class AxonDraws(NamedTuple):
 
 
 def axon_model(circuit: Circuit, process: Process = AMI_1500, record: Record | None = None) -> AxonModel:
-    """Model of a lone axonal delay element, its biases those of `circuit`.
+    """Return the model of a lone axonal delay element with the biases of `circuit`.
 
-    Raises `DataError` where the record (the one that is kept unless given) is of another circuit or process,
-    `ParameterError` where the process's law is not the model's.
+    record: the one in force unless given. Raises `DataError` where the record is of another circuit or
+    process, and `ParameterError` where the process's law is not the model's.
     """
     return _model(circuit, circuit, process, record, (), (), 1.0)
 
@@ -96,11 +96,11 @@ def chip_model(
     area: float = 1.0,
     record: Record | None = None,
 ) -> AxonModel:
-    """Model of all axons of a chip of `shape`, (rows, columns) of a grid or (cells,).
+    """Return the model of all axons of a chip of `shape`, (rows, columns) of a grid or (cells,).
 
-    bias_kind: of the axons' currents; unit: nominal delay a unit of the code at 27 degC, s; area: of the
-    drawn devices over the circuit's. Raises as `axon_model`, and `ParameterError` for a unit or an area
-    that is none.
+    bias_kind: of the axons' currents; unit: nominal delay a unit of code at 27 degC, s; area: of the drawn
+    devices over the circuit's. Raises as `axon_model`, and `ParameterError` for a unit or an area that is not
+    above 0 and finite.
     """
     for name, value, symbol in (("unit", unit, "s"), ("area", area, "times the circuit's")):
         if not (np.isfinite(value) and value > 0.0):
@@ -125,7 +125,7 @@ def _model(
 
 
 def axon_draws(model: AxonModel, silicon: Silicon) -> AxonDraws:
-    """Deviations of the model's axons on the silicon's die: those that the transistor level draws."""
+    """Return the deviations of the model's axons on the silicon's die, as the transistor level draws them."""
     place: Path = ((model.circuit.name, ()), *((name, model.shape) for name in model.prefix))
     d = on_die(model.axon, silicon.of_area(model.area), (SINK, *LOCAL, TAIL), place).flat()
     local = np.stack([d.fet[name].v_t0 for name in LOCAL], axis=-1)
@@ -135,9 +135,9 @@ def axon_draws(model: AxonModel, silicon: Silicon) -> AxonDraws:
 def axon_delays(
     model: AxonModel, silicon: Silicon, codes: NDArray[np.integer], draws: AxonDraws | None = None
 ) -> F64:
-    """Delays of all axons, s, of the shape of `codes`; inf at code 0, where a cell is blocked.
+    """Return the delays of all axons, s, in the shape of `codes`, inf at code 0, where a cell is blocked.
 
-    codes: integers of the model's shape, or flat; draws: of the silicon's die, drawn unless given: they
+    codes: integers of the model's shape, or flat; draws: of the silicon's die, drawn unless given, which
     serve at every temperature. Raises `ParameterError` outside the record (temperature, current, shifts), and
     for a code that is none.
     """
@@ -157,20 +157,20 @@ def edge_delays(
     unit: float = UNIT,
     area: float = 1.0,
 ) -> F64:
-    """Delay of every edge of a chip, float64[edges], s: the sender's axon and the receiver's input.
+    """Return the delay of every edge of a chip, s, float64[edges]: its sender's axon and receiver's input.
 
-    codes: int64[n] of the sending cells; an edge from a blocked cell (0) has an infinite delay. Others as in
-    `chip_model`. Raises `ParameterError` outside the record.
+    codes: of the sending cells, int64[n]; an edge from a blocked cell (0) has an infinite delay. The other
+    arguments are those of `chip_model`. Raises `ParameterError` outside the record.
     """
     model = chip_model(graph_shape(graph), silicon.process, bias_kind=bias_kind, unit=unit, area=area)
     return np.asarray(dies_delays(model, silicon, codes, (silicon.die,))[0][graph.sources()])
 
 
 def dies_delays(model: AxonModel, silicon: Silicon, codes: NDArray[np.integer], dies: Sequence[Die]) -> F64:
-    """Delay of every cell's axon and the input that it reaches on several dies, float64[dies, n], s.
+    """Return the delay of every cell's axon, with the input that it reaches, on several dies.
 
-    silicon: process and temperature; of an `AxonGraph` the edges have the delays `[:, graph.sources()]`.
-    Raises as `axon_delays`.
+    The array is float64[dies, n], s; edges of an `AxonGraph` have `[:, graph.sources()]`. silicon: process
+    and temperature. Raises as `axon_delays`.
     """
     flat = _checked_codes(model, codes)
     tables = axon_tables(model, silicon)
@@ -185,22 +185,22 @@ def dies_delays(model: AxonModel, silicon: Silicon, codes: NDArray[np.integer], 
 
 
 def graph_shape(graph: AxonGraph) -> tuple[int, ...]:
-    """Shape of the arrays of cells and axons on the chip of a graph."""
+    """Return the shape of the arrays of cells and axons on the chip of a graph."""
     return (graph.cells,) if graph.shape is None else graph.shape
 
 
 def input_delay(silicon: Silicon) -> float:
-    """From an axon's step to the firing of the cell that it reaches, s: an nFET branch and four gates."""
+    """Return the time from an axon's step to the firing of the cell that it reaches, s."""
     return _at_shifts(_input_table(silicon.process, silicon.temperature_c), process_shifts(silicon))
 
 
 def cell_circuits() -> tuple[Circuit, ...]:
-    """What the wavefront cell's record is of."""
+    """Return what the wavefront cell's record is measured from."""
     return (wavefront_cell.build(),)
 
 
 def cell_record(process: Process) -> Record:
-    """The wavefront cell's record, which must be of today's circuit; else `DataError`."""
+    """Return the wavefront cell's record; raises `DataError` unless it is of this circuit and process."""
     like = AMI_1500
     plain = replace(process, pair_a_vt=like.pair_a_vt, pair_a_beta=like.pair_a_beta, variation=like.variation)
     return tables_of("wavefront_cell", cell_circuits, plain)

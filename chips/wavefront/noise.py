@@ -1,4 +1,4 @@
-"""Jitter of the wavefront chip's axons: why the same die does not plan alike twice where two ways are close.
+"""Jitter of the wavefront chip's axons: why one die may plan two ways that are almost equally long.
 
 An axon's delay D is a charge over the current I of its sink: shot noise moves it by `sqrt(phi q D / I)`, the
 sink's flicker by `D psi kappa dV_T0 / U_T`, the mean of its threshold's wander over D; phi and psi
@@ -27,9 +27,9 @@ from circuits.solver.noise.transient import noise_keys, noise_place
 
 
 def axon_jitter(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconNoise, number: int) -> F64:
-    """What is added to the axons' delays in plan `number`, float64[n], s; 0 for a blocked one.
+    """Return what is added to the axons' delays in plan `number`, s, float64[n], 0 for a blocked one.
 
-    delays: float64[n], s, inf where blocked.
+    delays: s, inf where blocked, float64[n]. Raises `ParameterError` for a number below 0.
     """
     if number < 0:
         raise ParameterError(f"plan.number: {number}, must be at least 0; count the plans")
@@ -45,7 +45,7 @@ def axon_jitter(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconN
 
 
 def axon_spread(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconNoise) -> F64:
-    """Standard deviation of each axon's delay, white and flicker, float64[n], s; 0 for a blocked one."""
+    """Return the standard deviation of each axon's delay, s, float64[n], 0 for a blocked one."""
     open_ = np.isfinite(delays)
     if not open_.any():
         return np.zeros(delays.size)
@@ -59,7 +59,7 @@ def axon_spread(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconN
 
 
 def sink_currents(model: AxonModel, silicon: Silicon) -> tuple[F64, F64]:
-    """Current and specific current of each axon's sink on this die, float64[n], A."""
+    """Return current and specific current of each axon's sink on this die, A, float64[n]."""
     c = conditions(axon_tables(model, silicon), silicon, process_shifts(silicon))
     draws = axon_draws(model, silicon)
     specific = c.specific_current * (1.0 + draws.beta)

@@ -1,4 +1,4 @@
-"""The paper's own read-out of a path from the AER table, and its second pass (Hwu et al. 2018, section II.C).
+"""The read-out of a path from the AER table that Hwu et al. (2018) describe, and its second pass.
 
 "From the goal, the list was searched for the most recent spike from a neuron whose location was adjacent to
 the goal location. If more than one spike met this criterion, the neuron whose location corresponded to the
@@ -35,7 +35,10 @@ ON_PATH, ELSEWHERE = 1, 20  # costs of the second pass's map
 
 @dataclass(frozen=True, slots=True)
 class TwoPasses:
-    """Table of spikes of the first pass, and paths int64[n, 2] of both; the second path is the answer."""
+    """Table of the first pass's spikes, and the paths of both passes, int64[n, 2].
+
+    The second is the answer.
+    """
 
     first_table: SpikeTable
     first_path: I64
@@ -43,9 +46,9 @@ class TwoPasses:
 
 
 def plan_in_two_passes(costs: NDArray[np.integer], start: Cell, goal: Cell) -> TwoPasses:
-    """Plan on a map int[rows, columns] as the paper does, 0 for blocked.
+    """Plan on a map, int[rows, columns] with 0 for blocked, as the paper does.
 
-    Raises `UnreachableError` where the goal never fires, in `run_spikes`' limit of steps.
+    Raises `UnreachableError` where the goal never fires within the limit of steps of `run_spikes`.
     """
     first = run_spikes(costs, start, goal)
     path = walk(first, costs, start, goal)
@@ -55,14 +58,14 @@ def plan_in_two_passes(costs: NDArray[np.integer], start: Cell, goal: Cell) -> T
 
 
 def second_map(costs: NDArray[np.integer], path: I64) -> I64:
-    """Map of the second pass, int64[rows, columns]: 1 on the path, 20 elsewhere, 0 where it was blocked."""
+    """Return the second pass's map: 1 on the path, 20 elsewhere, 0 where blocked, int64[rows, columns]."""
     again = np.where(np.asarray(costs) > 0, ELSEWHERE, 0)
     again[path[:, 0], path[:, 1]] = ON_PATH
     return again.astype(np.int64)
 
 
 def walk(table: SpikeTable, costs: NDArray[np.integer], start: Cell, goal: Cell) -> I64:
-    """Path from start to goal, int64[n, 2], by the most recent spikes of adjacent neurons.
+    """Return the path from start to goal by the most recent spikes of adjacent neurons, int64[n, 2].
 
     Raises `UnreachableError` where the goal has no spike, and `DataError` where a spike has none before it.
     """

@@ -1,4 +1,4 @@
-"""The wavefront chip as a part of a running system: a start in, spikes out as the wave reaches cells.
+"""The wavefront chip as a part of a running system: a start goes in, spikes of the wave come out.
 
 An event on `start[k]` resets the chip and fires cell k, its number in the chip's order; from then on
 `fired[k]` comes as the spikes leave the bus, until the goal has fired, where there is one. A wave is
@@ -20,7 +20,11 @@ from circuits.devices.source import Polyline
 
 @dataclass(frozen=True, slots=True)
 class WaveState:
-    """time: s; due: spikes to come, in order; waves: how many have been started; dropped: by the bus."""
+    """State of a wavefront chip in a loop.
+
+    time: reached, s; due: spikes to come, in order; waves: how many were started; dropped: spikes, by the
+    bus.
+    """
 
     time: float
     due: tuple[Event, ...] = ()
@@ -29,7 +33,10 @@ class WaveState:
 
 
 class WavefrontPart:
-    """A chip with a program; goal: a cell at which every wave ends, none unless given."""
+    """A wavefront chip with a program, in a loop.
+
+    goal: a cell at which every wave ends, none unless given.
+    """
 
     analog: tuple[str, ...] = ()
 
@@ -41,22 +48,25 @@ class WavefrontPart:
         temperature: float | Polyline | None = None,
         path: str = "wavefront_chip",
     ) -> None:
-        """temperature: as of `WavefrontChip.plan`, read at each start."""
+        """Take a chip and its program.
+
+        temperature: as of `WavefrontChip.plan`, read at each start; path: named in errors.
+        """
         self.chip, self.program, self.goal, self.temperature = chip, program, goal, temperature
         self.path = path
 
     def begin(self, time: float = 0.0) -> WaveState:
-        """Reset at `time` s."""
+        """Return the state after a reset at `time` s."""
         return WaveState(time)
 
     def next_time(self, state: WaveState) -> float:
-        """The next spike, s; inf where no wave runs."""
+        """Return the time of the next spike, s, inf where no wave runs."""
         return next_due(state)
 
     def advance(
         self, state: WaveState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[WaveState, float, Output]:
-        """Advance to `until` (s) or to the first spike; those of one moment come together."""
+        """Advance to `until` s or to the first spike; spikes of one moment come together."""
         for port, time in sorted(events, key=lambda e: e[1]):
             state = self._started(state, port, time)
         return tell(state, until)

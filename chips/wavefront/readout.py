@@ -1,4 +1,4 @@
-"""Read-out of a path from a wave: first-arrival pointers, a causal walk, and the paper's own walk.
+"""Read-out of a path from a wave: by pointers of first arrivals, or by a causal walk over the spikes.
 
 - Pointers: each cell's latch has kept which of its inputs came first. The path is followed from the goal
   back; no list of events is needed.
@@ -34,14 +34,14 @@ class UnreachableError(ParameterError):
 
 
 def unreachable(start: object, goal: object) -> UnreachableError:
-    """The error for a goal that no spike reached."""
+    """Return the error for a goal that no spike reached."""
     return UnreachableError(
         f"plan.goal: {goal} has no spike from {start}, must be reachable; unblock a way, or choose another"
     )
 
 
 def pointer_path(pointers: I8, start: Cell, goal: Cell) -> I64:
-    """Path by the pointers int8[rows, columns] of a wave over a grid, int64[n, 2].
+    """Return the path by the pointers of a wave over a grid, int64[n, 2]; pointers: int8[rows, columns].
 
     Raises `UnreachableError` where the goal has not fired.
     """
@@ -56,7 +56,10 @@ def pointer_path(pointers: I8, start: Cell, goal: Cell) -> I64:
 
 
 def pointer_nodes(graph: AxonGraph, pointers: I8, start: int, goal: int) -> I64:
-    """Path by the pointers int8[n] of a wave over a graph, int64[n]; raises `UnreachableError`."""
+    """Return the path by the pointers of a wave over a graph, int64[n]; pointers: int8[n].
+
+    Raises `UnreachableError` where the goal has not fired.
+    """
     predecessors = graph.predecessors(pointers)
 
     def before(cell: int) -> int | None:
@@ -68,19 +71,18 @@ def pointer_nodes(graph: AxonGraph, pointers: I8, start: int, goal: int) -> I64:
 
 
 def spike_times(times: F64, addresses: I64, cells: int) -> F64:
-    """First spike of each cell in a list of events, float64[cells], s; inf where there is none."""
+    """Return the first spike of each cell in a list of events, s, float64[cells], inf where there is none."""
     first = np.full(cells, np.inf)
     np.minimum.at(first, addresses, times)
     return first
 
 
 def causal_path(times: F64, delays: F64, start: Cell, goal: Cell, tolerance: float = 0.0) -> I64:
-    """Path by a causal walk over a grid, int64[n, 2].
+    """Return the path by a causal walk over a grid, int64[n, 2].
 
-    times: float64[rows, columns] of first spikes, inf for none; delays: float64[rows, columns] of the sending
-    cells, in the same unit; tolerance: of t_j + D_j against t_i, in that unit, beside 1e-9 of t_i.
-
-    Raises `UnreachableError` where the goal has no spike, and `DataError` where a spike has no cause.
+    times: of first spikes, inf for none, float64[rows, columns]; delays: of the sending cells in the same
+    unit, float64[rows, columns]; tolerance: of t_j + D_j against t_i in that unit, beside 1e-9 of t_i. Raises
+    `UnreachableError` where the goal has no spike, and `DataError` where a spike has no cause.
     """
     rows, columns = times.shape
 
@@ -99,9 +101,10 @@ def causal_path(times: F64, delays: F64, start: Cell, goal: Cell, tolerance: flo
 def causal_nodes(
     graph: AxonGraph, times: F64, delays: F64, start: int, goal: int, tolerance: float = 0.0
 ) -> I64:
-    """Path by a causal walk over a graph whose axons have the delays float64[edges], int64[n].
+    """Return the path by a causal walk over a graph whose axons have delays of their own, int64[n].
 
-    The others as in `causal_path`; of several causes as near in time the lowest input counts.
+    delays: float64[edges]; the other arguments are those of `causal_path`. Of several causes that are as near
+    in time the lowest input counts.
     """
     order = np.lexsort((graph.inputs, graph.targets))
     sources, into = graph.sources()[order], delays[order]

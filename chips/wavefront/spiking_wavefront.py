@@ -1,4 +1,4 @@
-"""The discrete wavefront model of Hwu et al. 2018, equations (1) to (5), step for step.
+"""The discrete spiking wavefront model of Hwu et al. (2018), equations (1) to (5), step for step.
 
     v_i(t+1) = u_i(t) + I_i(t)                                  (1)
     u_i(t+1) = min(u_i(t) + 1, 0)                               (2)
@@ -47,7 +47,7 @@ _compiled = compiled()
 
 @dataclass(frozen=True, slots=True)
 class SpikeTable:
-    """The AER table: neuron row * columns + column and time step of each spike, in order; int64[m] each.
+    """The AER table: neuron row * columns + column, and time step, of each spike in order, int64[m] each.
 
     shape: (rows, columns); last: the last step that was run.
     """
@@ -58,25 +58,25 @@ class SpikeTable:
     last: int
 
     def first_spikes(self) -> F64:
-        """First step of each neuron, float64[rows, columns]; inf where it never fired."""
+        """Return the first step of each neuron's spikes, float64[rows, columns], inf where it never fired."""
         first = np.full(self.shape[0] * self.shape[1], np.inf)
         np.minimum.at(first, self.neurons, self.steps.astype(np.float64))
         return first.reshape(self.shape)
 
     def counts(self) -> I64:
-        """Number of spikes of each neuron, int64[rows, columns]."""
+        """Return how many spikes each neuron has, int64[rows, columns]."""
         return np.bincount(self.neurons, minlength=self.shape[0] * self.shape[1]).reshape(self.shape)
 
 
 def initial_delays(rows: int, columns: int) -> F64:
-    """Delays before any learning, float64[rows, columns]."""
+    """Return the delays before any learning, float64[rows, columns]."""
     return np.full((rows, columns), FIRST_DELAY)
 
 
 def learn(delays: F64, values: NDArray[np.integer] | F64, rate: float = 1.0) -> F64:
-    """Equation (5) once: delays moved towards the map's values by `rate`, 0 to 1; all [rows, columns].
+    """Apply equation (5) once: delays are moved towards the map's values by `rate`, 0 to 1.
 
-    Raises `ParameterError` for another rate.
+    All arrays are [rows, columns]. Raises `ParameterError` for another rate.
     """
     if not 0.0 <= rate <= 1.0:
         raise ParameterError(f"learn.rate: {rate:g}, must be 0 to 1; 1 learns a value at once")

@@ -1,4 +1,4 @@
-"""Compiled wave on any graph of axons, each with a delay of its own: t_i = min_j (t_j + D_ij).
+"""Compiled wave on any graph, each of whose axons has a delay of its own.
 
 A cell waits twice: until its time is final, and then until its first spike arrives somewhere. Both queues
 have buckets narrower than the smallest delay. In a bucket that is due all spikes are delivered first; then

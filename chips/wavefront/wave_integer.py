@@ -1,4 +1,4 @@
-"""Compiled wave on an ideal grid: the delay of a cell's axon is the integer cost of the cell.
+"""Compiled wave on a grid whose delays are integer costs of the sending cells.
 
 t_i = min_j (t_j + D_j). The delay belongs to the sender, so the first spike that reaches a cell is the one
 that fires it: each cell enters the queue once, at t_j + D_j, and no entry ever moves. Buckets are linked

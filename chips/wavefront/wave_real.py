@@ -1,4 +1,4 @@
-"""Compiled wave on a grid with real-valued delays: the delay of a cell's axon belongs to the sending cell.
+"""Compiled wave on a grid whose delays are real numbers that belong to the sending cells.
 
 t_i = min_j (t_j + D_j), by buckets of spikes under way. A bucket is narrower than the smallest delay, so
 that no cell which fires in it sends a spike into the same bucket; all of its deliveries are made first, and

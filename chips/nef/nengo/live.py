@@ -1,4 +1,4 @@
-"""Nodes and probes of a nengo network that runs on the chip: Python, a step of 1 ms at a time."""
+"""Nodes and probes of a nengo network while it runs on the chip, called in Python every millisecond."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Live:
         self.probes = {p: self._probe(p, plan) for p in network.all_probes}
 
     def step(self, t: float) -> None:
-        """Call nodes, set what they give, and go on by a step."""
+        """Call the nodes, set what they give, and go on by a step."""
         for node in self.order:
             given = np.zeros(node.size_in)
             for link in self.links[node]:
@@ -106,7 +106,7 @@ def _reader(run: Simulation, name: str) -> Callable[[], F64]:
 
 
 def size_of_probe(p: Any) -> int:
-    """How many numbers a probe sees."""
+    """Return how many numbers a probe sees."""
     return len(np.arange(p.obj.size_out)[slice_of_probe(p)])
 
 

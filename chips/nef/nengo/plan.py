@@ -1,4 +1,4 @@
-"""A nengo network in the chip's terms: what runs on neurons, and what stays in Python."""
+"""A nengo network in the chip's terms: what of it runs on neurons, and what stays in Python."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from circuits.errors import ParameterError
 
 
 class Plan:
-    """A nengo network in our terms, and what stays in Python."""
+    """A nengo network in the chip's terms, and what of it stays in Python."""
 
     def __init__(self, network: nengo.Network, seed: int) -> None:
         self.source = network
@@ -41,7 +41,7 @@ class Plan:
             self._probe(p, f"probe {k}")
 
     def network(self) -> Network:
-        """What runs on neurons."""
+        """Return what runs on neurons."""
         return Network(self.ensembles, tuple(self.nodes), tuple(self.connections), tuple(self.probes))
 
     def _ensemble(self, e: Any) -> Ensemble:
@@ -193,12 +193,15 @@ def _ensemble_of(end: Any) -> Any:
 
 
 def slice_of_probe(p: Any) -> Any:
-    """What a probe sees of its target."""
+    """Return what a probe sees of its target."""
     return slice(None) if p.slice is None else p.slice
 
 
 def matrix_of(c: Any, label: str) -> F64:
-    """A connection's transform with its slice at the end, float64[size of post, size of what comes]."""
+    """Return a connection's transform with its slice at the end.
+
+    It is float64[size of post, size of what comes]; label: what errors call the connection.
+    """
     if not isinstance(c.transform, nengo.Dense | nengo.transforms.NoTransform):
         raise ParameterError(f"{label}.transform: {type(c.transform).__name__}, must be dense")
     if isinstance(c.transform, nengo.Dense) and isinstance(c.transform.init, Distribution):
@@ -208,7 +211,7 @@ def matrix_of(c: Any, label: str) -> F64:
 
 
 def tau_of(synapse: Any, label: str) -> float:
-    """Time constant of a synapse, s, 0 for none."""
+    """Return the time constant of a synapse, s, 0 for none; label: what errors call its connection."""
     if synapse is None:
         return 0.0
     if type(synapse) is not nengo.Lowpass:

@@ -1,4 +1,4 @@
-"""nengo networks on the NEF chip: `Simulator` with nengo's interface; it and its parts alone import nengo.
+"""`Simulator`, with the interface of nengo's own, which runs a nengo network on the NEF chip.
 
 An unmodified `nengo.Network` is put on our neurons: encoders, intercepts, highest rates and evaluation points
 are drawn by nengo's rules from its seeds, decoders solved by each connection's own solver from the curves
@@ -32,11 +32,11 @@ NOMINAL_CHIP = NefChip()
 
 
 class Simulator:
-    """A network in time.
+    """A nengo network in time, on a chip.
 
-    network: nengo.Network; dt: 1 ms; seed: in the place of the network's; progress_bar: taken as nengo's and
-    not drawn; chip: what it runs on, None for an ideal die; temperature_c: degC, where the chip is calibrated
-    and runs. `data[probe]`: float64[samples, size].
+    network: nengo.Network; dt: must be 1 ms; seed: instead of the network's; progress_bar: taken as nengo's
+    and not drawn; chip: what it runs on, None for an ideal die; temperature_c: where the chip is calibrated
+    and runs, degC. `data[probe]` is float64[samples, size].
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Simulator:
 
     @property
     def counters(self) -> dict[str, int]:
-        """The chip's: spikes, those dropped, those that waited, and what converters clipped."""
+        """Return the chip's counts: spikes, those dropped, those that waited, and what converters clipped."""
         return self._run.counters
 
     def reset(self, seed: int | None = None) -> None:
@@ -99,7 +99,7 @@ class Simulator:
         self._samples = {p: [] for p in self._network.all_probes}
 
     def close(self) -> None:
-        """Refuse to run on."""
+        """Refuse to run on from here."""
         self.closed = True
 
     def run(self, time_in_seconds: float, progress_bar: object = None) -> None:
@@ -109,7 +109,7 @@ class Simulator:
         self.run_steps(round(time_in_seconds / self.dt))
 
     def run_steps(self, steps: int, progress_bar: object = None) -> None:
-        """Take steps."""
+        """Take so many steps."""
         for _ in range(steps):
             self.step()
 
@@ -126,7 +126,7 @@ class Simulator:
                 self._samples[probe].append(value)
 
     def trange(self, sample_every: float | None = None) -> F64:
-        """Times of the samples, s."""
+        """Return the times of the samples, s; sample_every: s."""
         every = 1.0 if sample_every is None else sample_every / self.dt
         steps = np.arange(1, self.n_steps + 1)
         return np.asarray(self.dt * steps[steps % every < 1.0])

@@ -1,1 +1,1 @@
-"""Networks of the Neural Engineering Framework: description, decoders, and a run on ideal neurons."""
+"""Networks of the Neural Engineering Framework: their description, decoders, and runs on ideal neurons."""

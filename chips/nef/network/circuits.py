@@ -1,4 +1,4 @@
-"""Circuits of ensembles that Stöckel 2017 builds brains from: basal ganglia and oscillator.
+"""Circuits of ensembles that Stöckel (2017) builds brains from: basal ganglia and an oscillator.
 
 Basal ganglia select the action of the largest salience (Stewart, Choo and Eliasmith 2010, after Gurney,
 Prescott and Redgrave 2001): D1 and D2 neurons of the striatum and the subthalamic nucleus get saliences, the
@@ -32,7 +32,7 @@ QUIET = 50.0  # the same where inputs stay in the radius, which excite by less t
 
 
 def basal_ganglia(name: str, actions: int, neurons: int) -> Network:
-    """Selection among actions, `neurons` an action in each of five nuclei."""
+    """Return a network that selects among actions, with `neurons` an action in each of five nuclei."""
 
     def nucleus(part: str, threshold: float) -> EnsembleArray:
         each = Ensemble(
@@ -65,7 +65,7 @@ def basal_ganglia(name: str, actions: int, neurons: int) -> Network:
 def saliences(
     pre: str, name: str, transform: ArrayLike, synapse: float, function: Function | None = None
 ) -> tuple[Connection, ...]:
-    """What tells the basal ganglia `name` how salient actions are: transform from `pre` to all actions."""
+    """Return what tells the basal ganglia `name` how salient actions are, a transform of `pre`."""
     given = np.asarray(transform, dtype=float)
     return tuple(
         Connection(pre, f"{name}.{part}", function, weight * given, synapse)
@@ -74,19 +74,19 @@ def saliences(
 
 
 def unless_selected(name: str, action: int, actions: int, post: str) -> Connection:
-    """Silence the neurons of `post` unless the basal ganglia `name` select this action."""
+    """Return what silences the neurons of `post` unless the basal ganglia `name` select this action."""
     only = np.zeros((1, actions))
     only[0, action] = -QUIET / -GPI
     return Connection(f"{name}.gpi", Neurons(post), above(GPI), only, INHIBITS)
 
 
 def above(threshold: float) -> Function:
-    """max(0, x - threshold)."""
+    """Return the function max(0, x - threshold)."""
     return lambda x: np.maximum(x - threshold, 0.0)
 
 
 def oscillator(name: str, neurons: int, frequency: float) -> Network:
-    """A vector that turns on the unit circle, frequency in Hz."""
+    """Return a network whose vector turns on the unit circle; frequency: Hz."""
     turn = 2.0 * math.pi * frequency * np.array([[0.0, -1.0], [1.0, 0.0]])
 
     def back(x: F64) -> F64:

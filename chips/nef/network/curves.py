@@ -1,4 +1,4 @@
-"""Tuning curves: the rate of each neuron as a function of its input current.
+"""Tuning curves: the firing rate of each neuron as a function of its input current.
 
 The leaky integrate-and-fire neuron of Stöckel 2017, section II.B,
 
@@ -23,32 +23,36 @@ _SLOWEST = 1e-9  # Hz, so that nothing is divided by 0
 
 
 class Curves(Protocol):
-    """Rates of a population; neurons are numbered from 0. A current of 1 is an ideal neuron's threshold."""
+    """Tuning curves of neurons, which are numbered from 0; a current of 1 is an ideal neuron's threshold."""
 
     def rates(self, first: int, current: F64) -> F64:
-        """Rates, Hz, of neurons from `first` on at currents, float64[points, neurons]."""
+        """Return the rates of neurons from `first` on, Hz; current: float64[points, neurons]."""
 
     def currents(self, first: int, rate: F64) -> F64:
-        """Currents at which neurons from `first` on fire at rates, float64[neurons], Hz; 0 Hz: threshold."""
+        """Return the currents at which neurons from `first` on fire at rates, float64[neurons].
+
+        rate: Hz, float64[neurons]; 0 Hz stands for the threshold.
+        """
 
 
 @dataclass(frozen=True, slots=True)
 class IdealCurves:
-    """Every neuron alike: time constant of the membrane and refractory period, s."""
+    """Curves of leaky integrate-and-fire neurons that are all alike: membrane and refractory period, s."""
 
     tau_rc: float = TAU_RC
     tau_ref: float = TAU_REF
 
     def rates(self, first: int, current: F64) -> F64:
-        """Rates, Hz, of neurons from `first` on at currents, float64[points, neurons]."""
+        """Return the rates of neurons from `first` on, Hz; current: float64[points, neurons]."""
         above = np.maximum(current, 1.0 + 1e-15)
         rate = 1.0 / (self.tau_ref - self.tau_rc * np.log1p(-1.0 / above))
         return np.where(current > 1.0, rate, 0.0)
 
     def currents(self, first: int, rate: F64) -> F64:
-        """Currents at which neurons from `first` on fire at rates, float64[neurons], Hz; threshold at 0 Hz.
+        """Return the currents at which neurons from `first` on fire at rates, float64[neurons].
 
-        NaN beyond 1 / tau_ref, which no current reaches.
+        rate: Hz, float64[neurons]; 0 Hz stands for the threshold. The current is NaN beyond 1 / tau_ref,
+        which no current reaches.
         """
         charging = 1.0 / np.maximum(rate, _SLOWEST) - self.tau_ref
         reached = charging > 0.0

@@ -1,4 +1,4 @@
-"""Compiled loop of a network of spiking neurons, factored into decoders and encoders.
+"""Compiled run of a network of ideal spiking neurons, whose weights are factored in decoders and encoders.
 
 A time step of `DT`: lanes low-pass what spikes and nodes have put on them, y += (raw - y)(1 - e^(-DT / tau)),
 and add up in slots; encoders make currents of slots; neurons take a step; each spike puts its decoders, over
@@ -23,13 +23,13 @@ _compiled = compiled()
 
 
 class Net(NamedTuple):
-    """A network. Populations p have neurons begin[p]:begin[p + 1] and slots slot[p]:slot[p + 1].
+    """A network: population p has neurons begin[p]:begin[p + 1] and slots slot[p]:slot[p + 1].
 
-    bias: float64[neurons]; row: int64[slots], where a slot's encoders begin in `encoder`, a number a neuron
-    of its population; lane: int64[populations + 1], where a population's lanes begin in `reaches`, which has
-    lanes; decoder: float64, neuron after neuron, a number a lane, over DT; block: int64[populations], where
-    its decoders begin; keep: float64[lanes], e^(-DT / tau); goes: int64[lanes], slot, or -1; tau_rc and
-    tau_ref: s.
+    bias: float64[neurons]; row: where a slot's encoders begin in `encoder`, a number a neuron of its
+    population, int64[slots]; lane: where a population's lanes begin in `reaches`, which has lanes,
+    int64[populations + 1]; decoder: neuron after neuron, a number a lane, over DT, float64; block: where a
+    population's decoders begin, int64[populations]; keep: e^(-DT / tau), float64[lanes]; goes: slot of a
+    lane, or -1, int64[lanes]; tau_rc, tau_ref: s.
     """
 
     begin: I64
@@ -50,9 +50,10 @@ class Net(NamedTuple):
 class State(NamedTuple):
     """State of a network, overwritten in place.
 
-    u, rest: float64[neurons], membrane and what is left of the refractory period in s at the beginning of
-    the step; current: float64[neurons]; fired: int64[neurons], scratch; spikes: int64[neurons], since the
-    start; held, raw, y: float64[lanes], what nodes add, what spikes have added, low-passed; x: slots.
+    u, rest: membrane, and what is left of the refractory period at the beginning of the step, s,
+    float64[neurons]; current: float64[neurons]; fired: working space, spikes: since the start,
+    int64[neurons]; held, raw, y: what nodes add, what spikes have added, and both low-passed, float64[lanes];
+    x: float64[slots].
     """
 
     u: F64
@@ -67,7 +68,7 @@ class State(NamedTuple):
 
 
 def new_state(net: Net) -> State:
-    """A network at rest."""
+    """Return a network at rest."""
     neurons, lanes = len(net.bias), len(net.keep)
     return State(
         np.zeros(neurons), np.zeros(neurons), np.zeros(neurons), np.zeros(neurons, dtype=np.int64),
@@ -78,7 +79,7 @@ def new_state(net: Net) -> State:
 
 @_compiled
 def advance(n: Net, s: State, steps: int) -> None:
-    """Take time steps."""
+    """Take time steps of `DT`."""
     for _ in range(steps):
         collect(n, s)
         for p in range(n.begin.size - 1):
@@ -102,7 +103,7 @@ def collect(n: Net, s: State) -> None:
 
 @_compiled
 def encode(n: Net, s: State, p: int) -> None:
-    """Currents of a population: its slots' encoders times their values, and the bias."""
+    """Fill the currents of population p: its slots' encoders times their values, and the bias."""
     first, count = n.begin[p], n.begin[p + 1] - n.begin[p]
     current = s.current[first : first + count]
     bias = n.bias[first : first + count]
@@ -119,7 +120,7 @@ def encode(n: Net, s: State, p: int) -> None:
 def update(
     u: F64, rest: F64, current: F64, fired: I64, begin: int, end: int, tau_rc: float, tau_ref: float
 ) -> int:
-    """Step neurons begin:end; fills `fired` with the numbers of those that fire, and returns how many."""
+    """Step neurons begin:end; fill `fired` with the numbers of those that fire, and return how many."""
     count = end - begin
     v, r, j = u[begin:end], rest[begin:end], current[begin:end]
     scale = 1.0 / tau_rc
@@ -143,7 +144,7 @@ def update(
 
 @_compiled
 def decode(n: Net, s: State, p: int, fired: int) -> None:
-    """Put the decoders of a population's spikes on its lanes."""
+    """Put the decoders of spikes of population p on its lanes."""
     first, lane, count = n.begin[p], n.lane[p], n.lane[p + 1] - n.lane[p]
     for k in range(fired):
         i = s.fired[k]

@@ -1,4 +1,4 @@
-"""Working memory that can be stopped, and a state machine (Stöckel 2017, Figures 3 and 5).
+"""Networks of a working memory that can be stopped, and of a state machine (Stöckel 2017).
 
 Memory: `stored` integrates the `difference` between what is to be learnt and what is stored, and holds it
 while the neurons of the difference are silent:
@@ -60,8 +60,8 @@ class MemorySize:
 class StateSize:
     """Neurons of a state machine's parts.
 
-    state: old and current each; gate: both gates each; trigger: it and its inversion each; active, inactive:
-    hysteresis and inversion, a state.
+    state: of the old and of the current state each; gate: of both gates each; trigger: of it and its
+    inversion each; active, inactive: of hysteresis and inversion, a state.
     """
 
     state: int
@@ -72,7 +72,10 @@ class StateSize:
 
 
 def memory(name: str, dimensions: int, size: MemorySize) -> Network:
-    """A memory: `name.stored`, `name.difference` (to which the input goes), `name.done`."""
+    """Return a memory with the parts `name.stored`, `name.difference` and `name.done`.
+
+    The input goes to the difference.
+    """
     stored, difference, done = f"{name}.stored", f"{name}.difference", f"{name}.done"
     return Network(
         (
@@ -107,34 +110,37 @@ def _holding(stored: str, dimensions: int, size: MemorySize) -> Connection:
 
 
 def near(distance: float) -> Function:
-    """1 at 0, 0.5 at a length of `distance`, negative beyond: a parabola, which neurons can decode."""
+    """Return a function of a length that is 1 at 0, 0.5 at `distance` and negative beyond.
+
+    It is a parabola, which neurons can decode.
+    """
     return lambda x: 1.0 - 0.5 * (x**2).sum(axis=1, keepdims=True) / distance**2
 
 
 def threshold_neurons(name: str, neurons: int, threshold: float = 0.4) -> Ensemble:
-    """Neurons that are silent below a threshold, so that what they tell is exactly 0 there."""
+    """Return neurons that are silent below a threshold, so that what they tell is exactly 0 there."""
     return Ensemble(name, neurons, radius=1.2, intercepts=(threshold / 1.2, 0.7), encoders=((1.0,),))
 
 
 def is_above(threshold: float) -> Function:
-    """1 above the threshold, else 0."""
+    """Return a function that is 1 above the threshold, else 0."""
     return lambda x: np.where(x > threshold, 1.0, 0.0)
 
 
 def states(count: int) -> F64:
-    """Points of the states, float64[count, 2]."""
+    """Return the points of the states, float64[count, 2]."""
     angle = 2.0 * math.pi * np.arange(count) / count
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def choice(x: F64, points: F64) -> F64:
-    """Share of each state, float64[n, d] -> float64[n, states]: 1 for the nearest, softly."""
+    """Return the share of each state, softly 1 for the nearest, float64[n, states]; x: float64[n, d]."""
     weight = np.exp(STEEPNESS * (np.einsum("nd,sd->ns", x, points)))
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
 def apart(count: int) -> F64:
-    """Points of states equally far from each other, unit vectors: a simplex, float64[count, count - 1]."""
+    """Return unit vectors equally far from each other for states, a simplex, float64[count, count - 1]."""
     away = np.eye(count) - 1.0 / count
     flat = away @ np.linalg.svd(away)[2][: count - 1].T
     return np.asarray(flat / np.sqrt((flat**2).sum(axis=1))[:, None])
@@ -193,7 +199,7 @@ def state_machine(name: str, following: Sequence[int], size: StateSize, points: 
 
 
 def unless_active(name: str, state: int, count: int, post: str) -> Connection:
-    """Silence the neurons of `post` unless the state machine `name` is in this state."""
+    """Return what silences the neurons of `post` unless the state machine `name` is in this state."""
     only = np.zeros((1, count))
     only[0, state] = -SUPPRESSION
     return Connection(f"{name}.inactive", Neurons(post), is_above(0.5), only)

@@ -1,4 +1,4 @@
-"""Networks of the Neural Engineering Framework as plain data: what is represented, and what is computed.
+"""Networks of the Neural Engineering Framework as plain data: what is represented, and computed.
 
 An `Ensemble` of neurons represents a vector x; a `Connection` decodes a function f of it, transforms it by a
 matrix T, low-passes it, and adds it to what another represents; a recurrent one makes dynamics. `Node`s are
@@ -28,10 +28,10 @@ Callback = Callable[[float, F64], F64]  # time in s, float64[size_in] -> float64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """Neurons one by one, in the place of draws.
+    """Neurons that are given one by one instead of drawn.
 
-    rate, intercept: float64[n], as of an ensemble; encoders: float64[n, d], of any length above 0; points:
-    float64[m, d], where functions are fitted.
+    rate, intercept: float64[n], as of an ensemble; encoders: of any length above 0, float64[n, d]; points:
+    where functions are fitted, float64[m, d].
     """
 
     rate: F64
@@ -42,16 +42,16 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ensemble:
-    """Neurons that represent a vector.
+    """Neurons that together represent a vector x.
 
     A neuron with unit encoder e, gain and bias from its maximum rate and its intercept gets the current
 
         J = gain <e, x> / radius + bias
 
     neurons: how many; radius: largest length of x that is represented well; max_rates: Hz at <e, x> = radius,
-    drawn evenly from low to high; intercepts: <e, x> / radius where it begins to fire, likewise; encoders:
-    float64[k, dimensions], of any length above 0, taken in turn; drawn evenly in all directions if empty.
-    drawn: its neurons, if they are chosen already.
+    drawn evenly from low to high; intercepts: <e, x> / radius where a neuron begins to fire, likewise;
+    encoders: of any length above 0, taken in turn, float64[k, dimensions], drawn evenly in all directions if
+    empty; drawn: its neurons, if they are chosen already.
     """
 
     name: str
@@ -84,10 +84,10 @@ class Ensemble:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EnsembleArray:
-    """Ensembles alike, of a dimension each; together they represent a vector of as many numbers.
+    """Ensembles that are alike, of one dimension each, and together represent a vector.
 
-    A function on a connection from it takes each number by itself. `each`: what they are like; its name is
-    the array's.
+    A function on a connection from it takes each number by itself. each: what the ensembles are like; its
+    name is the array's.
     """
 
     each: Ensemble
@@ -108,10 +108,10 @@ class EnsembleArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """The world's end of a network.
+    """An end of a network towards the world.
 
-    size_in: of what is connected to it, size_out: of what it gives; output: makes the one from the other, at
-    the time in s; without it the value is set from outside, 0 at first.
+    size_in: of what is connected to it; size_out: of what it gives; output: a function of the time (s) and of
+    what comes in, which makes what it gives; without it the value is set from outside, 0 at first.
     """
 
     name: str
@@ -163,7 +163,7 @@ class Connection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Probe:
-    """Reads T f(x) of an ensemble or array, low-passed; fields as of a connection."""
+    """Reads T f(x) of an ensemble or array, low-passed; its fields are those of a connection."""
 
     name: str
     target: str
@@ -178,7 +178,7 @@ class Probe:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Network:
-    """Parts by name, and what joins them."""
+    """A network: its parts by name, and the connections between them."""
 
     ensembles: tuple[Ensemble | EnsembleArray, ...] = ()
     nodes: tuple[Node, ...] = ()
@@ -193,18 +193,18 @@ class Network:
 
     @property
     def neurons(self) -> int:
-        """How many neurons it takes."""
+        """How many neurons the network takes."""
         return sum(neurons_of(e) for e in self.ensembles)
 
     def ensemble(self, name: str) -> Ensemble | EnsembleArray:
-        """The ensemble or array of this name; raises `UnknownNameError`."""
+        """Return the ensemble or array of this name; raises `UnknownNameError` where there is none."""
         for found in self.ensembles:
             if found.name == name:
                 return found
         raise self._unknown("ensemble", name)
 
     def node(self, name: str) -> Node:
-        """The node of this name; raises `UnknownNameError`."""
+        """Return the node of this name; raises `UnknownNameError` where there is none."""
         for found in self.nodes:
             if found.name == name:
                 return found
@@ -215,7 +215,7 @@ class Network:
 
 
 def join(parts: Iterable[Network]) -> Network:
-    """One network of several, whose connections may name parts of the others."""
+    """Return one network of several, whose connections may name parts of the others."""
     held = list(parts)
     return Network(
         tuple(e for p in held for e in p.ensembles),
@@ -226,11 +226,11 @@ def join(parts: Iterable[Network]) -> Network:
 
 
 def neurons_of(part: Ensemble | EnsembleArray) -> int:
-    """How many neurons it has."""
+    """Return how many neurons an ensemble or array has."""
     return part.neurons if isinstance(part, Ensemble) else part.ensembles * part.each.neurons
 
 
 def label(connection: Connection) -> str:
-    """What errors call a connection."""
+    """Return what errors call a connection."""
     post = connection.post
     return f"{connection.pre}->{post if isinstance(post, str) else f'{post.name}.neurons'}"

@@ -1,4 +1,4 @@
-"""Least squares whose sums have a fixed order: the same to the bit on any number of cores.
+"""Least squares with sums in a fixed order, so that decoders are the same to the bit on any computer.
 
 A library's matrix product sums in an order that depends on its number of threads, and a network with memory
 makes another run of a last digit. Here every sum runs in the order of its index: `A'A` by tiles of rows,
@@ -18,7 +18,7 @@ _TILE = 4
 
 
 def gram(rates: F64) -> F64:
-    """`A'A` of float64[m, n]."""
+    """Return `A'A` of rates, float64[m, n]."""
     columns = np.ascontiguousarray(rates.T)
     found = np.zeros((columns.shape[0], columns.shape[0]))
     _gram(columns, found)
@@ -26,14 +26,14 @@ def gram(rates: F64) -> F64:
 
 
 def moment(rates: F64, values: F64) -> F64:
-    """`A'F` of float64[m, n] and float64[m, k]."""
+    """Return `A'F` of rates, float64[m, n], and values, float64[m, k]."""
     found = np.zeros((rates.shape[1], values.shape[1]))
     _moment(np.ascontiguousarray(rates), np.ascontiguousarray(values), found)
     return found
 
 
 def solve(matrix: F64, right: F64) -> F64:
-    """X of `A X = B`, A symmetric and positive definite; A is overwritten."""
+    """Return X of `A X = B`, where A is symmetric and positive definite; A is overwritten."""
     found = np.ascontiguousarray(right.T, dtype=np.float64)
     _cholesky(matrix)
     for row in found:

@@ -1,1 +1,1 @@
-"""Short-term depression of the synapses of ROLLS."""
+"""Short-term depression of ROLLS' synapses: weights that fall with every event and recover."""

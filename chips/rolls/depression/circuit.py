@@ -1,4 +1,4 @@
-"""The ROLLS chip whose excitatory weights are depressed, as a circuit: what a row has more than without.
+"""The ROLLS chip with depressed excitatory weights as a circuit: what its rows have in addition.
 
 A row of `chips.rolls.circuit` has `depression_exc[256]`, `depression_exc0[256]` and `depression_exc1[256]`,
 the cells of `circuits.blocks.rolls.depressing_synapse`, one for each of a synapse's three weight devices: the
@@ -30,7 +30,7 @@ _PULSE = {"exc_off": "depression_off", "exc_on": "depression_on"}
 def depression_biases(
     program: ShortTermDepression, table: BiasTable, kind: BiasKind, prefix: str = ""
 ) -> tuple[Bias, ...]:
-    """Biases of a row, or of the chip where `prefix` is the row's name, with the codes of `table`."""
+    """Return the biases of the cells in a row, or in the chip where `prefix` is the row's name."""
     return (
         Bias("i_std", STD, kind, table.current(STEP_BIAS), f"{prefix}{CELLS[0]}.ms1"),
         Bias("i_rec", RECOVERY, kind, current_of(program.recovery), f"{prefix}{CELLS[0]}.mr1"),
@@ -38,7 +38,7 @@ def depression_biases(
 
 
 def depressing_row(one: Circuit, program: ShortTermDepression, count: int) -> Circuit:
-    """A row with `count` synapses, with their cells; biases are the caller's."""
+    """Return a row with `count` synapses and their cells; its biases are the caller's."""
     if not count:
         return one
     shape = (count,)
@@ -61,7 +61,7 @@ def depressing_row(one: Circuit, program: ShortTermDepression, count: int) -> Ci
 
 
 def depressing_chip(base: Circuit, program: ShortTermDepression, table: BiasTable, kind: BiasKind) -> Circuit:
-    """A chip of `chips.rolls.circuit`, or of `chips.rolls.plastic.circuit`, with its cells."""
+    """Return a chip of `chips.rolls.circuit`, or of `chips.rolls.plastic.circuit`, with cells in its rows."""
     added = depression_biases(program, table, kind, "row.")
     instances = []
     for each in base.instances:

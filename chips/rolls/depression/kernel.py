@@ -1,4 +1,4 @@
-"""Compiled events of a ROLLS chip's depressed synapses: nothing is done to one between its events.
+"""Compiled events of a ROLLS chip's depressed synapses, to which nothing is done between their events.
 
 At an event of a synapse, at the beginning of a step, each weight device of its level has
 
@@ -143,7 +143,7 @@ def _bring(d: Depressing, begin: int, end: int, now: int, column: int, exciting:
 
 @_compiled
 def deliver_depressed(d: Depressing, t: Traffic, now: int, until: float, s: Scratch) -> None:
-    """Charges of the last step's spikes, and of the events before `until` s, at depressed synapses.
+    """Deliver the last step's spikes, and the events before `until` s, to depressed synapses.
 
     now: number of the step. `t` is left as it is: what else these events do is done behind this.
     """

@@ -1,4 +1,4 @@
-"""Tables and state of depressed synapses in a ROLLS chip's steps (`chips.rolls.depression.kernel`)."""
+"""Tables and state of a ROLLS chip's depressed synapses, in the form that compiled code takes."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class DepressionTables(NamedTuple):
 
 
 class DepressionNoise(NamedTuple):
-    """Noise of the cells: draws for the devices of the largest column; variances of R, see the kernel.
+    """Noise of the cells: draws for the devices of the largest column, and variances of R (see the kernel).
 
-    diffuse: float32[1], q / (C U_T); shot: float32[devices], n q d / (C U_T^2).
+    diffuse: q / (C U_T), float32[1]; shot: n q d / (C U_T^2), float32[devices].
     """
 
     draws: Draws
@@ -48,14 +48,14 @@ class DepressionNoise(NamedTuple):
 
 
 class DepressionArrays(NamedTuple):
-    """State: float32[devices], R behind the last pulse; int32[devices], the step of it, from time 0."""
+    """State: R behind each device's last pulse, float32[devices], and the step of it, int32[devices]."""
 
     resource: F32
     seen: I32
 
 
 class DepressionScratch(NamedTuple):
-    """Working space, [devices of the largest column] each; `_bits` are the same numbers as int32."""
+    """Working space, as long as the largest column has devices; `_bits` are the same numbers as int32."""
 
     found: F32
     found_bits: I32
@@ -66,12 +66,12 @@ class DepressionScratch(NamedTuple):
 
 
 def most_devices(tables: DepressionTables) -> int:
-    """Devices of the largest column."""
+    """Return how many devices the largest column has."""
     return int(np.diff(tables.first[tables.start]).max())
 
 
 def new_depression_scratch(tables: DepressionTables) -> DepressionScratch:
-    """Working space for the largest column."""
+    """Return the working space for the largest column."""
     most = most_devices(tables)
     found, mantissa, power, share = np.zeros((4, most), np.float32)
     return DepressionScratch(found, found.view(np.int32), mantissa, mantissa.view(np.int32), power, share)
@@ -88,9 +88,10 @@ class Depressing(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class BuiltDepression:
-    """Tables, and of each device its step (V) and time constant (s), float64[devices]; u_t: V; its noise.
+    """Tables, and of each weight device its step (V) and its time constant (s), float64[devices].
 
-    electrons: float64[devices], of shot noise that an electron of a step has.
+    u_t: V; electrons: of shot noise that an electron of a step has, float64[devices]; noise: of the cells,
+    None for none.
     """
 
     tables: DepressionTables

@@ -1,4 +1,4 @@
-"""Short-term depression of ROLLS synapses at behavioural level: R from event to event, with a die's devices.
+"""Short-term depression of ROLLS' synapses at behavioural level, with a die's own devices.
 
 Of `circuits.blocks.rolls.depressing_synapse`, x the voltage of a weight's gate above its bias and
 `R = e^(-x / U_T)`, one for each of the devices me2, me4 and me6 that a level turns on, since each has a cell:
@@ -63,7 +63,7 @@ SPENT = (0.0, 0.7, 2.0, 5.0)  # x / U_T, ours: where a charge is computed; share
 
 @dataclass(frozen=True, slots=True)
 class CellModel:
-    """Capacitances of a cell, F."""
+    """Capacitances of a cell of depression, F."""
 
     gate: float  # at the weight's gate
     mirror: float  # at the gate of the step's mirror
@@ -83,9 +83,9 @@ class DepressionModel:
 class Branches(NamedTuple):
     """The weight devices of a level that are on, float64[devices, n] each unless said.
 
-    path: float64[points, devices, n], V: x above that before the pulse at POINTS of it; electrons: of shot
-    noise that an electron of a step has, `1 + 2 [1 - (T / t)(1 - e^(-t / T))]`: T takes some off those of its
-    diode and bias.
+    path: x above that before the pulse at POINTS of it, V, float64[points, devices, n]; electrons: of shot
+    noise that an electron of a step has, `1 + 2 [1 - (T / t)(1 - e^(-t / T))]`, as T takes some off those of
+    its diode and bias.
     """
 
     step: F64  # V
@@ -109,14 +109,17 @@ class Branches(NamedTuple):
 
 
 class Depression(NamedTuple):
-    """n synapses of a level on a die; curve: float64[n, 4], C: charge over powers of the share."""
+    """Synapses of a level on a die.
+
+    curve: coefficients of the charge (C) over powers of the share, float64[n, 4].
+    """
 
     branches: Branches
     curve: F64
 
 
 def cell_model(params: Params, process: Process) -> CellModel:
-    """Capacitances of a cell."""
+    """Return the capacitances of a cell in a process."""
     check_law(process)
     c = capacitance_matrix(build(params), process, ("depression_exc.step", "depression_exc.s"))
     gate = capacitance_matrix(build(params), process, ("w_exc", "synapse.es", "synapse.em"))
@@ -132,7 +135,10 @@ def depression_model(params: Params, biases: Sequence[Bias], process: Process) -
 
 
 def depression_on(model: DepressionModel, silicon: Silicon, level: int = 1) -> Depression:
-    """The synapse of `model` at `level` on `silicon`; raises `ParameterError` unless that is 1 to 4."""
+    """Return the synapse of `model` at `level` on a silicon.
+
+    Raises `ParameterError` unless that is 1 to 4.
+    """
     _check_level(level)
     d = standing(model.circuit, silicon)
     line = _line(d, draw_of(model.synapse, d, level, 0.0).current)
@@ -148,9 +154,10 @@ def _line(d: DieDevices, current: F64) -> float:
 def depression_of(
     cell: CellModel, synapse: SynapseModel, d: DieDevices, level: int, line: float, length: F64
 ) -> Depression:
-    """Synapses `d`, with their cells, at `level`; line: V, of their filter's; length: s, of their pulses.
+    """Return the synapses `d`, with their cells, at `level`.
 
-    Raises `ParameterError` for a level that does not excite.
+    line: of their filter's line, V; length: of their pulses, s. Raises `ParameterError` for a level that does
+    not excite.
     """
     _check_level(level)
     on = (True, *BITS[level - 1])
@@ -228,7 +235,10 @@ def _curve(b: Branches, synapse: SynapseModel, d: DieDevices, level: int, line: 
 
 
 def share_of(b: Branches, spent: F64) -> F64:
-    """Sum of the weights' currents over that at rest, float64[n, ...]; spent: x / U_T, [devices, n, ...]."""
+    """Return the sum of the weights' currents over that at rest, float64[n, ...].
+
+    spent: x / U_T, float64[devices, n, ...].
+    """
     shape = (*b.pinch.shape, *(1,) * (spent.ndim - 2))
     rest, current = b.pinch.reshape(shape), b.current.reshape(shape)
     now = (current * interpolation(rest - b.kappa * spent)).sum(axis=0)
@@ -236,7 +246,7 @@ def share_of(b: Branches, spent: F64) -> F64:
 
 
 def resources(b: Branches, events: Sequence[float]) -> F64:
-    """R that pulses at `events` (s, rising) find, float64[devices, n, events]; the first finds 1."""
+    """Return R that pulses at `events` (s, rising) find, float64[devices, n, events]; the first finds 1."""
     kept = np.exp(-b.step / b.u_t)
     found = np.ones((*b.step.shape, len(events)))
     for k in range(1, len(events)):
@@ -246,7 +256,7 @@ def resources(b: Branches, events: Sequence[float]) -> F64:
 
 
 def charges(on: Depression, resource: F64) -> F64:
-    """Charge of pulses that find R, C, float64[n, ...] of R's shape behind its devices."""
+    """Return the charge of pulses that find R, C, float64[n, ...] of R's shape behind its devices."""
     b = on.branches
     path = (b.path / b.u_t).reshape(*b.path.shape, *(1,) * (resource.ndim - 2))
     spent = -np.log(resource)

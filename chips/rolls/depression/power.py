@@ -1,4 +1,4 @@
-"""Power of ROLLS' cells of depression: what they take at rest and an event, by the transistor-level solver.
+"""Power of ROLLS' cells of depression, at rest and an event, by the transistor-level solver.
 
     P = 256^2 P_rest + (events a second at exciting synapses) E_event
 
@@ -38,13 +38,16 @@ RECOVERED = 8.0  # time constants of a run behind its last event; ours
 
 @dataclass(frozen=True, slots=True)
 class DepressionEnergies:
-    """rest: W of the cells of a synapse; event: J of them, at an exciting event of a latched synapse."""
+    """rest: power of the cells of a synapse, W.
+
+    event: their energy at an exciting event of a latched one, J.
+    """
 
     rest: float
     event: float
 
     def power(self, events: float) -> float:
-        """W of all cells of a chip whose exciting synapses get `events` events a second in all."""
+        """Return the power of all cells of a chip whose exciting synapses get `events` events a second, W."""
         return NEURONS * NEURONS * self.rest + events * self.event
 
 

@@ -1,4 +1,4 @@
-"""Short-term depression of a ROLLS program: that it is on, and what no bias of the chip names.
+"""Short-term depression in a ROLLS program: that it is on, and the current that no bias of the chip names.
 
     biases = default_biases().with_code("NPA_WEIGHT_STD_N", 5, 36)
     program = Program(levels, biases, depression=ShortTermDepression())
@@ -21,9 +21,10 @@ STEP_BIAS = "NPA_WEIGHT_STD_N"
 
 @dataclass(frozen=True, slots=True)
 class ShortTermDepression:
-    """recovery: (coarse, fine) of I_rec; cell: sizes of the cell, whose synapse is the chip's own.
+    """That a program's excitatory synapses are depressed.
 
-    Raises `ParameterError` for a recovery that is no code, or off.
+    recovery: code (coarse, fine) of I_rec; cell: sizes of the cell, whose synapse is the chip's own. Raises
+    `ParameterError` for a recovery that is no code, or off.
     """
 
     recovery: Code = RECOVERY

@@ -33,7 +33,7 @@ AFTER = 2e-3  # s, ours: of a run behind its last event
 def simulated(
     chip: RollsChip, neuron: int, events: Events, rtol: float = 1e-5, duration: float | None = None
 ) -> tuple[Cut, Result]:
-    """The row of `neuron` by its transistors, from rest.
+    """Return the row of `neuron` as a circuit, and its run from rest by its transistors.
 
     Raises `ParameterError` for a column whose synapse onto it is not latched.
     """
@@ -53,7 +53,7 @@ def _place(cut: Cut, column: int) -> int:
 
 
 def drawn(cut: Cut, result: Result, events: Events) -> dict[int, F64]:
-    """Charge of each event of a column, C."""
+    """Return the charge of each event of a column in such a run, C."""
     found = {}
     for column, times in events.items():
         current = drain_current(result, f"row[0].synapse[{_place(cut, column)}].me9")
@@ -65,7 +65,7 @@ def drawn(cut: Cut, result: Result, events: Events) -> dict[int, F64]:
 
 
 def gates(cut: Cut, result: Result, events: Events) -> dict[int, F64]:
-    """How far each event found the gate of the constant weight above where it was at rest, V."""
+    """Return how far each event found the gate of the constant weight above its rest, V."""
     found = {}
     for column, times in events.items():
         x = result[f"row[0].w_exc[{_place(cut, column)}]"]
@@ -74,7 +74,7 @@ def gates(cut: Cut, result: Result, events: Events) -> dict[int, F64]:
 
 
 def stepped(chip: RollsChip, neuron: int, events: Events) -> dict[int, F64]:
-    """Charge of each event of a column by the chip's kernel, C.
+    """Return the charge of each event of a column by the chip's kernel, C.
 
     Raises `ParameterError` for a chip without depressed synapses.
     """

@@ -1,4 +1,4 @@
-"""State of a ROLLS chip's depressed synapses between runs, and where a chip is outside of its box."""
+"""State of a ROLLS chip's depressed synapses between runs, and cautions on where they are not modelled."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ FEWEST_STEPS = 10.0  # of the chip in a time constant; ours
 
 @dataclass(frozen=True, slots=True)
 class DepressionState:
-    """R behind the last event of each weight device, float32[devices]; seen: its step, int32[devices]."""
+    """R behind the last event of each weight device, float32[devices], and the step of it, int32[devices]."""
 
     resource: F32
     seen: I32
 
 
 def rest_of_depression(built: BuiltDepression) -> DepressionState:
-    """State of synapses that have recovered long ago: noise of a first event is that of rest."""
+    """Return the state of synapses that recovered long ago; noise of a first event is that of rest."""
     devices = built.step.size
     return DepressionState(np.ones(devices, np.float32), np.full(devices, -LONG_AGO, np.int32))
 
 
 def depressing_of(built: BuiltDepression | None, state: DepressionState | None) -> Depressing | None:
-    """Tables and a copy of the state for a run, None where a chip has neither.
+    """Return tables and a copy of the state for a run, None where a chip has neither.
 
     Raises `ParameterError` for the state of a chip with other synapses.
     """
@@ -55,14 +55,17 @@ def depressing_of(built: BuiltDepression | None, state: DepressionState | None) 
 
 
 def state_of(depressing: Depressing | None) -> DepressionState | None:
-    """State after a run."""
+    """Return the state after a run."""
     return None if depressing is None else DepressionState(*depressing.arrays)
 
 
 def converted_depression(
     old: BuiltDepression | None, new: BuiltDepression | None, depressing: Depressing | None, now: int
 ) -> Depressing | None:
-    """Synapses at another temperature from step `now` on: they recover up to it, and voltages stay."""
+    """Return the synapses at another temperature from step `now` on, up to which they recover.
+
+    Their voltages stay.
+    """
     if depressing is None or old is None or new is None:
         return None
     recover(depressing, now)
@@ -74,9 +77,9 @@ def converted_depression(
 def depression_cautions(
     program: Program, built: BuiltDepression | None, levels: Mapping[int, float], step: float
 ) -> tuple[str, ...]:
-    """Where depression is not modelled, or outside of what was measured, a sentence each.
+    """Return, in sentences, where depression is not modelled, or outside of what was measured.
 
-    levels: mean currents of the levels that the program has, A.
+    levels: mean currents of the levels that the program has, A; step: of the chip, s.
     """
     if built is None:
         on = STEP_BIAS in program.biases.names and not program.biases.is_off(STEP_BIAS)

@@ -1,4 +1,4 @@
-"""Tables of a ROLLS chip's depressed synapses on a die at a temperature, from its circuit's transistors."""
+"""Tables of a ROLLS chip's depressed synapses, on a die at a temperature, from its transistors."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def with_depression(
     built: Built, params: Params, program: Program, kind: BiasKind, silicon: Silicon,
     noise: SiliconNoise | None = None,
 ) -> Built:  # fmt: skip
-    """Tables of a chip on `silicon` with its depressed synapses, which leave the table of constant charges.
+    """Return the tables of a chip on a silicon with its depressed synapses.
 
-    noise: of its devices, None for none. The tables stay as they are where the program has no depression.
-    Raises `ParameterError` for a cell of another synapse.
+    These leave the table of constant charges. noise: of its devices, None for none. The tables stay as they
+    are where the program has no depression. Raises `ParameterError` for a cell of another synapse.
     """
     chosen = program.depression
     if chosen is None:
@@ -63,7 +63,7 @@ def with_depression(
 def cell_noise(
     found: BuiltDepression, chosen: ShortTermDepression, silicon: Silicon, noise: SiliconNoise
 ) -> DepressionNoise:
-    """Noise of the cells' steps and recoveries."""
+    """Return the noise of the cells' steps and recoveries."""
     diffuse = ELEMENTARY_CHARGE / (_cell_model(chosen.cell, silicon.process).gate * found.u_t)
     path = die_name(NAME, silicon.die)
     return DepressionNoise(

@@ -1,4 +1,4 @@
-"""Trains and a population of depressed synapses on a ROLLS chip, beside the transistors of the same rows.
+"""Trains of events, and a population, at depressed synapses of a ROLLS chip, beside its transistors.
 
 A chip with a synapse of each level on one row gets trains of one rate until they have settled, or a step of
 the rate; a population of one input level gets a step of the rate of its inputs. Numbers are ours; those of
@@ -59,11 +59,11 @@ class Train:
     kappa: float
 
     def settled_error(self) -> float:
-        """Largest difference of the last pulses' shares."""
+        """Return the largest difference of the last pulses' shares."""
         return max(abs(float(self.chip[k][-1] - q[-1])) for k, q in self.circuit.items())
 
     def error(self) -> float:
-        """Largest difference of all pulses' shares."""
+        """Return the largest difference of all pulses' shares."""
         return max(float(np.abs(self.chip[k] - q).max()) for k, q in self.circuit.items())
 
 
@@ -84,7 +84,7 @@ class Response:
 
 
 def chip_on(die: int, temperature_c: float = 27.0, kind: BiasKind = "generator") -> RollsChip:
-    """A die whose neuron ROW has a synapse of each level."""
+    """Return a chip on a die whose neuron ROW has a synapse of each level."""
     levels = np.zeros((NEURONS, NEURONS), np.int8)
     levels[ROW, list(COLUMNS)] = LEVELS
     program = Program(levels, TABLE, depression=ShortTermDepression())
@@ -92,7 +92,10 @@ def chip_on(die: int, temperature_c: float = 27.0, kind: BiasKind = "generator")
 
 
 def constants(chip: RollsChip) -> tuple[float, float]:
-    """Step over U_T and time constant (s) of the synapse of level 1; raises `ParameterError` without."""
+    """Return the step over U_T and the time constant (s) of the synapse of level 1.
+
+    Raises `ParameterError` for a chip without depression.
+    """
     built = _built(chip)
     first = built.tables.first[built.tables.slot[COLUMNS[0], ROW]]
     return float(built.step[first] / built.u_t), float(built.tau[first])
@@ -106,7 +109,7 @@ def _built(chip: RollsChip) -> BuiltDepression:
 
 
 def train(chip: RollsChip, rate: float) -> Train:
-    """Trains of one rate (Hz) at levels 1 and 4 until they have settled, half an interval apart."""
+    """Run trains of one rate (Hz) at levels 1 and 4 until they have settled, half an interval apart."""
     spent, tau = constants(chip)
     count = int(np.ceil(SETTLED / (1.0 / (rate * tau) + spent))) + 2
     half = CHIP_STEP * (round(1.0 / (rate * CHIP_STEP)) // 2)
@@ -115,7 +118,7 @@ def train(chip: RollsChip, rate: float) -> Train:
 
 
 def rate_step(chip: RollsChip) -> Train:
-    """A step of the rate from LOW to HIGH at AT, at all levels."""
+    """Run a step of the rate from LOW to HIGH at AT, at all levels."""
     own = np.concatenate((np.arange(0.0, AT, 1.0 / LOW), np.arange(AT, UNTIL, 1.0 / HIGH)))
     return _beside(chip, {c: own + (5 + 10 * k) * CHIP_STEP for k, c in enumerate(COLUMNS)}, HIGH)
 
@@ -137,7 +140,7 @@ def _beside(chip: RollsChip, events: Events, rate: float) -> Train:
 
 
 def response(die: int, rows: int, size: int = SIZE) -> Response:
-    """A population of `size` on a die after a rate step, `rows` of its neurons by their transistors too."""
+    """Run a population of `size` on a die over a rate step, `rows` of its neurons also as transistors."""
     levels = np.zeros((NEURONS, NEURONS), np.int8)
     levels[:size, list(INPUTS)] = 1
     table = TABLE
@@ -161,7 +164,7 @@ def response(die: int, rows: int, size: int = SIZE) -> Response:
 
 
 def inputs_of(die: int) -> dict[int, F64]:
-    """Regular events of the population's inputs, each with a phase that the die's number draws."""
+    """Return regular events of the population's inputs, whose phases the die's number draws."""
     phase = np.random.default_rng(die).uniform(0.0, 1.0, len(INPUTS))
     slow, fast = np.arange(round(LOW * AT)), np.arange(round(HIGH * (UNTIL - AT)))
     both = (np.concatenate(((slow + p) / LOW, AT + (fast + p) / HIGH)) for p in phase)

@@ -1,1 +1,1 @@
-"""What a chip's step knows of its devices: small networks at rest, filters and neurons as tables."""
+"""What a ROLLS chip's step knows of its devices: networks at rest, filters and neurons as tables."""

@@ -1,4 +1,4 @@
-"""Filters as a chip's step needs them: their transistors, lumped (`chips.rolls.kernel`).
+"""Filters (differential-pair integrators) of a ROLLS chip, lumped from their transistors for its steps.
 
 With the law of its devices in weak inversion and p = kappa (v_g - V_T0) / U_T:
 
@@ -41,7 +41,7 @@ _SMALL = -12.0  # ln u; below, v is in proportion to u
 
 
 class Filter(NamedTuple):
-    """Filters of one kind, float64[n] each: what does not depend on the step."""
+    """Filters of one kind on a die, arrays of float64[n]: what does not depend on the step of time."""
 
     tau: F64  # s
     unit: F64  # A s: charge that moves z by one
@@ -57,7 +57,10 @@ class Filter(NamedTuple):
 
 
 def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: bool) -> Filter:
-    """Filters with devices `d`; capacitance, line: at v_syn and at the line, F."""
+    """Return the filters with devices `d`; capacitance, line: at v_syn and at the line, F.
+
+    inhibitory: whether their output passes a mirror.
+    """
     u_t = d.u_t
     md1, md2, md5 = d.fet["md1"], d.fet["md2"], d.fet["md5"]
     leak = d.saturated("md3", d.below("v_tau"))
@@ -99,19 +102,19 @@ def _mirror(d: DieDevices) -> tuple[F64, F64]:
 
 
 def line_voltage(f: Filter, current: float, u_t: float) -> float:
-    """Where a filter's line stands while `current` (A) passes through md1, V: `U_T (p_thr - u_f)`."""
+    """Return where a filter's line stands while `current` (A) passes through md1, V: `U_T (p_thr - u_f)`."""
     return float(f.held_at - u_t * argument(current / float(f.pair.mean())))
 
 
 class Load(NamedTuple):
-    """What hangs on the filters' lines, float64[n] each: mean current in a pulse (A), idle leak (A)."""
+    """What hangs on the filters' lines: mean current in a pulse and idle leak, A, float64[n] each."""
 
     drawn: F64
     idle: F64
 
 
 def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
-    """Filters for steps of `step` s."""
+    """Return the filters for steps of `step` s."""
     decay, idle = step / f.tau, load.idle * step / f.unit
     line = f.line_charge / f.unit
     # of the output over a step, which falls with power / tau, and slower while the line follows v_syn
@@ -143,32 +146,35 @@ def _resting(f: Filter, load: Load, shape: Shape) -> F64:
 
 
 def settled(f: Filter, load: Load, step: float) -> tuple[F64, F64]:
-    """What a line has taken after a long time without a pulse, in z, and that time, s."""
+    """Return what a line has taken after a long time without a pulse, in z, and that time, s."""
     since = np.maximum(f.line_charge / np.maximum(load.idle, 1e-30), step)
     return f.line_charge / f.unit * np.log1p(since * load.drawn / f.line_charge), since
 
 
 class Shape(NamedTuple):
-    """A pair's charge against u: float64[points, 4] over z, and z and v over ln u from -40 to 16."""
+    """Charge of a filter's pair over u, the ratio that its currents would have in weak inversion.
+
+    omega: values and slopes over z, float64[points, 4]; brought, ratio: z and v over ln u from -40 to 16.
+    """
 
     omega: F64
     brought: F64
     ratio: F64
 
     def log_of(self, z: F64) -> F64:
-        """Logarithm of u at z."""
+        """Return the logarithm of u at z."""
         return np.asarray(np.interp(z, self.brought, _LOGARITHMS))
 
     def brought_at(self, log: F64) -> F64:
-        """The z at ln u."""
+        """Return z at the logarithm of u."""
         return np.asarray(np.interp(log, _LOGARITHMS, self.brought))
 
 
 def shape_of(f: Filter, load: Load) -> Shape:
-    """Table of v = I_1 / I_2 and of u^power over `z = int (1 + v + c / (1 + v)) d ln u`.
+    """Return the table of v = I_1 / I_2 and of u^power over `z = int (1 + v + c / (1 + v)) d ln u`.
 
-    v from the law of two transistors alike that carry the mean of what the synapses draw; c = kappa_n C_line
-    / C: while v is below 1 the line follows v_syn, and its charge is drawn too.
+    v is that of two transistors alike, by the law, which carry the mean of what the synapses draw. c =
+    kappa_n C_line / C: while v is below 1 the line follows v_syn, and its charge is drawn too.
     """
     inversion = np.full(_LOGARITHMS.size, float(np.mean(load.drawn / f.pair)))
     second, zero = np.empty(_LOGARITHMS.size), np.zeros(_LOGARITHMS.size)
@@ -215,7 +221,10 @@ def rest_filters(rows: F64, built: Filtered, banks: Sequence[FilterBank], step: 
 
 
 def move_filters(rows: F64, old: Filtered, new: Filtered) -> None:
-    """Take filters of a state, float64[rows, n], to the tables of another temperature: voltages stay."""
+    """Take filters of a state, float64[rows, n], to the tables of another temperature.
+
+    Their voltages stay.
+    """
     for k, (f, g) in enumerate(zip(old.filters, new.filters, strict=True)):
         depth = f.fold * (old.shapes[k].log_of(rows[Z + k]) - f.start)
         rows[Z + k] = new.shapes[k].brought_at(g.start + depth / g.fold)

@@ -1,4 +1,4 @@
-"""Neurons as a chip's step needs them: their tables over v_mem, as lines over zeta (`chips.rolls.kernel`).
+"""Neurons of a ROLLS chip, lumped for its steps: tables over v_mem become straight lines over zeta.
 
 From the tables of `chips.rolls.neuron.model`, by a change of variable alone: `y = int C(v) / share(v) dv`,
 share being that of weak inversion.
@@ -22,7 +22,10 @@ REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong in
 
 
 class Lines(NamedTuple):
-    """Neurons over zeta: float64[n, rows, LINE_COLUMNS], Q_0 (C) and zeta of the top, float64[n]."""
+    """Neurons over zeta: their lines, the charge Q_0 of zeta (C), and zeta where they spike.
+
+    lines: float64[n, rows, LINE_COLUMNS]; charge, top: float64[n]; rise: time left to the top.
+    """
 
     lines: F64
     charge: F64
@@ -31,7 +34,7 @@ class Lines(NamedTuple):
 
 
 def lines_of(m: Neurons) -> Lines:
-    """Tables of `chips.rolls.neuron.model` over v_mem, as lines over zeta."""
+    """Return the tables of `chips.rolls.neuron.model` over v_mem, as lines over zeta."""
     n, points = m.table.shape[:2]
     share = weak_share(m)
     v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]

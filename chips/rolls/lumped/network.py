@@ -1,4 +1,4 @@
-"""Currents at rest of the ROLLS circuits' small networks, solved with the EKV law.
+"""Currents at rest in the small networks of transistors that ROLLS consists of, solved by the EKV law.
 
 Every voltage is in units of U_T and counted from the bulk (downwards from the supply for pFETs), a gate
 enters as its pinch-off voltage `p = kappa (v_g - V_T0) / U_T`, and `F(u) = ln^2(1 + e^(u/2))`, so that a
@@ -56,7 +56,7 @@ def _stack(i1: float, p1: float, i2: float, p2: float, drain: float) -> float:
 
 @compiled()
 def stack_current(i1: float, p1: float, i2: float, p2: float, drain: float) -> float:
-    """Current of two transistors in series between 0 and `drain`, A."""
+    """Return the current of two transistors in series between 0 and `drain`, A."""
     y = _stack(i1, p1, i2, p2, drain)
     full, passed = law(p1)[0], law(p2 - y)[0]
     # of the transistor that limits, or a small current is the difference of two large ones
@@ -67,14 +67,17 @@ def stack_current(i1: float, p1: float, i2: float, p2: float, drain: float) -> f
 
 @compiled()
 def stack(i1: F64, p1: F64, i2: F64, p2: F64, drain: F64, out: F64) -> None:
-    """`stack_current` of each."""
+    """Fill `out` with `stack_current` of each network."""
     for k in range(out.size):
         out[k] = stack_current(i1[k], p1[k], i2[k], p2[k], drain[k])
 
 
 @compiled()
 def diode(i1: F64, t1: F64, kappa: float, current: F64, highest: float, out: F64) -> None:
-    """Voltage across a diode-connected transistor that carries `current` (A), 0 to `highest`."""
+    """Fill `out` with the voltage across a diode-connected transistor, from 0 to `highest`.
+
+    t1: threshold; current: that it carries, A.
+    """
     for k in range(out.size):
         low, high = 0.0, highest
         y = min(max(t1[k] + (math.log(max(current[k], 1e-30) / i1[k])) / kappa, 0.0), highest)
@@ -93,7 +96,10 @@ def diode(i1: F64, t1: F64, kappa: float, current: F64, highest: float, out: F64
 
 @compiled()
 def amplifier(i1: F64, p1: F64, i2: F64, p2: F64, supply: float, out: F64) -> None:
-    """Drop of an amplifier's output below the supply: nFET (i1, p1) pulls down, pFET (i2, p2) holds up."""
+    """Fill `out` with how far an amplifier's output is below the supply.
+
+    The nFET (i1, p1) pulls it down, the pFET (i2, p2) holds it up.
+    """
     for k in range(out.size):
         low, high = 0.0, supply
         pull, hold = law(p1[k])[0], law(p2[k])[0]
@@ -112,9 +118,10 @@ def amplifier(i1: F64, p1: F64, i2: F64, p2: F64, supply: float, out: F64) -> No
 
 @compiled()
 def pair_share(i1: float, a: float, i2: float, b: float, total: float) -> float:
-    """Current of the second of two saturated transistors with one source that carry `total` (A) together.
+    """Return the current of the second of two saturated transistors with a common source, A.
 
-    a, b: pinch-off voltages. Newton on the logarithm of the total, from weak inversion, where it is exact.
+    They carry `total` (A) together; a, b: their pinch-off voltages. Newton's method on the logarithm of the
+    total begins at weak inversion, where it is exact.
     """
     if total <= 0.0:
         return 0.0
@@ -134,16 +141,17 @@ def pair_share(i1: float, a: float, i2: float, b: float, total: float) -> float:
 
 @compiled()
 def pair(i1: F64, a: F64, i2: F64, b: F64, total: F64, out: F64) -> None:
-    """`pair_share` of each."""
+    """Fill `out` with `pair_share` of each network."""
     for k in range(out.size):
         out[k] = pair_share(i1[k], a[k], i2[k], b[k], total[k])
 
 
 @compiled()
 def degenerated_sum(i_top: F64, p_top: F64, lines: F64, far: float, out: F64) -> None:
-    """Sum of three saturated currents whose common source hangs on a switch (i_top, p_top) at the bulk, A.
+    """Fill `out` with the sum of three saturated currents whose common source hangs on a switch, A.
 
-    lines: float64[6, n]: specific current and pinch-off voltage of each of the three.
+    i_top, p_top: of the switch, whose source is at the bulk; lines: specific current and pinch-off voltage of
+    each of the three, float64[6, n]; far: voltage of the common source at most.
     """
     for k in range(out.size):
         low, high = 0.0, far
@@ -169,7 +177,10 @@ def degenerated_sum(i_top: F64, p_top: F64, lines: F64, far: float, out: F64) ->
 
 @compiled()
 def sink_over_line(i_top: F64, p_top: F64, lines: F64, grid: F64, out: F64) -> None:
-    """Current that three transistors at ground draw through a switch from a line, A, float64[n, grid]."""
+    """Fill `out` with the current that three transistors at ground draw through a switch from a line, A.
+
+    grid: voltages of the line; out: float64[n, grid]; the others as in `degenerated_sum`.
+    """
     for k in range(i_top.size):
         for g in range(grid.size):
             low, high = 0.0, grid[g]

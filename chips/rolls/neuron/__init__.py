@@ -1,1 +1,1 @@
-"""The neuron of ROLLS at behavioural level."""
+"""The behavioural model of ROLLS' neuron."""

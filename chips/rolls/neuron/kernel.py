@@ -1,4 +1,4 @@
-"""Compiled stepping of the ROLLS neuron's behavioural model, n neurons side by side.
+"""Compiled steps of the behavioural model of ROLLS' neuron, for many neurons side by side.
 
 A step is cut into parts in which v_mem moves by 3 mV at most, each by the midpoint rule. Tables over v_mem
 are read by a cubic, so that a near balance of currents is kept: at a low rate v_mem lingers where they cancel
@@ -28,7 +28,7 @@ WEAK = 0.25  # share of a specific current of the pair up to which its law is ta
 
 
 class Neurons(NamedTuple):
-    """n neurons, float64[n] each unless said; SI units."""
+    """Neurons on a die, float64[n] each unless said, in SI units."""
 
     u_t: F64
     top: F64  # v_mem at which the neuron spikes, end of its tables, V

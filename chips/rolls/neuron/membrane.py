@@ -1,4 +1,4 @@
-"""Static currents of a ROLLS neuron over its membrane's voltage, and the capacitance that it shows.
+"""Static currents of a ROLLS neuron over the voltage of its membrane, and the capacitance of the membrane.
 
 Everything but v_mem is at rest: each chain of devices is solved with the EKV law on a grid of v_mem.
 """
@@ -14,10 +14,10 @@ from circuits.lowering.on_die import DieDevices
 
 
 class Membrane:
-    """Static currents of n neurons over a grid of v_mem, float64[n, points], A; v: the grid, V."""
+    """Static currents of n neurons over a grid of v_mem, A, float64[n, points]; v: the grid, V."""
 
     def __init__(self, d: DieDevices, v: F64) -> None:
-        """Of the neurons `d`."""
+        """Take the devices `d` of the neurons, and the grid."""
         self.d, self.v, self._over_v = d, v, d.columns()
 
     def _flat(self, x: F64 | float) -> F64:
@@ -37,7 +37,7 @@ class Membrane:
         return np.empty(self.v.size)
 
     def leak(self, select: Bools) -> F64:
-        """Both branches; the switch of one is on."""
+        """Return the current of both branches of the leak; select: whether tau1 is on, else tau2, bool[n]."""
         total = np.zeros(self.v.shape)
         for bias, low, switch, on in (
             ("v_tau1", "leak.ml3", "leak.ml5", select),
@@ -55,11 +55,11 @@ class Membrane:
         return total
 
     def off(self) -> F64:
-        """Off current of the reset transistor."""
+        """Return the off current of the reset transistor."""
         return self._over_v.channel("reset.mk8", 0.0, self.v)
 
     def feedback(self) -> F64:
-        """Sodium: what the nFET draws whose source is at v_shift, and its mirror."""
+        """Return the sodium feedback: the mirrored current of the nFET whose source is at v_shift."""
         drawn = self._over_v.saturated("sodium.mn1", self.v, self._over_v.gate["v_shift"])
         x = self._diode("sodium.mn3", np.ascontiguousarray(drawn.ravel()))
         return self._over_v.saturated("sodium.mn4", x)
@@ -79,7 +79,7 @@ class Membrane:
         return u_t * out.reshape(self.v.shape)
 
     def drop(self) -> F64:
-        """v_o1 below the supply as mc1 and mc2 hold it, V, float64[n, points]."""
+        """Return how far v_o1 is below the supply as mc1 and mc2 hold it, V."""
         d, out = self.d, self._new()
         amplifier(
             *self._at("reset.mc1", self.v), *self._at("reset.mc2", d.below("v_buf")), d.v_dd / d.u_t, out
@@ -87,11 +87,11 @@ class Membrane:
         return np.asarray(out.reshape(self.v.shape) * d.u_t)
 
     def pull(self) -> F64:
-        """What mc4 brings while v_o1 falls."""
+        """Return what mc4 brings while v_o1 falls."""
         return self._over_v.saturated("reset.mc4", self.drop())
 
     def approach(self) -> F64:
-        """What more v_o1 lets into the adaptation's pair than at rest."""
+        """Return what more v_o1 lets into the adaptation's pair than at rest."""
         d, out = self.d, self._new()
         stack(
             *self._at("adaptation.ma1", self.drop()), *self._at("adaptation.ma2", d.below("v_ahw")),
@@ -101,7 +101,7 @@ class Membrane:
         return np.asarray(found - found[:, :1])
 
     def nmda(self, current: float) -> F64:
-        """What the NMDA gate's mirrors bring into the input."""
+        """Return what the NMDA gate's mirrors bring into the input; current: into the gate, A."""
         d, passed = self.d, self._new()
         pair(
             *self._at("nmda_gate.mg2", d.v_dd - self.v), *self._at("nmda_gate.mg1", d.below("v_nmda")),
@@ -113,10 +113,11 @@ class Membrane:
 
 
 def membrane_capacitance(d: DieDevices, c: F64) -> tuple[float, float, float]:
-    """C(v) = fixed + linear share + square share^2, F; share: of the input that enters the membrane.
+    """Return the coefficients (F) of C(v) = fixed + linear share + square share^2.
 
-    nf follows v_mem by -(kappa_n / kappa_p); a charge that nf takes is missing in the mirror. i_in follows by
-    kappa_p times the share, and passes the share on.
+    share is the part of the input that enters the membrane. nf follows v_mem by -(kappa_n / kappa_p); a
+    charge that nf takes is missing in the mirror. i_in follows by kappa_p times the share, and passes the
+    share on. c: capacitance matrix of the neuron's nodes, F.
     """
     k_n, k_p = d.fet["sodium.mn1"].kappa, d.fet["sodium.mn3"].kappa
     slope = np.array([1.0, -k_n / k_p])
@@ -125,7 +126,7 @@ def membrane_capacitance(d: DieDevices, c: F64) -> tuple[float, float, float]:
 
 
 def balance(d: DieDevices) -> F64:
-    """v_mem at which mc1 carries what mc2 gives in saturation, V."""
+    """Return v_mem at which mc1 carries what mc2 gives in saturation, V."""
     mc1 = d.fet["reset.mc1"]
     given = np.broadcast_to(d.saturated("reset.mc2", d.below("v_buf")), d.copies)
     # as `gate_for`, in the form that no current overflows

@@ -1,4 +1,4 @@
-"""Behavioural model of the ROLLS neuron: one equation of v_mem, and one of v_ahp, with a die's own devices.
+"""Behavioural model of ROLLS' neuron: an equation of v_mem and one of v_ahp, with a die's own devices.
 
 All that is faster than the membrane is at rest at every moment: it is solved once a neuron over a grid of
 v_mem, with the EKV law and the deviations of the very devices of the transistor level, and tabulated:
@@ -47,7 +47,7 @@ ROOM = 4096  # spikes of a neuron that one call keeps
 
 @dataclass(frozen=True, slots=True)
 class NeuronModel:
-    """A neuron, or an array of them, with the capacitances (F) of NODES, float64[8, 8]."""
+    """A neuron, or an array of them, with the capacitances of NODES, F, float64[8, 8]."""
 
     circuit: Circuit
     array: str
@@ -67,16 +67,16 @@ def model_of(circuit: Circuit, process: Process, array: str = "") -> NeuronModel
 def neurons_on(
     model: NeuronModel, silicon: Silicon, select: Bools | None = None, i_nmda: float = RESTING
 ) -> Neurons:
-    """All neurons of the model on `silicon`.
+    """Return all neurons of the model on a silicon.
 
-    select: bool[n], whether the slower leak, tau1, is on, off unless given; i_nmda: current into every NMDA
+    select: whether the slower leak, tau1, is on, bool[n], off unless given; i_nmda: current into every NMDA
     gate, A.
     """
     return neurons_of(standing(model.circuit, silicon, model.array), model.capacitance, select, i_nmda)
 
 
 def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float = RESTING) -> Neurons:
-    """Neurons of the devices `d`; c: capacitances of NODES, F; the others as in `neurons_on`."""
+    """Return the neurons of the devices `d`; c: capacitances of NODES, F; the others as in `neurons_on`."""
     n, u_t = d.copies, d.u_t
     latch = np.zeros(n, np.bool_) if select is None else select
     top = balance(d)
@@ -155,23 +155,24 @@ def _adaptation(d: DieDevices, ahp: F64) -> tuple[F64, F64]:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """Spike times of each neuron, s, and v_mem at the ends of the steps, float64[steps, n], V."""
+    """Spikes of each neuron, s, and v_mem at the ends of the steps, V, float64[steps, n]."""
 
     spikes: tuple[F64, ...]
     v_mem: F64
 
 
 def at_rest(neurons: Neurons) -> F64:
-    """State of neurons that rest without input, float64[n, NEURON_COLUMNS]."""
+    """Return the state of neurons that rest without input, float64[n, NEURON_COLUMNS]."""
     state = np.zeros((neurons.top.size, NEURON_COLUMNS))
     rest_of(neurons, state)
     return state
 
 
 def respond(neurons: Neurons, current: F64, step: float, state: F64 | None = None) -> Response:
-    """Spikes of neurons that rest at first; current: float64[steps, n], A, into i_in, constant over a step.
+    """Return the response of neurons that rest at first, or that begin at `state`.
 
-    Raises `ParameterError` for more than ROOM spikes of one neuron.
+    current: into i_in, constant over a step, A, float64[steps, n]; step: s. Raises `ParameterError` for more
+    than ROOM spikes of one neuron.
     """
     n = neurons.top.size
     state = at_rest(neurons) if state is None else state

@@ -1,4 +1,4 @@
-"""The spike of a ROLLS neuron, once a neuron: how late it comes, how long it resets, what adaptation gets.
+"""The spike of a ROLLS neuron: how late it comes, how long the reset lasts, what adaptation gets of it.
 
 From where mc1 nearly carries what mc2 can give until the reset ends, four nodes move: v_mem, v_o1, v_ref and
 k1; the inverters behind v_o1 and k1 switch at their thresholds. With a die's own devices and the circuit's
@@ -37,7 +37,10 @@ MC1, MC2, MC4, MK4, MK5, MK6P, MK6N, MK8, MA1, MA2 = range(10)
 
 
 class SpikeCircuit(NamedTuple):
-    """n neurons. devices: float64[10, 2, n] in the order of the rows above; others float64[n] unless said."""
+    """The nodes that move in a spike, of n neurons, float64[n] unless said.
+
+    devices: specific current (A) and threshold (V) in the order of the rows above, float64[10, 2, n].
+    """
 
     u_t: float
     kappa_n: float
@@ -98,7 +101,7 @@ def _adaptation(c: SpikeCircuit, k: int, v_o1: float) -> float:
 
 @_allocating
 def spikes_of(c: SpikeCircuit, delay: F64, held: F64, peak: F64, charge: F64) -> None:
-    """Run the spike of every neuron and fill what it comes to.
+    """Run the spike of every neuron, and fill what it comes to, float64[n] each.
 
     delay: from `start` to the spike, s; held: from there to its end, s; peak: v_ref then, V; charge: what the
     adaptation's pair gets above its rest, C.
@@ -137,7 +140,7 @@ def spikes_of(c: SpikeCircuit, delay: F64, held: F64, peak: F64, charge: F64) ->
 
 
 class Spikes(NamedTuple):
-    """Spike of each neuron: how late (s), how long the reset (s), what the adaptation's pair gets (C)."""
+    """Spike of each neuron: how late it comes (s), how long the reset lasts (s), what adaptation gets (C)."""
 
     delay: F64
     exponent: F64  # of the delay, over the speed of v_mem
@@ -146,7 +149,11 @@ class Spikes(NamedTuple):
 
 
 def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spikes:
-    """Run every neuron's spike from `top` (V), v_mem driven by `drive` (A), to the end of its reset."""
+    """Run every neuron's spike to the end of its reset.
+
+    d: devices; c: capacitances of the nodes, F; fixed: of the membrane, F; drive: current into v_mem, A; top:
+    v_mem where the spike begins, V.
+    """
     n, u_t = d.copies, d.u_t
     names = ("mc1", "mc2", "mc4", "mk4", "mk5", "mk6p", "mk6n", "mk8")
     fets = [*(d.fet[f"reset.{name}"] for name in names), d.fet["adaptation.ma1"], d.fet["adaptation.ma2"]]

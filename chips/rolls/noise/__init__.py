@@ -1,1 +1,1 @@
-"""Noise of a ROLLS chip from that of its devices."""
+"""Noise of a ROLLS chip, from that of its devices."""

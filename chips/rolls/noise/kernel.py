@@ -1,4 +1,4 @@
-"""Compiled noise of a ROLLS chip's steps: what devices add to filters and membranes.
+"""Compiled noise of a ROLLS chip's steps, which filters and membranes get from their devices.
 
 White noise of a membrane is a current that stands still for a step h, drawn with the variance `D / h`; while
 the neuron's own current carries it to the top it is one current up to there, with the variance that gives the
@@ -59,10 +59,10 @@ _compiled = compiled(fastmath={"contract", "nsz", "arcp"})
 
 @_compiled
 def disturb_filters(t: NoiseTables, c: ChipTables, state: F64, number: int, s: Scratch) -> None:
-    """Shot noise of step `number` onto the filters before it; its pulses are in s.charge.
+    """Add the shot noise of step `number` to the filters before it, whose pulses are in s.charge.
 
-    An electron onto v_syn moves z by (1 + v) grains, one of a pulse is split by the pair:
-    `D = grain (1 + v) [(1 + v) dt / tau + q]`, and `grain q excess` of what makes the pulse.
+    An electron onto v_syn moves z by (1 + v) grains, one of a pulse is split by the pair: `D = grain (1 + v)
+    [(1 + v) dt / tau + q]`, and `grain q excess` of what makes the pulse.
     """
     for sign in range(SIGNS):
         if not c.live[sign]:
@@ -79,7 +79,7 @@ def disturb_filters(t: NoiseTables, c: ChipTables, state: F64, number: int, s: S
 
 @_compiled
 def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
-    """Shot noise of step `number` onto the slow filters and the calcium, as in `disturb_filters`."""
+    """Add the shot noise of step `number` to the slow filters and the calcium, as in `disturb_filters`."""
     for k in range(len(p.tables.banks)):
         draw(t.draws, number, FILTERS + SIGNS + k)
         z, charge, fall = p.arrays.filters[Z + k], p.scratch.filters.charge[k], p.tables.banks[k].fall
@@ -94,7 +94,7 @@ def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
 
 @_compiled
 def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step: float, s: Scratch) -> None:
-    """Noise of step `number` onto dzeta/dt, which `s.rate` has without."""
+    """Add the noise of step `number` to dzeta/dt in `s.rate`."""
     bring(t.slow, t.draws, number)
     draw(t.draws, number, MEMBRANES)
     often, span, steep = np.float32(1.0 / step), np.float32(step), np.float32(STEEP)

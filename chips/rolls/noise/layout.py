@@ -1,4 +1,4 @@
-"""Tables of a ROLLS chip's noise (`chips.rolls.noise.model`)."""
+"""Tables of a ROLLS chip's noise, in the form that compiled code takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Noise of a ROLLS chip from that of its devices: why the same die spikes at other times.
+"""Noise of a ROLLS chip from that of its devices: the same die spikes at other times.
 
 Membrane: every current that a transistor lets onto it brings shot noise, of both components, which in the
 variable of a step (`chips.rolls.kernel`) has the variance
@@ -69,7 +69,7 @@ MIRRORED = 2.0  # electrons of noise that two more devices of a mirror add
 def with_noise(
     built: Built, params: Params, program: Program, silicon: Silicon, noise: SiliconNoise | None
 ) -> Built:
-    """Tables of a chip on `silicon` with its noise, of which None is none."""
+    """Return the tables of a chip on a silicon with its noise, unchanged where `noise` is None."""
     if noise is None:
         return built
     d = devices_at(
@@ -90,9 +90,9 @@ def with_noise(
 
 
 def membrane_rows(built: Built, d: DieDevices, slow: Bools, step: float) -> F64:
-    """What a step of `step` s needs of the neurons `d`, float64[n, rows, NOISE_COLUMNS], see the columns.
+    """Return what a step of `step` s needs of the neurons `d`, float64[n, rows, NOISE_COLUMNS].
 
-    slow: bool[n], which of the leaks is on.
+    slow: which leak is on, bool[n].
     """
     m, lines = built.neurons, built.tables.membranes.lines
     edge = edges(lines.shape[1])
@@ -169,7 +169,7 @@ def _plastic_grains(plastic: BuiltPlastic | None, program: Program) -> tuple[F32
 def slow_densities(
     params: Params, silicon: Silicon, d: DieDevices, program: Program, flicker: NoiseModel
 ) -> F64:
-    """Densities of the relative slow processes at 1 Hz, 1/Hz, in the order of SLOW_LEAK to SLOW_INHIBIT."""
+    """Return the densities of the relative slow processes at 1 Hz, 1/Hz, from SLOW_LEAK to SLOW_INHIBIT."""
     of = _Gates(silicon, flicker)
     neuron, synapse = rolls_neuron.build(params.neuron), params.synapse
     leak = "leak.ml3" if program.slow_leak().all() else "leak.ml4"

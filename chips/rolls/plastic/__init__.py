@@ -1,1 +1,1 @@
-"""Plastic synapses of ROLLS and the circuits by which they learn."""
+"""ROLLS' plastic synapses, and the circuits by which they learn."""

@@ -1,4 +1,4 @@
-"""Biases of ROLLS' plastic array: which code is which current of the circuits, and codes to learn with.
+"""Biases of ROLLS' plastic array: which code is which current of its circuits, and codes to learn with.
 
 Names are the control software's; that a name is this current is ours
 (`circuits.blocks.rolls.plastic_synapse`, `circuits.blocks.rolls.calcium_gate`). Its default file has learning
@@ -53,7 +53,10 @@ LEARNING_CODES: Mapping[str, Code] = {
 
 
 def with_learning(table: BiasTable, codes: Mapping[str, Code] = LEARNING_CODES) -> BiasTable:
-    """`table` with the codes of the plastic array; raises `UnknownNameError` for a bias it does not have."""
+    """Return `table` with the codes of the plastic array.
+
+    Raises `UnknownNameError` for a bias that the table does not have.
+    """
     for name, code in codes.items():
         table = table.with_code(name, *code)
     return table

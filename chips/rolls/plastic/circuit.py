@@ -1,4 +1,4 @@
-"""The ROLLS chip with its plastic array as a circuit: what a row and the chip have more than without it.
+"""The ROLLS chip with its plastic array as a circuit: what its rows and columns have in addition.
 
 A row of `chips.rolls.circuit` has more:
 
@@ -32,7 +32,7 @@ _PARTS = (
 
 @dataclass(frozen=True, slots=True)
 class Learning:
-    """Sizes of the plastic array's circuits, and the threshold of its weights; all ours."""
+    """Sizes of the plastic array's circuits, and the threshold of its weights (V); all are ours."""
 
     cell: plastic_synapse.Params = field(default_factory=plastic_synapse.Params)
     gate: calcium_gate.Params = field(default_factory=calcium_gate.Params)
@@ -46,7 +46,7 @@ class Learning:
 
 
 def plastic_ports(part: str) -> dict[str, str]:
-    """Bias port of the row by bias port of a part of it: CELL, GATE or an extender."""
+    """Return the port of a row for each bias port of a part of it: CELL, GATE or an extender."""
     if part in (EXTENDER, GATE_EXTENDER):
         return {"v_pwlk": f"{CELL}_pwlk"}
     names = next(names for name, _, names, _ in _PARTS if name == part)
@@ -55,7 +55,7 @@ def plastic_ports(part: str) -> dict[str, str]:
 
 
 def biases(learning: Learning, table: BiasTable, kind: BiasKind) -> tuple[Bias, ...]:
-    """Biases of the chip's plastic array, with the codes of `table`."""
+    """Return the biases of the chip's plastic array, with the codes of `table`."""
     found = []
     for part, blocks, names, inner in _PARTS:
         for bias in blocks:
@@ -77,7 +77,7 @@ def plastic_chip(
     table: BiasTable | None = None,
     kind: BiasKind = "gate",
 ) -> Circuit:
-    """The whole chip with its plastic array; ports of a column's plastic event are `plastic_event[256]`."""
+    """Build the whole chip with its plastic array; a column's plastic events come at `plastic_event[256]`."""
     codes = default_biases() if table is None else table
     added = biases(learning, codes, kind)
     base = chip(params, codes, kind)

@@ -1,4 +1,4 @@
-"""Compiled stepping of a ROLLS chip's plastic array: nothing is done to a weight between its events.
+"""Compiled steps of a ROLLS chip's plastic array; nothing is done to a weight between its events.
 
 At an event of a synapse, at the beginning of a step, its weight w (V) first drifts for the time since its
 last one, up to the rail or, where leaks are above the drift, to its threshold:
@@ -102,7 +102,7 @@ def _synapse(p: Plastic, pre: int, k: int) -> None:
 
 @_compiled
 def deliver_plastic(p: Plastic, state: F64, t: Traffic, until: float) -> None:
-    """Give the last step's spikes, and the events before `until` s, to the plastic array and the calcium.
+    """Deliver the last step's spikes, and the events before `until` s, to the plastic array and the calcium.
 
     state: of the chip, float64[STATE_ROWS, n].
     """
@@ -118,7 +118,7 @@ def deliver_plastic(p: Plastic, state: F64, t: Traffic, until: float) -> None:
 
 @_compiled
 def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) -> None:
-    """A step of the slow filters, whose currents are added to `excite` (A), of calcium and its nodes.
+    """Step the slow filters, whose currents are added to `excite` (A), the calcium and its nodes.
 
     state: of the chip; bits: its row of zeta, as int64. A membrane that is held is at ground.
     """
@@ -143,7 +143,7 @@ def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) ->
 
 @_compiled
 def settle_weights(c: PlasticTables, weights: F32, steps: F32, lift: F32) -> None:
-    """Let all weights drift for `steps`, float32[pre, post]; lift: float32[n], as in `PlasticScratch`."""
+    """Let all weights drift for `steps`, float32[pre, post]; lift: as in `PlasticScratch`, float32[n]."""
     for j in range(weights.shape[0]):
         for k in range(weights.shape[1]):
             n, more = steps[j, k], lift[k]

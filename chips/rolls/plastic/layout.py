@@ -1,4 +1,4 @@
-"""Tables, state and working space of the plastic array's steps (`chips.rolls.plastic.kernel`)."""
+"""Tables, state and working space of the plastic array's steps, in the form that compiled code takes."""
 
 from __future__ import annotations
 
@@ -40,10 +40,11 @@ class PlasticTables(NamedTuple):
 
 
 class PlasticArrays(NamedTuple):
-    """State of a run: float64[PLASTIC_ROWS, n]; weights: float32[pre, post], V, as they were at `seen`.
+    """State of a run of the plastic array.
 
-    seen: int32[pre, post], steps of the run; clock: int64[1], steps done; read: int64[1], events read;
-    held: int64[1], filters times steps beyond their table's end.
+    filters: float64[PLASTIC_ROWS, n]; weights: as they were at step `seen`, V, float32[pre, post]; seen:
+    int32[pre, post]; clock: steps done, read: events read, held: filters times steps beyond their table's
+    end, int64[1] each.
     """
 
     filters: F64
@@ -63,7 +64,7 @@ class PlasticEvents(NamedTuple):
 
 
 class PlasticScratch(NamedTuple):
-    """Working space: of the filters; float32[n] each: which neurons let their weights go up, and down."""
+    """Working space: of the filters, and which neurons let their weights go up and down, float32[n] each."""
 
     filters: Scratch
     up: F32

@@ -1,4 +1,4 @@
-"""Plastic synapses and learning circuits of ROLLS at behavioural level, with a die's own devices.
+"""Behavioural model of ROLLS' plastic synapses and learning circuits, with a die's own devices.
 
 Weight, of the devices of `circuits.blocks.rolls.plastic_synapse`:
 
@@ -60,7 +60,7 @@ class GateModel:
 
 
 class Cells(NamedTuple):
-    """Plastic synapses, float64[m] each."""
+    """Plastic synapses on a die, float64[m] each."""
 
     up: F64  # A
     down: F64
@@ -76,7 +76,7 @@ class Cells(NamedTuple):
 
 
 class Gates(NamedTuple):
-    """Learning circuits, float64[n] each unless said; k counts OVERS."""
+    """Learning circuits on a die, float64[n] each unless said; k counts OVERS."""
 
     filter: Filter
     current: F64  # A, that a spike's pulse draws from the line
@@ -90,7 +90,7 @@ class Gates(NamedTuple):
 
 
 def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
-    """Capacitances of a plastic synapse's nodes."""
+    """Return the capacitances of a plastic synapse's nodes."""
     check_law(process)
     c = capacitance_matrix(plastic_synapse.cell(params), process, ("w", "wx", "ws"))
     far = c[1:, 1:]
@@ -98,7 +98,7 @@ def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
 
 
 def gate_model(params: calcium_gate.Params, process: Process) -> GateModel:
-    """Capacitances of a learning circuit's nodes."""
+    """Return the capacitances of a learning circuit's nodes."""
     check_law(process)
     nodes = ("v_ca", "line", *(f"over_{name}" for name in OVERS), "far", "step")
     c = capacitance_matrix(calcium_gate.gate(params), process, nodes)
@@ -110,7 +110,7 @@ def gate_model(params: calcium_gate.Params, process: Process) -> GateModel:
 
 
 def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
-    """Plastic synapses with the devices `d`, their line at `line` V."""
+    """Return plastic synapses with the devices `d`, their line at `line` V."""
     up, down = d.saturated("mu3", d.below("v_up")), d.saturated("md3", d.gate["v_dn"])
     above, below = _shut(d, "mu1", "mu2"), _shut(d, "md1", "md2")
     more = d.saturated("mu1", 0.0) - above, d.saturated("md1", 0.0) - below
@@ -126,7 +126,7 @@ def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
 
 
 def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
-    """Learning circuits with the devices `d`; line: V, found from the step's current unless given."""
+    """Return learning circuits with the devices `d`; line: V, found from the step's current unless given."""
     aliased = d._replace(
         fet={**d.fet, "md5": d.fet["mk_thmin"]},
         gate={**d.gate, "v_tau": d.gate["v_catau"], "v_thr": d.gate["v_cathr"]},

@@ -1,4 +1,4 @@
-"""Power of ROLLS' plastic array: what its parts take at rest and an event, by the transistor-level solver.
+"""Power of ROLLS' plastic array, at rest and an event, by the transistor-level solver.
 
     P = P_rest + N_high P_high + N_low P_low
         + rate [256 (E_extender + E_spike(rate)) + N_high E_high + N_low E_low]
@@ -50,10 +50,11 @@ SETTLED, WINDOW = 0.4, 0.1  # s, ours: until calcium has settled, and over which
 
 @dataclass(frozen=True, slots=True)
 class PlasticEnergies:
-    """rest: W of all learning circuits and extenders; low_rest, high_rest: of a synapse, by its weight.
+    """Powers and energies of the plastic array's parts.
 
-    All else J an event: extender: of a column; low, high: of a synapse, by its weight; spike: of a neuron in
-    its learning circuit and that one's extender, over the rate, float64[k], by rising rates (Hz).
+    rest: of all learning circuits and extenders, W; low_rest, high_rest: of a synapse, by its weight, W;
+    extender: of an event of a column, low, high: of a synapse, by its weight, J; spike: of a neuron in its
+    learning circuit and that one's extender, J, over the rate, float64[k], by rising rates (Hz).
     """
 
     rest: float
@@ -66,11 +67,11 @@ class PlasticEnergies:
     spike: F64
 
     def spike_at(self, rate: float) -> float:
-        """E_spike at a rate, J, a line over its logarithm; held beyond the ends."""
+        """Return E_spike at a rate, J, by a line over its logarithm, held beyond the ends."""
         return float(np.interp(np.log(max(rate, 1e-9)), np.log(self.rates), self.spike))
 
     def power(self, rate: float, high: int = 0) -> float:
-        """W where all neurons fire at `rate` Hz; high: how many of the weights are.
+        """Return the power where all neurons fire at `rate` Hz, W; high: how many of the weights are high.
 
         Raises `ParameterError` for more weights than the array has.
         """
@@ -84,7 +85,7 @@ class PlasticEnergies:
 
 
 def lacking(table: BiasTable) -> tuple[str, ...]:
-    """Biases of the array that a table, as of a chip without one, does not have."""
+    """Return the biases of the array that a table does not have, as that of a chip without one."""
     needed = (PULSE, *CELL_BIASES.values(), *GATE_BIASES.values())
     return tuple(name for name in needed if name not in table.names)
 

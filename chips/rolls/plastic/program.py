@@ -31,12 +31,12 @@ class PlasticArray:
         object.__setattr__(self, "weights", binary("weights", start))
 
     def start(self) -> Bools:
-        """Weights to begin with, bool[post, pre]."""
+        """Return the weights to begin with, bool[post, pre]."""
         return binary("weights", np.zeros((1, 1)) if self.weights is None else self.weights)
 
 
 def binary(name: str, values: ArrayLike) -> Bools:
-    """Values of 0 or 1 as bool[256, 256]; raises `ParameterError` for others."""
+    """Return values of 0 or 1 as bool[256, 256]; raises `ParameterError` for others, calling them `name`."""
     given = np.asarray(values)
     if given.ndim != 2 or given.shape[0] != given.shape[1] or given.shape[0] > NEURONS:
         shape = " x ".join(map(str, given.shape))

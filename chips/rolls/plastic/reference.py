@@ -1,4 +1,4 @@
-"""One plastic synapse with its learning circuit, as transistors and as a chip's steps have them.
+"""One plastic synapse with its learning circuit, by its transistors and by the steps of a chip.
 
 `pair()` is a circuit of both blocks on their own: events of the synapse and of the neuron, and the membrane
 as a voltage that is given. `simulated` runs it; `stepped` runs the compiled functions of the chip's kernel
@@ -51,9 +51,10 @@ EDGE = 1e-6  # s, in which the membrane changes
 
 @dataclass(frozen=True, slots=True)
 class Stimulus:
-    """What both levels get: events of the synapse and spikes of the neuron (s), the membrane's voltage.
+    """What both levels of description get.
 
-    membrane: (time, V) from which on it holds, the first at 0 s; duration: s.
+    events: of the synapse, spikes: of the neuron, s; membrane: (time, V) from which on it has a voltage, the
+    first at 0 s; duration: s.
     """
 
     events: tuple[float, ...]
@@ -62,12 +63,12 @@ class Stimulus:
     duration: float
 
     def level(self, t: float) -> float:
-        """The membrane's voltage at `t` s, V."""
+        """Return the membrane's voltage at `t` s, V."""
         return next(v for begin, v in reversed(self.membrane) if begin <= t)
 
 
 def pair() -> Circuit:
-    """Ports event (of the synapse), spike, v_mem, line, w, low, and the biases of both blocks."""
+    """Build the pair: its ports are event (of the synapse), spike, v_mem, line, w, low, and all biases."""
     gate, cell = calcium_gate.build(), plastic_synapse.build()
     own = cell.wired()
     renamed = {b.port: f"n_{b.port}" for b in calcium_gate.BIASES}
@@ -91,7 +92,7 @@ def pair() -> Circuit:
 
 
 def simulated(s: Stimulus, silicon: Silicon, kind: BiasKind, times: F64) -> F64:
-    """Weight at `times` (s) by the transistors, V."""
+    """Return the weight at `times` (s) by the transistors, V."""
     v_dd, corners = silicon.process.v_dd, [(0.0, s.membrane[0][1])]
     for before, (begin, volts) in zip(s.membrane, s.membrane[1:], strict=False):
         corners += [(begin - EDGE, before[1]), (begin, volts)]
@@ -109,7 +110,7 @@ def simulated(s: Stimulus, silicon: Silicon, kind: BiasKind, times: F64) -> F64:
 
 
 def stepped(s: Stimulus, silicon: Silicon, kind: BiasKind, step: float = STEP) -> tuple[F64, F64]:
-    """Weight after every step (V) by the chip's kernel, and the times, s.
+    """Return the weight after every step by the chip's kernel, V, and the times, s.
 
     Events act at the beginning of their step.
     """
@@ -142,7 +143,7 @@ def stepped(s: Stimulus, silicon: Silicon, kind: BiasKind, step: float = STEP) -
 
 
 def moves(weights: Sequence[float], times: F64, events: Sequence[float], step: float) -> tuple[int, ...]:
-    """Which way each event moved a weight: 1 up, -1 down, 0 not; by more than 50 mV around it."""
+    """Return which way each event moved a weight by more than 50 mV: 1 up, -1 down, 0 not."""
     found = []
     for t in events:
         before, after = np.interp([t - step, t + 2.0 * step], times, weights)
@@ -151,7 +152,7 @@ def moves(weights: Sequence[float], times: F64, events: Sequence[float], step: f
 
 
 def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F64]:
-    """COPIES of the pair for the chip's kernel, their weights low, and the rows of the chip's state."""
+    """Return COPIES of the pair for the chip's kernel, their weights low, and rows of a chip's state."""
     circuit = rebias(pair(), {}, kind)
     check_law(silicon.process)
     d = standing(circuit, silicon).taken(np.zeros(COPIES, dtype=np.int64))

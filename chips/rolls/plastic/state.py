@@ -30,10 +30,11 @@ LONGEST = 1 << 30  # steps that a weight's age is counted up to, five days
 
 @dataclass(frozen=True, slots=True)
 class PlasticState:
-    """Filters and nodes, float64[PLASTIC_ROWS, n]; weights: float32[post, pre], V, and steps since then.
+    """State of the plastic array.
 
-    A weight is as it was at its last event, `pending` steps ago (int32[post, pre]); `voltages` tells what it
-    is now. So a run in pieces is the run.
+    filters: filters and nodes, float64[PLASTIC_ROWS, n]; weights: V, float32[post, pre], as they were at
+    their last events, `pending` steps ago, int32[post, pre]; `voltages` gives them as they are now. So a run
+    in pieces is the run.
     """
 
     filters: F64
@@ -42,7 +43,7 @@ class PlasticState:
 
 
 def rest_of_plastic(built: BuiltPlastic, weights: Bools, step: float) -> PlasticState:
-    """State without input, calcium empty, each weight at a rail: bool[post, pre]."""
+    """Return the state without input: calcium empty, each weight at a rail; weights: bool[post, pre]."""
     filters = np.zeros((PLASTIC_ROWS, weights.shape[0]))
     rest_filters(filters, built, built.tables.banks, step)
     supply = built.tables.supply
@@ -50,13 +51,13 @@ def rest_of_plastic(built: BuiltPlastic, weights: Bools, step: float) -> Plastic
 
 
 def at_rails(built: BuiltPlastic, state: PlasticState, weights: ArrayLike) -> PlasticState:
-    """The state with all weights at rails; raises `ParameterError` where one is not 0 or 1."""
+    """Return the state with all weights at rails; raises `ParameterError` where one is not 0 or 1."""
     volts = np.where(binary("weights", weights), built.tables.supply, ZERO)
     return replace(state, weights=volts, pending=np.zeros_like(state.pending))
 
 
 def voltages(built: BuiltPlastic, state: PlasticState) -> F32:
-    """Voltages of the weights, float32[post, pre], V."""
+    """Return the voltages of the weights, V, float32[post, pre]."""
     found = np.ascontiguousarray(state.weights.T)
     steps = np.ascontiguousarray(state.pending.T, dtype=np.float32)
     settle_weights(built.tables, found, steps, np.zeros(found.shape[1], np.float32))
@@ -64,19 +65,19 @@ def voltages(built: BuiltPlastic, state: PlasticState) -> F32:
 
 
 def bits_of(built: BuiltPlastic, state: PlasticState) -> Bools:
-    """Whether the comparators hold the weights high, bool[post, pre]."""
+    """Return whether the comparators hold the weights high, bool[post, pre]."""
     return np.asarray(state.weights > built.tables.middle.T)
 
 
 def arrays_of(state: PlasticState) -> PlasticArrays:
-    """A copy of the state for a run."""
+    """Return a copy of the state for a run."""
     weights = np.ascontiguousarray(state.weights.T)
     none = np.zeros((3, 1), np.int64)
     return PlasticArrays(state.filters.copy(), weights, np.ascontiguousarray(-state.pending.T), *none)
 
 
 def state_of(arrays: PlasticArrays) -> PlasticState:
-    """State after a run."""
+    """Return the state after a run."""
     pending = np.minimum(arrays.clock[0] - arrays.seen.T, LONGEST).astype(np.int32)
     return PlasticState(arrays.filters, np.ascontiguousarray(arrays.weights.T), pending)
 
@@ -90,19 +91,19 @@ def settle(plastic: Plastic) -> None:
 
 
 def convert(old: BuiltPlastic, new: BuiltPlastic, plastic: Plastic) -> Plastic:
-    """Settle the weights, and take the array to another temperature: voltages stay."""
+    """Settle the weights and return the array at another temperature; its voltages stay."""
     settle(plastic)
     move_filters(plastic.arrays.filters, old, new)
     return plastic._replace(tables=new.tables)
 
 
 def scratch_of(filters: Scratch) -> PlasticScratch:
-    """Working space; `filters` must not be the chip's."""
+    """Return the working space; `filters` must not be the chip's."""
     return PlasticScratch(filters, *np.zeros((5, filters.excite.size), np.float32))
 
 
 def plastic_cautions(biases: BiasTable, built: BuiltPlastic) -> tuple[str, ...]:
-    """Where the array does not learn, or forgets, a sentence each."""
+    """Return, in sentences, where the array does not learn, or forgets."""
     found = [
         f"plastic: {name} has fine code 0, so that no event moves a weight that way and weights only drift;"
         " take the codes of with_learning"

@@ -1,4 +1,4 @@
-"""Tables of a ROLLS chip's plastic array on a die at a temperature, from the transistors of its circuit."""
+"""Tables of a ROLLS chip's plastic array, on a die at a temperature, from its transistors."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def build_plastic(
     params: Params, learning: Learning, program: Program, kind: BiasKind, silicon: Silicon, step: float,
     membranes: Membranes,
 ) -> BuiltPlastic:  # fmt: skip
-    """All tables of the plastic array on `silicon` for steps of `step` s.
+    """Return all tables of the plastic array on a silicon for steps of `step` s.
 
     membranes: of the same chip, which say where a membrane of zeta is.
     """
@@ -150,9 +150,9 @@ def build_plastic(
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What tables are assembled of: a filter, cells and learning circuits, lengths of pulses (s).
+    """What tables are assembled of: a filter, cells and learning circuits, and lengths of pulses (s).
 
-    latched: bool[post, pre]; share: float32[n, rows, 2]; membrane: float64[n], zeta.
+    latched: bool[post, pre]; share: float32[n, rows, 2]; membrane: zeta, float64[n].
     """
 
     filter: Filter
@@ -167,7 +167,7 @@ class Parts:
 
 
 def assemble(p: Parts, step: float) -> BuiltPlastic:
-    """Tables for steps of `step` s."""
+    """Return the tables for steps of `step` s."""
     square, latched = p.latched.shape, p.latched
     lengths = np.broadcast_to(p.lengths, square)
     cell = {
@@ -197,9 +197,9 @@ def assemble(p: Parts, step: float) -> BuiltPlastic:
 
 
 def nmda_share(d: DieDevices, membranes: Membranes) -> F32:
-    """What the NMDA gate brings into the input of a current, as lines over zeta, float32[n, rows, 2].
+    """Return what the NMDA gate brings into the input of a current, as lines over zeta, float32[n, rows, 2].
 
-    Weak inversion: the pair's share, and the gains of its two mirrors.
+    In weak inversion it is the pair's share times the gains of its two mirrors.
     """
     v, grid = _voltages(membranes)
     mg1, mg2 = d.fet["nmda_gate.mg1"], d.fet["nmda_gate.mg2"]
@@ -213,7 +213,7 @@ def nmda_share(d: DieDevices, membranes: Membranes) -> F32:
 
 
 def zeta_at(v: F64, membranes: Membranes) -> F64:
-    """Zeta of membranes at voltages `v`, float64[n], V; above the top where they do not get there."""
+    """Return zeta of membranes at voltages `v` (V), float64[n], above the top where they do not get there."""
     volts, grid = _voltages(membranes)
     return np.array([np.interp(x, row, grid) for x, row in zip(v, volts, strict=True)])
 

@@ -1,4 +1,4 @@
-"""Words of ROLLS' plastic array: what writes its latches and weights, and what words have left there.
+"""Words of ROLLS' plastic array, which write its latches and weights, and what words have left there.
 
 A plastic synapse has the latches `recurrent`, which lets pulses in, and `broadcast`, which is not modelled,
 and in a region of its own the weight, high or low (`chips.rolls.program.address`). A written weight is at its
@@ -24,9 +24,10 @@ from circuits.errors import ParameterError
 
 
 def plastic_words(array: PlasticArray | None, since: PlasticArray | None = None) -> I64:
-    """Words that write a plastic array: two a synapse, recurrent and broadcast (always 0), then the weights.
+    """Return the words that write a plastic array: two latches a synapse, then the weights.
 
-    Only what differs from `since` where that is given; none where there is no array and was none.
+    The latches are recurrent and broadcast (always 0). Only what differs from `since` is written where that
+    is given; nothing where there is no array and was none.
     """
     if array is None:
         if since is None:
@@ -49,7 +50,7 @@ def plastic_words(array: PlasticArray | None, since: PlasticArray | None = None)
 
 
 def weight_words(weights: ArrayLike) -> I64:
-    """Words that write all plastic weights, bool[post, pre].
+    """Return the words that write all plastic weights, bool[post, pre].
 
     Raises `ParameterError` where one is not 0 or 1.
     """
@@ -63,7 +64,7 @@ def _weight_words(post: I64, pre: I64, weights: Bools) -> I64:
 
 
 def plastic_of_words(words: I64) -> PlasticArray | None:
-    """The array that words leave whose latches and weights were all off; None where they are off still.
+    """Return the array that words leave whose latches and weights were all off, None if they still are.
 
     Raises `ParameterError` for a word that sets a broadcast latch.
     """

@@ -48,7 +48,7 @@ _BIT, _LATCH = 16, 17  # shifts
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Latches of 256 x 256 cells: words from `offset` on, `latches` in the order of their numbers."""
+    """Latches of 256 x 256 cells: words from `offset` on, `latches` by the order of their numbers."""
 
     name: str
     offset: int
@@ -82,7 +82,7 @@ class VirtualSynapses:
                 )
 
     def columns(self, *, inhibitory: bool) -> range:
-        """Columns of one sign."""
+        """Return the columns of one sign."""
         first = VIRTUAL_INHIBITORY if inhibitory else VIRTUAL_EXCITATORY
         return range(first, first + (self.inhibitory if inhibitory else self.excitatory))
 
@@ -102,7 +102,7 @@ class LatchWrites(NamedTuple):
 
 
 def stimulate_words(neuron: ArrayLike, column: ArrayLike) -> I64:
-    """Words that give one event to the synapse at `column` of `neuron`, int64 of their common shape.
+    """Return the words that give one event to the synapse at `column` of `neuron`, int64.
 
     Raises `ParameterError` for a neuron or a column that the chip does not have.
     """
@@ -112,15 +112,16 @@ def stimulate_words(neuron: ArrayLike, column: ArrayLike) -> I64:
 
 
 def read_stimulate_words(words: ArrayLike) -> tuple[I64, I64]:
-    """Neurons and columns of stimulate words, int64 each; raises `ParameterError` for another word."""
+    """Return neurons and columns of stimulate words, int64 each; raises `ParameterError` for other words."""
     found = _inside("word", words, COLUMNS << 8, "words from there on write latches")
     return found & 255, found >> 8
 
 
 def latch_words(region: Region, post: ArrayLike, pre: ArrayLike, latch: ArrayLike, bit: ArrayLike) -> I64:
-    """Words that write `bit` to a latch (a number) of the cell from neuron `pre` to neuron `post`, int64.
+    """Return the words that write `bit` to a latch of the cell from neuron `pre` to neuron `post`, int64.
 
-    Raises `ParameterError` for a neuron or latch that the region does not have, and a bit that is not 0 or 1.
+    latch: its number in the region. Raises `ParameterError` for a neuron or latch that the region does not
+    have, and a bit that is not 0 or 1.
     """
     to = _inside("post", post, NEURONS, "the chip has 256 neurons")
     origin = _inside("pre", pre, NEURONS, "the chip has 256 neurons")
@@ -131,7 +132,7 @@ def latch_words(region: Region, post: ArrayLike, pre: ArrayLike, latch: ArrayLik
 
 
 def read_latch_words(region: Region, words: ArrayLike) -> LatchWrites:
-    """What `words` of one region write; raises `ParameterError` for a word outside it."""
+    """Return what words of one region write; raises `ParameterError` for a word outside it."""
     found = np.asarray(words, dtype=np.int64)
     outside = ~in_region(region, found)
     if outside.any():
@@ -145,14 +146,14 @@ def read_latch_words(region: Region, words: ArrayLike) -> LatchWrites:
 
 
 def in_region(region: Region, words: ArrayLike) -> Bools:
-    """Whether each word writes a latch of `region`."""
+    """Return whether each word writes a latch of the region."""
     found = np.asarray(words, dtype=np.int64)
     inside: Bools = (found >= region.offset) & (found < region.end)
     return inside
 
 
 def leak_words(neurons: ArrayLike) -> I64:
-    """Words that put all neurons to IF_TAU2 and then `neurons` to IF_TAU1, int64[2 + 3 n].
+    """Return the words that put all neurons to IF_TAU2 and then `neurons` to IF_TAU1, int64[2 + 3 n].
 
     Raises `ParameterError` for a neuron that the chip does not have.
     """

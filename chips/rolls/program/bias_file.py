@@ -37,7 +37,7 @@ _DIGITS = 10  # of a fine code, beyond which its size is not looked at; ours
 
 @dataclass(frozen=True, slots=True)
 class BiasEntry:
-    """A row: coarse code 0 to 7, None for a shifted source; fine code 0 to 255; flags as the file has them.
+    """A row of a bias file: coarse code 0 to 7, None for a shifted source; fine code 0 to 255; its flags.
 
     Raises `ParameterError` for other codes.
     """
@@ -83,7 +83,10 @@ class BiasTable:
         return tuple(name for name in self.names if name not in known)
 
     def code(self, name: str) -> Code:
-        """(coarse, fine) of a bias; raises `UnknownNameError`, or `ParameterError` for a shifted source."""
+        """Return (coarse, fine) of a bias.
+
+        Raises `UnknownNameError` for another name, and `ParameterError` for a shifted source.
+        """
         entry = self._entry(name)
         if entry.coarse is None:
             raise ParameterError(
@@ -92,21 +95,22 @@ class BiasTable:
         return entry.coarse, entry.fine
 
     def current(self, name: str) -> float:
-        """Nominal current at 27 degC, A: `I_coarse fine / 256`, `OFF_CURRENT` at fine code 0."""
+        """Return a bias's nominal current at 27 degC, A: `I_coarse fine / 256`, `OFF_CURRENT` at code 0."""
         return current_of(self.code(name))
 
     def is_off(self, name: str) -> bool:
-        """Whether the fine code is 0."""
+        """Return whether a bias's fine code is 0."""
         return self.code(name)[1] == 0
 
     def codes(self) -> Mapping[str, Code]:
-        """(coarse, fine) by name, without the shifted sources."""
+        """Return (coarse, fine) by name, without the shifted sources."""
         return {e.name: (e.coarse, e.fine) for e in self.entries if e.coarse is not None}
 
     def with_code(self, name: str, coarse: int, fine: int) -> BiasTable:
-        """The table with another code of `name`.
+        """Return the table with another code of `name`.
 
-        Raises `UnknownNameError` for a name it does not have, `ParameterError` for a code outside the range.
+        Raises `UnknownNameError` for a name that it does not have, and `ParameterError` for a code outside
+        the range.
         """
         changed = replace(self._entry(name), coarse=coarse, fine=fine)
         return BiasTable(tuple(changed if e.name == name else e for e in self.entries))
@@ -119,12 +123,15 @@ class BiasTable:
 
 
 def default_biases() -> BiasTable:
-    """Defaults of the control software, on which every neuron fires without input; see `resting_biases`."""
+    """Return the defaults of the control software, on which every neuron fires without input.
+
+    `resting_biases` has those on which a chip rests.
+    """
     return shipped_biases(SHIPPED[0])
 
 
 def resting_biases() -> BiasTable:
-    """Defaults of the control software without the neurons' direct current, so that a chip rests.
+    """Return the defaults of the control software without the neurons' direct current, so that a chip rests.
 
     With it (`IF_DC_P` at 3.2u, 7: 88 nA) every neuron fires without input as fast as it can.
     """
@@ -132,7 +139,7 @@ def resting_biases() -> BiasTable:
 
 
 def shipped_biases(name: str) -> BiasTable:
-    """A table of `SHIPPED`; raises `UnknownNameError` for another name."""
+    """Return a table of `SHIPPED`; raises `UnknownNameError` for another name."""
     if name not in SHIPPED:
         raise unknown_name("ROLLS bias table", name, SHIPPED)
     text = files("chips").joinpath("biases", f"{name}.csv").read_text(encoding="utf-8")
@@ -150,7 +157,10 @@ def read_biases(path: Path) -> BiasTable:
 
 
 def parse_biases(text: str, source: str) -> BiasTable:
-    """Table of a file's `text`; `source` names it in errors. Raises `DataError` with the line."""
+    """Return the table of a file's `text`; `source` names it in errors.
+
+    Raises `DataError` with the line.
+    """
     entries: dict[str, BiasEntry] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         fields = [field.strip() for field in line.split(",")]
@@ -166,7 +176,7 @@ def parse_biases(text: str, source: str) -> BiasTable:
 
 
 def format_biases(table: BiasTable) -> str:
-    """Text of a bias file with its header, flags behind the codes."""
+    """Return the text of a bias file with its header, flags behind the codes."""
     rows = [HEADER]
     for entry in table.entries:
         coarse = SPECIAL if entry.coarse is None else COARSE_NAMES[entry.coarse]

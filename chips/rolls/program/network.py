@@ -63,7 +63,7 @@ class Network:
         raise unknown_name("population", name, (p.name for p in self.populations))
 
     def levels(self) -> I8:
-        """Levels of all projections, int8[post, pre], 256 x 256."""
+        """Return the levels of all projections, int8[post, pre], 256 x 256."""
         levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
         last = np.full((NEURONS, NEURONS), -1, dtype=np.int64)  # which projection gave the level
         for k, projection in enumerate(self.projections):
@@ -86,9 +86,9 @@ class Network:
 def network_program(
     network: Network, biases: BiasTable | None = None, virtual: VirtualSynapses = LAB_VIRTUAL
 ) -> Program:
-    """Program that puts a network on the chip; biases default to those on which it rests.
+    """Return the program that puts a network on the chip; biases default to those on which it rests.
 
-    Raises `ParameterError` for what the chip cannot do: see `Program`.
+    Raises `ParameterError` for what the chip cannot do, as `Program` does.
     """
     inputs = tuple(
         VirtualInput(each.name, each.target.neurons, each.synapses, each.inhibitory)

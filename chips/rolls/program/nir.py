@@ -1,4 +1,4 @@
-"""NIR export of a ROLLS program: leaky integrators for the filters, leaky integrate-and-fire neurons.
+"""Export of a ROLLS program to NIR, as leaky integrators (filters) and integrate-and-fire neurons.
 
     neurons -> excitatory -> excitatory_filter -> neurons -> spikes
     neurons -> inhibitory -> inhibitory_filter -> neurons
@@ -100,7 +100,7 @@ class Linearisation:
 
 
 def nominal_linearisation(program: Program) -> Linearisation:
-    """Linear model of the nominal circuits at 27 degC."""
+    """Return the linear model of the nominal circuits at 27 degC."""
     biases, process = program.biases, ROLLS_180
     n, p = (at_temperature(model, process, REFERENCE_C) for model in (process.n, process.p))
     synapse, neuron = dpi_synapse.Params(), rolls_neuron.Params()
@@ -132,11 +132,11 @@ def nominal_linearisation(program: Program) -> Linearisation:
 
 
 def nir_graph(program: Program, linearisation: Linearisation | None = None) -> Any:
-    """`nir.NIRGraph` of a program, with `LOST` in its metadata.
+    """Return the `nir.NIRGraph` of a program, with `LOST` in its metadata.
 
-    Inputs `virtual_excitatory` and `virtual_inhibitory`, one channel a neuron; output `spikes`. Raises
-    `DataError` where the package nir is not installed, `ParameterError` for a plastic array or depression,
-    which no node of NIR says.
+    Its inputs are `virtual_excitatory` and `virtual_inhibitory`, one channel a neuron, its output `spikes`.
+    Raises `DataError` where the package nir is not installed, and `ParameterError` for a plastic array or
+    depression, which no node of NIR says.
     """
     check_unlearned(program, "a NIR graph")
     check_undepressed(program, "a NIR graph")

@@ -46,7 +46,7 @@ class Population:
         return len(self.neurons)
 
     def part(self, start: int, stop: int) -> Population:
-        """Neurons `start` to `stop - 1` of the population, counted in it.
+        """Return neurons `start` to `stop - 1` of the population, counted in it.
 
         Raises `ParameterError` where it has no such neurons.
         """
@@ -88,12 +88,12 @@ class Projection:
 
     @property
     def name(self) -> str:
-        """As `ol -> dr`."""
+        """Name of the projection, as `ol -> dr`."""
         return f"{self.source.name} -> {self.target.name}"
 
 
 def place(sizes: Mapping[str, int], blacklist: Collection[int] = ()) -> dict[str, Population]:
-    """Populations of the given sizes one after another from neuron 0 on, without blacklisted neurons.
+    """Return populations of the given sizes from neuron 0 on, without blacklisted neurons.
 
     Raises `ParameterError` where the chip has too few neurons.
     """
@@ -111,12 +111,15 @@ def place(sizes: Mapping[str, int], blacklist: Collection[int] = ()) -> dict[str
 
 
 def all_to_all(source: Population, target: Population, level: int) -> Projection:
-    """Every neuron of `source` to every neuron of `target`; within one population to itself too."""
+    """Connect every neuron of `source` to every one of `target`; within one population to itself too."""
     return Projection(source, target, np.full((len(target), len(source)), level))
 
 
 def one_to_one(source: Population, target: Population, level: int) -> Projection:
-    """Each neuron to that of the same place; raises `ParameterError` for populations of different sizes."""
+    """Connect each neuron to that of the same place.
+
+    Raises `ParameterError` for populations of different sizes.
+    """
     if len(source) != len(target):
         raise ParameterError(
             f"{source.name} -> {target.name}: {len(source)} and {len(target)} neurons, must be as many;"
@@ -128,7 +131,10 @@ def one_to_one(source: Population, target: Population, level: int) -> Projection
 def with_probability(
     source: Population, target: Population, level: int, probability: float, seed: int
 ) -> Projection:
-    """Each pair with `probability`, drawn by itself from `seed`; raises `ParameterError` beyond 0 to 1."""
+    """Connect each pair with `probability`, drawn by itself from `seed`.
+
+    Raises `ParameterError` for a probability beyond 0 to 1.
+    """
     if not 0.0 <= probability <= 1.0:
         raise ParameterError(
             f"{source.name} -> {target.name}: probability {probability:g}, must be 0 to 1; give a share"
@@ -138,7 +144,7 @@ def with_probability(
 
 
 def without_self(projection: Projection) -> Projection:
-    """The projection without synapses from a neuron to itself."""
+    """Return the projection without synapses from a neuron to itself."""
     same = np.equal.outer(projection.target.neurons, projection.source.neurons)
     return Projection(projection.source, projection.target, np.where(same, 0, projection.levels))
 
@@ -150,7 +156,7 @@ def neural_field(
     reach: int | None = None,
     boundary: str = "open",
 ) -> Projection:
-    """Field of a population: `near` by distance from 0 on, `far` up to `reach`, everywhere if that is None.
+    """Return the field of a population: `near` by distance from 0 on, `far` up to `reach` or everywhere.
 
     boundary: `open`, or `ring` where the last neuron is the first one's neighbour. Raises `ParameterError`
     for another boundary, and a reach that ends before `near` does.
@@ -174,10 +180,10 @@ def neural_field(
 def winner_take_all(
     populations: Iterable[Population], excitation: int, inhibition: int
 ) -> tuple[Projection, ...]:
-    """Every population to itself with `excitation`, to each other one with `inhibition`, all to all.
+    """Connect every population to itself with `excitation`, and to each other one with `inhibition`.
 
-    A level of 0 leaves its projections out. Raises `ParameterError` for an excitation below or an inhibition
-    above 0.
+    All neurons are connected to all. A level of 0 leaves its projections out. Raises `ParameterError` for an
+    excitation below or an inhibition above 0.
     """
     if excitation < 0 or inhibition > 0:
         raise ParameterError(

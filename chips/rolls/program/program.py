@@ -1,4 +1,4 @@
-"""A program of ROLLS: weight levels, virtual synapses, leak latches and biases, and the words that write it.
+"""A program of ROLLS: weight levels, virtual synapses, leak latches and biases that are written to it.
 
 Level 0 lets nothing in; 1 to 4 excite and -1 to -4 inhibit. All synapses of a sign share three currents, so
 that a level is one of four sums (control software, `ROLLSDevice.h`: weight_0 is the constant current,
@@ -84,13 +84,13 @@ class Program:
             _check_depression(self, self.depression)
 
     def slow_leak(self) -> Bools:
-        """Whether the leak of a neuron is IF_TAU1, bool[256]."""
+        """Return whether the leak of each neuron is IF_TAU1, bool[256]."""
         chosen = np.zeros(NEURONS, dtype=np.bool_)
         chosen[list(self.tau1)] = True
         return chosen
 
     def input(self, name: str) -> VirtualInput:
-        """The input of a name; raises `ParameterError` for another."""
+        """Return the input of a name; raises `ParameterError` for another."""
         for each in self.inputs:
             if each.name == name:
                 return each
@@ -111,7 +111,7 @@ def check_undepressed(program: Program, what: str) -> None:
 
 
 def level_current(biases: BiasTable, level: int) -> float:
-    """Nominal current that a synapse of `level` draws during its pulse, A, 0 for level 0.
+    """Return the nominal current that a synapse of `level` draws during its pulse, A, 0 for level 0.
 
     Raises `ParameterError` for a level that is not -4 to 4.
     """
@@ -125,7 +125,7 @@ def level_current(biases: BiasTable, level: int) -> float:
 
 
 def missing_levels(biases: BiasTable) -> dict[int, str]:
-    """Levels that the biases do not have, with the bias that is off."""
+    """Return the levels that the biases do not have, each with the bias that is off."""
     missing = {}
     for sign in (1, -1):
         needed = {1: (_CONSTANT[sign],), 2: _BITS[sign][:1], 3: _BITS[sign][1:], 4: _BITS[sign]}

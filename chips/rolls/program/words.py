@@ -1,4 +1,4 @@
-"""Words of a ROLLS program: what writes it to a chip, what words have written, events of its inputs.
+"""Words of a ROLLS program: those that write it to a chip, and those of the events of its inputs.
 
 A program is written a latch at a time, five words a synapse, sender by sender as the control software does
 it, with a pause of 10 us after each synapse (`aerctl.cpp`); what a word takes on the link is not public.
@@ -41,7 +41,7 @@ CELL_PAUSE = 10e-6  # s, after each synapse; aerctl.cpp
 
 
 def virtual_columns(program: Program) -> dict[str, I64]:
-    """Columns of the virtual synapses of each input, int64[neurons of the input, synapses], by its name.
+    """Return the columns of each input's virtual synapses by its name, int64[neurons of the input, synapses].
 
     A neuron gives its inputs its virtual synapses in the order of the inputs.
     """
@@ -56,7 +56,7 @@ def virtual_columns(program: Program) -> dict[str, I64]:
 
 
 def input_words(program: Program, name: str, neurons: ArrayLike) -> I64:
-    """Words of events of an input, one for each of `neurons`: int64[events, synapses].
+    """Return the words of events of an input, one event for each of `neurons`, int64[events, synapses].
 
     Raises `ParameterError` for an input that the program does not have, or a neuron that it does not reach.
     """
@@ -75,10 +75,10 @@ def input_words(program: Program, name: str, neurons: ArrayLike) -> I64:
 
 
 def program_words(program: Program, since: Program | None = None) -> I64:
-    """Words that write a program, in order: int64; only what differs from `since` where that is given.
+    """Return the words that write a program, in order, int64.
 
-    Leak latches first, then five words a synapse: recurrent, sign, w0, w1, broadcast (always 0); then those
-    of the plastic array, if it has one.
+    Only what differs from `since` is written where that is given. Leak latches come first, then five words a
+    synapse: recurrent, sign, w0, w1, broadcast (always 0); then those of the plastic array, if it has one.
     """
     pre, post = np.meshgrid(np.arange(NEURONS), np.arange(NEURONS), indexing="ij")
     changed = np.ones((NEURONS, NEURONS), dtype=np.bool_)
@@ -104,11 +104,11 @@ def program_of_words(
     virtual: VirtualSynapses = LAB_VIRTUAL,
     depression: ShortTermDepression | None = None,
 ) -> Program:
-    """Program that latch words, in their order, leave on a chip whose latches were all off.
+    """Return the program that latch words, in their order, leave on a chip whose latches were all off.
 
-    It has a plastic array if a word sets a latch or a weight there; biases, and depression with them, are
-    not among the words. Raises `ParameterError` for a word that
-    writes no latch, one that sets a broadcast latch (not modelled), and where the program itself is refused.
+    It has a plastic array if a word sets a latch or a weight there; biases, and depression with them, are not
+    among the words. Raises `ParameterError` for a word that writes no latch, one that sets a broadcast latch
+    (not modelled), and where the program itself is refused.
     """
     found = np.asarray(words, dtype=np.int64).ravel()
     cells, leak = in_region(NONPLASTIC_LATCHES, found), (found >= LEAK_TAU1) & (found <= LEAK_RELEASE)
@@ -135,7 +135,7 @@ def program_of_words(
 
 
 def programming_time(words: ArrayLike, pause: float = CELL_PAUSE) -> float:
-    """Time that the pauses take, s, the least that writing `words` can take: one after each synapse.
+    """Return the least time that writing `words` can take, s: a `pause` after each synapse.
 
     Words of the same synapse that follow each other are one synapse.
     """

@@ -1,4 +1,4 @@
-"""Set-up in which a ROLLS chip learns to tell two patterns of mean rates; every number is ours.
+"""An experiment in which a ROLLS chip learns to tell two patterns of mean rates; every number is ours.
 
 64 plastic columns reach two populations of 16 neurons, one a class. A pattern is which 32 of the columns are
 active, drawn at random for either class; a presentation of it is jittered: each column is flipped with a
@@ -44,9 +44,10 @@ SETTLING = 1.0  # s after the teaching, in which every weight drifts to a rail
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """Sizes, rates (Hz) and times (s) of the set-up.
+    """Sizes, rates (Hz) and times (s) of the experiment.
 
-    jitter: standard deviation of the logarithm of a column's rate; flipped: share of columns that are.
+    jitter: standard deviation of the logarithm of a column's rate; flipped: share of columns that are
+    flipped.
     """
 
     columns: int = 64
@@ -73,11 +74,11 @@ class Task:
             raise ParameterError(f"task.active: {self.active}, must be 1 to {self.columns}, the columns")
 
     def neurons(self, which: int) -> range:
-        """Neurons of a class."""
+        """Return the neurons of a class."""
         return range(which * self.population, (which + 1) * self.population)
 
     def everyone(self) -> I64:
-        """Neurons of both classes."""
+        """Return the neurons of both classes."""
         return np.arange(CLASSES * self.population)
 
 
@@ -90,32 +91,35 @@ class Answers:
     lost: int
 
     def right(self, task: Task) -> Bools:
-        """Whether the population of the class spiked more, bool[tests]."""
+        """Return whether the population of the class spiked more, bool[tests]."""
         sums = np.stack([self.rates[:, list(task.neurons(c))].sum(axis=1) for c in range(CLASSES)])
         each = np.arange(self.shown.size)
         return np.asarray(sums[self.shown, each] > sums[1 - self.shown, each])
 
     def pairs_right(self, task: Task) -> float:
-        """Share of tests that one neuron of each population tells right, mean over pairs; a tie is half."""
+        """Return the share of tests that one neuron of each population gets right, the mean over pairs.
+
+        A tie counts half.
+        """
         first, second = (self.rates[:, list(task.neurons(c))] for c in range(CLASSES))
         gap = np.where(self.shown == 0, 1.0, -1.0)[:, None] * (first - second)
         return float(np.mean((gap > 0.0) + 0.5 * (gap == 0.0)))
 
 
 def learning_biases() -> BiasTable:
-    """Biases to learn with."""
+    """Return biases to learn with."""
     return with_learning(table(CODES, WEIGHTS), LEARNING_CODES)
 
 
 def held(biases: BiasTable) -> BiasTable:
-    """The biases with both moves off, so that weights only drift to their rails."""
+    """Return the biases with both moves off, so that weights only drift to their rails."""
     for name in MOVES:
         biases = biases.with_code(name, 7, 0)
     return biases
 
 
 def patterns(task: Task, seed: int) -> tuple[Bools, Bools]:
-    """Which columns are active in the pattern of each class."""
+    """Return which columns are active in the pattern of each class."""
     draw = np.random.default_rng((seed, 0))
     found = np.zeros((CLASSES, task.columns), np.bool_)
     for pattern in found:
@@ -124,7 +128,7 @@ def patterns(task: Task, seed: int) -> tuple[Bools, Bools]:
 
 
 def learning_program(task: Task, seed: int, biases: BiasTable) -> Program:
-    """Program of the set-up; half of the weights, drawn at random, are high to begin with."""
+    """Return the program; half of the weights, drawn at random, are high to begin with."""
     out, columns = task.everyone(), FIRST_COLUMN + np.arange(task.columns)
     latches = np.zeros((NEURONS, NEURONS), np.bool_)
     latches[np.ix_(out, columns)] = True
@@ -138,7 +142,7 @@ def learning_program(task: Task, seed: int, biases: BiasTable) -> Program:
 def presentation(
     task: Task, pattern: Bools, taught: int | None, start: float, draw: np.random.Generator
 ) -> Inputs:
-    """Events of one presentation that begins at `start` s; taught: the class, None in a test."""
+    """Return the events of one presentation that begins at `start` s; taught: the class, None in a test."""
     active = pattern ^ (draw.random(task.columns) < task.flipped)
     rates = np.where(active, task.high, task.low) * np.exp(task.jitter * draw.standard_normal(task.columns))
     times, columns = _poisson(rates, start, task.presentation, draw)
@@ -167,12 +171,12 @@ def _poisson(rates: F64, start: float, length: float, draw: np.random.Generator)
 
 
 def teach(chip: RollsChip, task: Task, state: ChipState, seed: int, count: int) -> tuple[ChipState, Answers]:
-    """Teach the patterns in turn, `count` presentations; also what was answered meanwhile."""
+    """Teach the patterns in turn, `count` times; return the state, and what was answered meanwhile."""
     return _present(chip, task, state, seed, count, teaching=True)
 
 
 def ask(chip: RollsChip, task: Task, state: ChipState, seed: int, count: int) -> Answers:
-    """Show the patterns in turn without a teacher."""
+    """Show the patterns in turn without a teacher, `count` times."""
     return _present(chip, task, state, seed, count, teaching=False)[1]
 
 
@@ -194,7 +198,7 @@ def _present(
 def chips_of(
     task: Task, silicon: Silicon, kind: BiasKind, seed: int, learning: Learning | None = None
 ) -> tuple[RollsChip, RollsChip]:
-    """The chip as it learns, and as it is tested, with the moves off."""
+    """Return the chip as it learns, and as it is tested, with the moves off."""
     program = learning_program(task, seed, learning_biases())
     chosen = Learning() if learning is None else learning
     still = replace(program, biases=held(program.biases))
@@ -223,9 +227,10 @@ class Lesson:
 def lesson(
     chips: tuple[RollsChip, RollsChip], task: Task, seed: int, silence: float = 0.0, *, going_on: bool = False
 ) -> Lesson:
-    """Test, teach, and test a chip again; `silence`: s without events after the teaching, beside it.
+    """Test, teach, and test a chip again.
 
-    chips: as it learns and as it is tested (`chips_of`); going_on: test it also while it learns.
+    chips: as it learns and as it is tested (`chips_of`); silence: s without events after the teaching;
+    going_on: whether it is also tested while it learns.
     """
     chip, still = chips
     square = np.ix_(task.everyone(), FIRST_COLUMN + np.arange(task.columns))

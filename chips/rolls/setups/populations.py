@@ -1,4 +1,4 @@
-"""Set-ups that show what a calibrated ROLLS chip does: eight populations at three rates, and a neural field.
+"""Experiments with a calibrated ROLLS chip: eight populations at three rates, and a neural field.
 
 Every number is ours. Populations: 16 neurons each, driven by 250 events/s through a synapse of level 1, 2 or
 3, so that three biases set three target rates at once; `NPA_WEIGHT_EXC` those of level 1, and with it
@@ -34,7 +34,7 @@ QUIET = {"IF_DC_P": (7, 0)} | dict.fromkeys(
 
 
 def table(codes: dict[str, tuple[int, int]], currents: dict[str, float]) -> BiasTable:
-    """The control software's biases with other codes, and with those of some currents, A."""
+    """Return the control software's biases with other codes, and with those of some currents (A)."""
     found = default_biases()
     for name, code in (codes | {name: code_for(i) for name, i in currents.items()}).items():
         found = found.with_code(name, *code)
@@ -42,7 +42,7 @@ def table(codes: dict[str, tuple[int, int]], currents: dict[str, float]) -> Bias
 
 
 def populations_task() -> Task:
-    """Eight populations that are to fire at 20, 50 and 100 Hz."""
+    """Return the task of eight populations that are to fire at 20, 50 and 100 Hz."""
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
     targets: list[Target] = []
     names: tuple[list[str], ...] = ([], [], [])
@@ -58,7 +58,7 @@ def populations_task() -> Task:
 
 
 def populations_drive(duration: float, phase: float = 0.0) -> Inputs:
-    """Regular events to every neuron's source, beginning `phase` s late."""
+    """Return regular events to every neuron's source, beginning `phase` s late."""
     times = np.arange(1e-3 + phase, duration, 1.0 / EVENTS)
     neurons = np.arange(POPULATIONS * SIZE)
     columns = NONPLASTIC + SOURCE + (neurons // SIZE) % len(RATES)
@@ -68,9 +68,9 @@ def populations_drive(duration: float, phase: float = 0.0) -> Inputs:
 def population_errors(
     task: Task, found: Calibration, silicon: Silicon, kind: BiasKind, duration: float = 2.0
 ) -> dict[str, float]:
-    """Mean rate over its target, less one, by population, of a calibrated chip on `silicon`.
+    """Return the mean rate over its target, less one, by population, of a calibrated chip on a silicon.
 
-    Another run than the calibration's: twice as long, events at another phase.
+    It is another run than the calibration's: twice as long, with events at another phase.
     """
     chip = RollsChip(replace(task.program, biases=found.biases), silicon, kind)
     rates = neuron_rates(chip, lambda d: populations_drive(d, 1.7e-3), duration)
@@ -95,7 +95,7 @@ _FIELD_CURRENTS = {
 
 
 def field_task() -> Task:
-    """The field without its recurrent synapses: 16 groups that are to fire at one rate."""
+    """Return the task of the field without recurrent synapses: 16 groups that are to fire at one rate."""
     groups = [Population(f"g{k}", tuple(range(GROUP * k, GROUP * (k + 1)))) for k in range(FIELD // GROUP)]
     program = Program(
         np.zeros((NEURONS, NEURONS), dtype=np.int8), table(_FIELD_CODES, _FIELD_CURRENTS),
@@ -109,13 +109,13 @@ def field_task() -> Task:
 
 
 def regular(rates: F64, duration: float) -> Inputs:
-    """Regular events to the first virtual synapse of neurons from 0 on, rates in Hz, a little apart."""
+    """Return regular events to the first virtual synapse of neurons from 0 on; rates: Hz, a little apart."""
     found = [np.arange(1e-3 + k % 7 * 1e-3 / 7.0, duration, 1.0 / r) for k, r in enumerate(rates)]
     return _virtual(found)
 
 
 def irregular(rates: F64, duration: float, seed: int) -> Inputs:
-    """Poisson events likewise; each neuron's are drawn by themselves."""
+    """Return Poisson events likewise; each neuron's are drawn by themselves."""
     found = []
     for k, rate in enumerate(rates):
         draw = np.random.default_rng((seed, k))
@@ -131,7 +131,7 @@ def _virtual(found: list[F64]) -> Inputs:
 
 
 def field_chip(found: Calibration, silicon: Silicon, kind: BiasKind) -> RollsChip:
-    """The calibrated field with its recurrent synapses; dropped neurons have none."""
+    """Return the calibrated field with its recurrent synapses; dropped neurons have none."""
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
     field = Population("field", tuple(range(FIELD)))
     levels[:FIELD, :FIELD] = neural_field(field, NEAR, FAR).levels
@@ -152,12 +152,12 @@ class Bump:
 
     @property
     def right(self) -> bool:
-        """One bump, at the stronger input: a tenth of its rate at most anywhere else."""
+        """Whether there is one bump, at the stronger input: elsewhere at most a tenth of its rate."""
         return self.stronger > 5.0 and max(self.weaker, self.elsewhere) < 0.1 * self.stronger
 
 
 def field_bump(found: Calibration, silicon: Silicon, kind: BiasKind, side: int, seed: int) -> Bump:
-    """Two inputs, that at CENTRES[side] 20 % stronger."""
+    """Run the field with two inputs, of which that at CENTRES[side] is 20 % stronger."""
     place = np.arange(FIELD)
     near = [np.exp(-0.5 * ((place - c) / WIDTH) ** 2) for c in CENTRES]
     strength = np.where(np.arange(2) == side, STRONGER, 1.0)

@@ -1,1 +1,1 @@
-"""The synapse of ROLLS at behavioural level."""
+"""The behavioural model of ROLLS' synapse and its filter."""

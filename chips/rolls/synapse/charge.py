@@ -1,4 +1,4 @@
-"""Charge that one event draws through a filter's line, of every synapse of a ROLLS chip.
+"""The charge that one event draws through its filter's line, of every synapse of a ROLLS chip.
 
 `Q = I_w (t_end - t_begin - t_late)`: the level's current on this die (`chips.rolls.synapse.weight`), the
 pulse of the column's extender, and how late the excitatory mirror comes. The inhibitory current is that with
@@ -23,7 +23,7 @@ QUIET = 10e-3  # s, ours: time between pulses for which the mirror's lateness is
 
 
 class Draw(NamedTuple):
-    """What synapses draw in a pulse, float64[m]: current (A), how late (s), what their switches take (C)."""
+    """What synapses draw in a pulse: current (A), how late it comes (s), charge of their switches (C)."""
 
     current: F64
     late: F64
@@ -31,7 +31,7 @@ class Draw(NamedTuple):
 
 
 def draw_of(model: SynapseModel, d: DieDevices, level: int, line: float) -> Draw:
-    """What synapses `d` draw at `level`, 1 to 4 or -1 to -4, with their line at `line` V.
+    """Return what synapses `d` draw at `level`, 1 to 4 or -1 to -4, with their line at `line` V.
 
     The nodes behind the switch follow the line from v_shift as the pulse begins.
     """
@@ -45,14 +45,14 @@ def draw_of(model: SynapseModel, d: DieDevices, level: int, line: float) -> Draw
 
 
 def charge_of(drawn: Draw, length: F64) -> F64:
-    """Charge of one event with a pulse of `length` (s), C."""
+    """Return the charge of one event with a pulse of `length` (s), C."""
     return np.asarray(drawn.current * np.maximum(length - drawn.late, 0.0) + drawn.switched)
 
 
 class Mirror(NamedTuple):
-    """Of the excitatory weights, float64[m]: what its diode gets in a pulse and between, and its gate.
+    """The mirror of excitatory weights: what its diode gets in a pulse and between, and its gate.
 
-    given, off: A; high: V, in a pulse; before: V, QUIET after one.
+    given, off: A; high: of the gate in a pulse, V; before: QUIET after one, V; float64[m] each.
     """
 
     given: F64
@@ -62,7 +62,7 @@ class Mirror(NamedTuple):
 
 
 def mirror_of(model: SynapseModel, d: DieDevices, lines: F64) -> Mirror:
-    """The excitatory mirror of synapses whose weights are `lines`, as of `chips.rolls.lumped.network`."""
+    """Return the excitatory mirror of synapses; lines: their weights, as of `degenerated_sum`."""
     u_t, top, me7 = d.u_t, d.fet["synapse.me1"], d.fet["synapse.me7"]
     given, gate = [], []
     for switch in (d.v_dd, 0.0):
@@ -96,11 +96,11 @@ def _inhibitory(d: DieDevices, lines: F64, line: float) -> tuple[F64, F64]:
 
 
 def idle_draw(d: DieDevices, *, inhibitory: bool) -> F64:
-    """What each synapse leaks from a line between pulses, A."""
+    """Return what each synapse leaks from a line between pulses, A."""
     return d.saturated("synapse.mi1" if inhibitory else "synapse.me9", 0.0, d.gate["v_shift"])
 
 
 def pulse_length(model: SynapseModel, extenders: DieDevices) -> F64:
-    """Length of the pulse that an event makes, of each extender, s."""
+    """Return the length of the pulse that an event makes, of each extender, s."""
     begin, end = pulse_of(model, extenders)
     return np.asarray(end - begin)

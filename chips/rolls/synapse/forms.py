@@ -1,4 +1,4 @@
-"""Current-mode forms of ROLLS' synapse and neuron as software models publish them, beside the circuits' own.
+"""Published equations of silicon synapses and neurons in software models, beside the circuits' own.
 
 Currents in A, times in s. All forms are rates of ln I, of a filter's output I or of I_mem, with an input that
 a differential pair divides. Published (teili and dynapse-sim, after Chicca et al. 2014; rockpool):
@@ -74,7 +74,7 @@ Pulse = Callable[[SynapseForm, float, float], float]
 
 
 def synapse_full(s: SynapseForm, i: float, width: float) -> float:
-    """Current after a pulse of `width` s from `i`, A, by the published form with its -I_th."""
+    """Return the current after a pulse of `width` s from `i`, A, by the published form with its -I_th."""
     return _grown(s, i, width, 1.0)
 
 
@@ -99,7 +99,7 @@ def _grown(s: SynapseForm, i: float, width: float, power: float) -> float:
 
 
 def synapse_train(s: SynapseForm, form: Pulse, width: float, rate: float, events: int) -> tuple[float, float]:
-    """Peak and mean of a train's last period, from pulses of `width` s at `rate` Hz, A."""
+    """Return peak and mean of a train's last period, from pulses of `width` s at `rate` Hz, A."""
     i = s.rest
     peak = charge = 0.0
     for _ in range(events):
@@ -124,27 +124,27 @@ def synapse_jumps(s: SynapseForm, rate: float, events: int) -> tuple[float, floa
 
 
 def feedback_sigmoid(_: NeuronForm) -> Growth:
-    """Published: a sigmoid of I_mem with teili's constants."""
+    """Return the published feedback: a sigmoid of I_mem with teili's constants."""
     return lambda i: AGAIN / (1.0 + np.exp(-np.clip((i - ATH) / ANORM, -500.0, 500.0)))
 
 
 def feedback_power(n: NeuronForm) -> Growth:
-    """Published: a power of I_mem."""
+    """Return the published feedback: a power of I_mem."""
     return lambda i: n.i_0 ** (1.0 / (n.kappa + 1.0)) * i ** (n.kappa / (n.kappa + 1.0))
 
 
 def feedback_linear(n: NeuronForm) -> Growth:
-    """The circuit's: in proportion to I_mem."""
+    """Return the circuit's feedback, in proportion to I_mem."""
     return lambda i: n.alpha * i
 
 
 def neuron_published(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float = 0.0) -> Growth:
-    """The published form over I_mem."""
+    """Return the published form over I_mem."""
     return lambda i: i_in / n.i_tau * n.i_th / (i + n.i_th) - 1.0 + (feedback(i) - i_ahp) / n.i_tau
 
 
 def neuron_without_threshold(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float = 0.0) -> Growth:
-    """The published form without its term -I_th."""
+    """Return the published form without its term -I_th."""
     whole = neuron_published(n, feedback, i_in, i_ahp)
     return lambda i: whole(i) + n.i_th / (i + n.i_th)
 
@@ -155,12 +155,12 @@ def neuron_ahp_twice(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float 
 
 
 def neuron_pair(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float = 0.0) -> Growth:
-    """The circuit's, with both kappas."""
+    """Return the circuit's form, with both kappas."""
     return lambda i: i_in / n.i_tau / (1.0 + (i / n.i_th) ** n.power) - 1.0 + (feedback(i) - i_ahp) / n.i_tau
 
 
 def rate_of(n: NeuronForm, growth: Growth) -> float:
-    """Rate of a form, Hz: `1 / (t_ref + tau int dlnI / growth)` from the reset to the spike; 0 at rest."""
+    """Return the rate of a form, Hz: `1 / (t_ref + tau int dlnI / growth)` up to the spike, 0 at rest."""
     log = np.linspace(math.log(n.reset), math.log(n.spike), POINTS)
     found = growth(np.exp(log))
     if found.min() <= 0.0:
@@ -179,7 +179,7 @@ def rheobase_of(n: NeuronForm, growth: Callable[[float], Growth]) -> float:
 
 
 def circuit_synapse(level_current: float, capacitance: float, temperature_c: float = 27.0) -> SynapseForm:
-    """The excitatory filter of the circuit with its default biases; capacitance: at v_syn, F."""
+    """Return the circuit's excitatory filter with its default biases; capacitance: at v_syn, F."""
     p, n = ROLLS_180.p, ROLLS_180.n
     params = dpi_synapse.Params()
     i_tau = default_current("NPDPIE_TAU_P")
@@ -189,7 +189,7 @@ def circuit_synapse(level_current: float, capacitance: float, temperature_c: flo
 
 
 def circuit_neuron(capacitance: float, temperature_c: float = 27.0) -> NeuronForm:
-    """The neuron of the circuit with its default biases, its faster leak and no I_dc; at v_mem, F."""
+    """Return the circuit's neuron with its default biases, its faster leak and no I_dc; capacitance: F."""
     p, n, u_t = ROLLS_180.p, ROLLS_180.n, thermal_voltage(temperature_c)
     params = rolls_neuron.Params()
     i_tau, square = default_current("IF_TAU2_N"), params.pair_width / params.pair_length
@@ -205,6 +205,6 @@ def circuit_neuron(capacitance: float, temperature_c: float = 27.0) -> NeuronFor
 
 
 def off_current(mu_cox: float, kappa: float, v_t0: float, temperature_c: float = 27.0) -> float:
-    """I_0 of a square device, A: `2 mu Cox U_T^2 / kappa e^(-kappa V_T0 / U_T)`."""
+    """Return I_0 of a square device, A: `2 mu Cox U_T^2 / kappa e^(-kappa V_T0 / U_T)`."""
     u_t = thermal_voltage(temperature_c)
     return 2.0 * mu_cox * u_t**2 / kappa * math.exp(-kappa * v_t0 / u_t)

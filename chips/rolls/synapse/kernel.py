@@ -1,4 +1,4 @@
-"""Compiled equations of the ROLLS synapse's filter (DPI): v_syn and the line, with a die's own devices.
+"""Compiled equations of ROLLS' synaptic filter: v_syn and its line, with a die's own devices.
 
 `C (dv_syn, dv_line)/dt = (I_tau - I_2, I_1 + I_2 - I_w)`, C the capacitance matrix of both nodes, and with
 `F(u) = ln^2(1 + e^(u/2))`, voltages in U_T:
@@ -32,7 +32,7 @@ _SAFETY = 0.9
 
 
 class Filters(NamedTuple):
-    """n filters, float64[n] each unless said; SI units, pinch-off voltages in U_T."""
+    """Filters on a die, float64[n] each unless said; SI units, pinch-off voltages in U_T."""
 
     u_t: F64
     kappa_n: F64
@@ -104,7 +104,7 @@ def _rates(m: Filters, k: int, v: float, line: float, drawn: float) -> _Six:
 
 @_compiled
 def static_output(m: Filters, k: int, v: float) -> float:
-    """I_syn with v_syn at rest at `v` V, A; both signs positive."""
+    """Return I_syn with v_syn at rest at `v` V, A, positive for both signs."""
     u = m.u_t[k]
     current = m.i5[k] * law(m.kappa_p[k] * ((m.v_dd[k] - v) / u - m.t5[k]))[0]
     if not m.mirrored[k]:
@@ -178,7 +178,7 @@ def _late(m: Filters, k: int, current: float, given: float, h: float) -> float:
 
 @_compiled
 def rest_of(m: Filters, state: F64) -> None:
-    """Rest without pulses: advanced with growing steps from v_syn at the supply."""
+    """Fill the state of filters without pulses, by growing steps from v_syn at the supply."""
     for k in range(m.u_t.size):
         s = state[k]
         s[V_SYN], s[V_LINE], s[STEP] = m.v_dd[k], 0.7 * m.v_dd[k], FIRST_STEP
@@ -196,7 +196,10 @@ def _jump(m: Filters, s: F64, volts: float) -> None:
 
 @_compiled
 def follow(m: Filters, k: int, s: F64, drawn: float, starts: F64, ends: F64, times: F64, out: F64) -> None:
-    """Output current (A) of filter k at `times` (s, rising from 0) with pulses from starts to ends."""
+    """Fill the output current (A) of filter k at `times` (s, rising from 0).
+
+    drawn: current of its pulses, A; starts, ends: of the pulses, s.
+    """
     now = 0.0
     p = 0
     on = False

@@ -1,4 +1,4 @@
-"""Behavioural model of the ROLLS synapse: pulse, weight current, and the filter's two equations.
+"""Behavioural model of ROLLS' synapse: its pulse, its weight current and its filter's two equations.
 
 * pulse: from the event until I_pwlk has brought `v_p` to the threshold of its inverter after the event's end,
   `t = t_event + C_p V_inv / I_pwlk`, C_p the capacitor and what hangs on it;
@@ -52,7 +52,7 @@ class SynapseModel:
 
 @dataclass(frozen=True, slots=True)
 class SynapsesOnDie:
-    """n synapses of one level on a die. width: s, from an event's beginning to its pulse's end; begin: s."""
+    """Synapses of one level on a die; begin, width: of a pulse, from its event's beginning, s."""
 
     begin: F64
     width: F64
@@ -63,7 +63,10 @@ class SynapsesOnDie:
 
 
 def model_of(circuit: Circuit, process: Process, array: str = "") -> SynapseModel:
-    """Prepare the model of `circuit`, a ROLLS synapse with its filters, or of its instance array `array`."""
+    """Prepare the model of a ROLLS synapse with its filters, or of a circuit's instance array `array`.
+
+    Raises `ParameterError` for a process whose law the model does not follow.
+    """
     check_law(process)
     lone = array_of(circuit, array).circuit if array else circuit
     pulse = capacitance_matrix(lone, process, ("extender.v_p", "event", "extender.p1"))
@@ -85,14 +88,17 @@ def model_of(circuit: Circuit, process: Process, array: str = "") -> SynapseMode
 
 
 def synapses_on(model: SynapseModel, silicon: Silicon, level: int) -> SynapsesOnDie:
-    """Synapses of `level` (-4 to 4, not 0) on `silicon`. Raises `ParameterError` for another level."""
+    """Return the synapses of `level` (-4 to 4, not 0) on a silicon.
+
+    Raises `ParameterError` for another level.
+    """
     if level not in (-4, -3, -2, -1, 1, 2, 3, 4):
         raise ParameterError(f"level: {level}, must be -4 to 4 and not 0; 0 lets nothing in")
     return synapses_of(model, standing(model.circuit, silicon, model.array), level)
 
 
 def synapses_of(model: SynapseModel, d: DieDevices, level: int) -> SynapsesOnDie:
-    """Synapses with the devices `d`, each with filters of its own."""
+    """Return synapses with the devices `d`, each with filters of its own."""
     weights = weights_on(d, level, model.mirror_capacitance, model.mirror_coupling)
     begin, width = pulse_of(model, d)
     return SynapsesOnDie(
@@ -102,7 +108,7 @@ def synapses_of(model: SynapseModel, d: DieDevices, level: int) -> SynapsesOnDie
 
 
 def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
-    """Beginning and end of a pulse after an event's beginning, s."""
+    """Return beginning and end of a pulse after an event's beginning, s."""
     u_t = d.u_t
     threshold, follower = d.inverter_threshold("extender.mp3"), d.inverter_threshold("extender.mp4")
     i_pwlk = d.saturated("extender.mp2", d.below("v_pwlk"))
@@ -163,7 +169,10 @@ def _filters(model: SynapseModel, d: DieDevices, level: int, weights: Weights) -
 
 
 def pulses(synapses: SynapsesOnDie, k: int, events: Sequence[float]) -> tuple[F64, F64]:
-    """Beginnings and ends (s) of the current of synapse k at events (s); pulses that overlap are one."""
+    """Return beginnings and ends (s) of the current of synapse k at events (s).
+
+    Pulses that overlap are one.
+    """
     starts: list[float] = []
     ends: list[float] = []
     for t in sorted(events):
@@ -190,7 +199,10 @@ def _late(synapses: SynapsesOnDie, k: int, quiet: float) -> float:
 
 
 def respond(synapses: SynapsesOnDie, events: Sequence[float], times: F64) -> F64:
-    """Output current (A, float64[n, times]) at `times` (s, from 0 up) of synapses that rest before 0."""
+    """Return the output current (A, float64[n, times]) of synapses that rest before 0 s.
+
+    events: s; times: s, from 0 up.
+    """
     n = synapses.begin.size
     state = np.zeros((n, FILTER_COLUMNS))
     rest_of(synapses.filters, state)

@@ -1,4 +1,4 @@
-"""Synapses of a ROLLS chip as the behavioural model of the block has them, with the chip's own devices.
+"""Synapses of a ROLLS chip by the behavioural model of their block, with the chip's own devices.
 
 What a chip's step makes simple (`chips.rolls.kernel`) is held against this: the same transistors, pulse
 extender and filter of a neuron, with the line and v_syn as two equations (`chips.rolls.synapse.kernel`).
@@ -24,7 +24,10 @@ _FINE = 8  # points of the reference a step of the chip
 
 
 def reference_synapses(chip: RollsChip, level: int, pre: int, rows: Sequence[int]) -> SynapsesOnDie:
-    """Synapses from neuron `pre` to the neurons `rows`, each alone on its filter but for all idle leaks."""
+    """Return the synapses from neuron `pre` to the neurons `rows`, each alone on its filter.
+
+    Their lines carry the idle leaks of all synapses of the chip.
+    """
     silicon, params, gates = chip.silicon, chip.params, chip.built().gates
     at = {"synapse": np.array(rows) * NEURONS + pre, "extender": np.full(len(rows), pre)}
     places = {
@@ -54,9 +57,10 @@ def reference_synapses(chip: RollsChip, level: int, pre: int, rows: Sequence[int
 def filter_errors(
     chip: RollsChip, level: int, pre: int, rows: Sequence[int], times: F64, duration: float
 ) -> F64:
-    """Mean current of the chip's filters over the reference's, less one, float64[rows].
+    """Return the mean current of the chip's filters over the reference's, less one, float64[rows].
 
-    times: of the events of neuron `pre` to all `rows`, s, which the chip takes at the beginning of a step.
+    times: of the events of neuron `pre` to all `rows`, s, which the chip takes at the beginning of a step;
+    duration: of the run, s.
     """
     step = chip.step
     times = np.unique(np.round(times / step)) * step

@@ -1,4 +1,4 @@
-"""A step of the filters of a ROLLS chip, one kind at a time; the equation is in `chips.rolls.kernel`."""
+"""Compiled step of a ROLLS chip's filters, one kind at a time (`chips.rolls.kernel`)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 def step_filters(
     state: F64, sign: int, omega: F32, bank: FilterBank, step: float, out: F32, s: Scratch
 ) -> int:
-    """A step of the filters of one kind; adds their currents to `out`, and empties their charges.
+    """Step the filters of one kind: add their currents to `out` (A), and empty their charges.
 
     Returns how many were beyond the table's end, and were held there.
     """

@@ -1,4 +1,4 @@
-"""Currents of the ROLLS synapse's levels on a die: three currents, their switches, and the mirror.
+"""Currents of the weight levels of ROLLS' synapses on a die.
 
 Sums hold in saturation; the excitatory ones have their switch at the common source, which the current pulls
 down. n: copies of the synapse. Levels are those of `circuits.blocks.rolls.dpi_synapse.latches`.
@@ -31,14 +31,17 @@ class Weights(NamedTuple):
 
 
 def weights_on(d: DieDevices, level: int, mirror_capacitance: float, mirror_coupling: float) -> Weights:
-    """Currents of `level` (1 to 4, -1 to -4) of every copy."""
+    """Return the currents of `level` (1 to 4, -1 to -4) of every copy."""
     return (_excitatory if level > 0 else _inhibitory)(
         d, BITS[abs(level) - 1], mirror_capacitance, mirror_coupling
     )
 
 
 def branches(d: DieDevices, sign: str, bits: tuple[bool, bool]) -> list[tuple[F64, F64]]:
-    """(specific current, pinch-off voltage) of the devices that carry current, or leak through a switch."""
+    """Return (specific current, pinch-off voltage) of the devices that carry current, or leak.
+
+    sign: `e` or `i`; bits: latches w0 and w1 of the level.
+    """
     found = []
     names = ("me", "v_exc") if sign == "e" else ("mi", "v_inh")
     for device, port, on in ((2, "", True), (4, "0", bits[0]), (6, "1", bits[1])):
