@@ -30,6 +30,7 @@ from chips.hearing.mismatch_measure import (
 )
 from chips.hearing.model import NEURONS, Deafened, HearingState, circuits, hear, hearing_on
 from chips.measured.held_out import every_silicon, rms_and_max
+from chips.measured.search import narrowed_by_share
 from chips.measured.table_record import Quantities, measure_over, shifts
 from chips.model import plain_model
 from chips.polyline import thin
@@ -184,14 +185,11 @@ def _at(silicon: Silicon) -> Quantities:
 
 
 def _threshold(ears: Ears, name: str) -> float:
-    low, high = BRACKET[name]
-    while high > (1.0 + 0.05 * RESOLUTION) * low:
-        middle = (low * high) ** 0.5
-        if ears.spikes([(START, middle)], (name,))[name]:
-            high = middle
-        else:
-            low = middle
-    return high
+
+    def heard(peak: float) -> bool:
+        return bool(ears.spikes([(START, peak)], (name,))[name])
+
+    return narrowed_by_share(heard, *BRACKET[name], 0.05 * RESOLUTION)[1]
 
 
 def _latency(ears: Ears, name: str, peak: float) -> float:
@@ -200,14 +198,11 @@ def _latency(ears: Ears, name: str, peak: float) -> float:
 
 def _recovery(ears: Ears, name: str, first: float, second: float) -> float:
     """Shortest gap (s) at which the second of two sounds adds a spike."""
-    low, high = GAPS
-    while high > (1.0 + RESOLUTION) * low:
-        gap = (low * high) ** 0.5
-        if len(ears.spikes([(START, first), (START + gap, second)], (name,))[name]) > 1:
-            high = gap
-        else:
-            low = gap
-    return high
+
+    def both(gap: float) -> bool:
+        return len(ears.spikes([(START, first), (START + gap, second)], (name,))[name]) > 1
+
+    return narrowed_by_share(both, *GAPS, RESOLUTION)[1]
 
 
 MODEL = plain_model("hearing", circuits, measure, held_out_errors, hearing_on)

@@ -22,6 +22,7 @@ from chips.hearing.mismatch import PARAMETERS
 from chips.hearing.model import hearing_on, rest_margin_on
 from chips.measured.held_out import rms_and_max
 from chips.measured.perturbation import deviating
+from chips.measured.search import narrowed_by_share
 from chips.measured.table_record import POLARITIES, TEMPERATURES, shifts
 from circuits.arrays import F64
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
@@ -176,9 +177,7 @@ def threshold(case: Deviating, name: str, bracket: tuple[float, float] | None = 
     low, high = BRACKETS[name] if bracket is None else bracket
     if not fires(case, name, high):
         return math.inf
-    while high > (1.0 + CLOSE) * low:
-        middle = math.sqrt(low * high)
-        low, high = (low, middle) if fires(case, name, middle) else (middle, high)
+    low, high = narrowed_by_share(lambda peak: fires(case, name, peak), low, high, CLOSE)
     return math.sqrt(low * high)
 
 

@@ -34,7 +34,6 @@ from circuits.arrays import F64, I32, I64
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 
-FIRST_DELAY = 5.0  # steps, of every axon before any learning
 REFRACTORY = -5  # u after a spike
 _V, _U, _I, _D, _NEXT = range(5)  # rows of the state
 _ROOM = 8  # spikes a neuron for which there is room at first
@@ -66,11 +65,6 @@ class SpikeTable:
     def counts(self) -> I64:
         """Return how many spikes each neuron has, int64[rows, columns]."""
         return np.bincount(self.neurons, minlength=self.shape[0] * self.shape[1]).reshape(self.shape)
-
-
-def initial_delays(rows: int, columns: int) -> F64:
-    """Return the delays before any learning, float64[rows, columns]."""
-    return np.full((rows, columns), FIRST_DELAY)
 
 
 def learn(delays: F64, values: NDArray[np.integer] | F64, rate: float = 1.0) -> F64:

@@ -21,6 +21,7 @@ import numpy as np
 from chips.boards.isolation.model import IsolationModel, circuits
 from chips.cell import Cell
 from chips.measured.held_out import every_silicon, rms_and_max
+from chips.measured.search import narrowed
 from chips.measured.table_record import Quantities, measure_over, shifts
 from chips.model import plain_model
 from chips.part import Event, Output
@@ -174,14 +175,7 @@ def _at(silicon: Silicon) -> Quantities:
 
 def _tie(cell: Cell, half: float) -> float:
     """Lag (s) of a spike behind a call from which on the array ends isolated."""
-    early, late = TIES
-    while late - early > RESOLUTION:
-        middle = 0.5 * (early + late)
-        if len(_changes(cell, middle, half)) % 2:
-            late = middle
-        else:
-            early = middle
-    return 0.5 * (early + late)
+    return 0.5 * sum(narrowed(lambda lag: len(_changes(cell, lag, half)) % 2 == 1, *TIES, RESOLUTION))
 
 
 def _changes(cell: Cell, lag: float, half: float) -> list[float]:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import pickle
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from chips.cell import Cell
-from chips.part import Event, Output, Part
+from chips.part import Event, Part
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import ChipState, OutsideBox, RangingChip
 from circuits.bias import rebias
@@ -22,34 +21,10 @@ from circuits.place import circuit_at
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from system.loop import EventWire, Loop
+from tests.chips.looped import Script
 
 DIE = Silicon(die=Die(number=1007, process=False))  # has neurons of several classes
 PAIRS = ((1e-3, 7.4e-3), (61e-3, 82.5e-3))  # s, call and echo
-
-
-@dataclass(frozen=True, slots=True)
-class Script:
-    """Sends events at set times."""
-
-    times: tuple[Event, ...]
-    analog: tuple[str, ...] = ()
-
-    def begin(self, time: float = 0.0) -> float:
-        return time
-
-    def next_time(self, state: float) -> float:
-        return min((t for _, t in self.times if t > state), default=math.inf)
-
-    def advance(
-        self,
-        state: float,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
-    ) -> tuple[float, float, Output]:
-        reached = min(until, self.next_time(state))
-        found = tuple(e for e in self.times if state < e[1] <= reached)
-        return reached, reached, Output(found, np.array([reached]), np.zeros((1, 0)))
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +46,7 @@ def test_both_levels_in_one_run_give_the_same_spikes() -> None:
     events = tuple(
         sorted([*(("call", c) for c, _ in PAIRS), *(("echo", e) for _, e in PAIRS)], key=lambda e: e[1])
     )
-    parts: dict[str, Part[Any]] = {"script": Script(events), "model": RangingChip(DIE)}
+    parts: dict[str, Part[Any]] = {"script": Script(tuple(events)), "model": RangingChip(DIE)}
     circuit = ranging_chip.build()
     for k in range(ranging_chip.NEURONS):
         neuron, place = circuit_at(circuit, (("neuron", (k,)),))

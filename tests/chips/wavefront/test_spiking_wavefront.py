@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chips.wavefront.axon_graph import grid_graph
-from chips.wavefront.spiking_wavefront import initial_delays, learn, round_delays, run_spikes
+from chips.wavefront.spiking_wavefront import learn, round_delays, run_spikes
 from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError
 
@@ -85,8 +85,7 @@ def test_start_as_goal_ends_at_once() -> None:
 
 
 def test_learning_moves_delays_by_its_rate() -> None:
-    delays = initial_delays(1, 2)
-    assert delays.tolist() == [[5.0, 5.0]]
+    delays = np.full((1, 2), 5.0)
     learned = learn(delays, np.array([[1, 9]]), 0.25)
     assert learned.tolist() == [[4.0, 6.0]]
     assert learn(delays, np.array([[1, 9]])).tolist() == [[1.0, 9.0]]
