@@ -58,9 +58,7 @@ def integer_wave(costs: NDArray[np.integer], start: Cell, goal: Cell | None = No
         raise _array_error("costs", costs, "integers")
     whole = np.ascontiguousarray(costs, _I32 if costs.dtype == _I32 else _I64)
     shape = whole.shape
-    first = _number(start, "start", shape)
-    last = -1 if goal is None else _number(goal, "goal", shape)
-    arrivals, pointers = np.empty(shape, _F64), np.empty(shape, _I8)
+    first, last, arrivals, pointers = _begun(shape, start, goal)
     ties = spread(whole, np.empty(work_size(*shape), _I32), arrivals, pointers, first, last)
     if ties == REFUSED:
         raise _cost_error(whole)
@@ -78,9 +76,7 @@ def real_wave(delays: F64, start: Cell, goal: Cell | None = None) -> Wave:
         raise _array_error("delays", delays, "numbers")
     delays = np.ascontiguousarray(delays, _F64)
     shape = delays.shape
-    first = _number(start, "start", shape)
-    last = -1 if goal is None else _number(goal, "goal", shape)
-    arrivals, pointers = np.empty(shape, _F64), np.empty(shape, _I8)
+    first, last, arrivals, pointers = _begun(shape, start, goal)
     padded = (shape[0] + 2) * (shape[1] + 1) + 2
     work = np.empty(padded + wave_real.BUCKETS, _I32)
     ties = wave_real.spread(delays, np.empty((2, padded), _F64), work, arrivals, pointers, first, last)
@@ -188,6 +184,14 @@ def _delay_error(delays: F64) -> ParameterError:
     return ParameterError(
         f"delays[{', '.join(map(str, where))}]: {delays[where]:g}, must be > 0; use inf for a blocked cell"
     )
+
+
+def _begun(shape: tuple[int, ...], start: Cell, goal: Cell | None) -> tuple[int, int, F64, I8]:
+    """Numbers of start and goal, checked, the goal -1 for none; arrays that a wave over a grid fills."""
+    rows, columns = shape
+    first = _number(start, "start", (rows, columns))
+    last = -1 if goal is None else _number(goal, "goal", (rows, columns))
+    return first, last, np.empty(shape, _F64), np.empty(shape, _I8)
 
 
 def _number(cell: Cell, name: str, shape: tuple[int, ...]) -> int:

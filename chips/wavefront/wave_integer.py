@@ -25,11 +25,37 @@ _BUCKETS = HIGHEST_COST + 1
 _EMPTY = -1
 
 _compiled = compiled()
+_inlined = compiled(forceinline=True)
 
 
 def work_size(rows: int, columns: int) -> int:
     """Length of the scratch of `spread`, int32 each."""
     return 2 * (rows + 2) * (columns + 1) + 4 + _BUCKETS
+
+
+@_inlined
+def padded_cell(cell: int, columns: int) -> int:
+    """Return the number of a cell on the padded grid, from its number on the grid."""
+    return cell + cell // columns + columns + 2
+
+
+@_inlined
+def first_input(
+    above: F64 | I32, same: F64 | I32, below: F64 | I32, c: int, t: float | np.int32
+) -> tuple[np.int32, int]:
+    """Return the lowest input whose spike came at `t`, -1 for none, and at how many inputs one did.
+
+    above, same, below: when spikes of the cells of three rows arrive, of which c is the cell's place less 1.
+    """
+    k, hits = np.int32(_EMPTY), 0
+    for value, number in (
+        (above[c], 7), (same[c], 6), (below[c], 5), (below[c + 1], 4),
+        (below[c + 2], 3), (same[c + 2], 2), (above[c + 2], 1), (above[c + 1], 0),
+    ):  # fmt: skip
+        hit = value == t
+        k = np.int32(number) if hit else k
+        hits += hit
+    return k, hits
 
 
 @_compiled
@@ -46,8 +72,8 @@ def spread(costs: I32 | I64, work: I32, arrivals: F64, pointers: I8, start: int,
     low, high = _prepare(costs, state)
     if low < 0 or high > min(HIGHEST_COST, LONGEST // costs.size):
         return REFUSED
-    start += start // columns + stride + 1
-    goal = padded - 1 if goal < 0 else goal + goal // columns + stride + 1
+    start = padded_cell(start, columns)
+    goal = padded - 1 if goal < 0 else padded_cell(goal, columns)
     goal = padded - 1 if state[goal] == BLOCKED else goal
     _run(state, following, heads, stride, high, start, goal)
     return int(_read(costs, state, arrivals, pointers))
@@ -116,14 +142,7 @@ def _read(costs: I32 | I64, state: I32, arrivals: F64, pointers: I8) -> int:
             fired = (same[c + 1] >= 0) & (costs[r, c] > 0)
             t = same[c + 1] - np.int32(costs[r, c]) if fired else np.int32(-BLOCKED)
             arrivals[r, c] = t if fired else np.inf
-            k, hits = np.int32(_EMPTY), 0
-            for value, number in (
-                (above[c], 7), (same[c], 6), (below[c], 5), (below[c + 1], 4),
-                (below[c + 2], 3), (same[c + 2], 2), (above[c + 2], 1), (above[c + 1], 0),
-            ):  # fmt: skip
-                hit = value == t
-                k = np.int32(number) if hit else k
-                hits += hit
+            k, hits = first_input(above, same, below, c, t)
             pointers[r, c] = k
             ties += hits > 1
     return ties

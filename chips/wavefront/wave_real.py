@@ -5,7 +5,7 @@ that no cell which fires in it sends a spike into the same bucket; all of its de
 then the cells that they reached hold their final times and send in their turn. Each cell enters the queue
 once.
 
-The grid is padded as in `chips.wavefront.wave_integer`. Times of cells that may still fire are inf, of
+The grid is padded as `chips.wavefront.wave_integer` says. Times of cells that may still fire are inf, of
 blocked cells and of the padding -inf, so that one comparison decides whether a spike counts.
 """
 
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from chips.wavefront.wave_integer import first_input, padded_cell
 from circuits.arrays import F64, I8, I32
 from circuits.compiled import compiled
 
@@ -42,8 +43,8 @@ def spread(delays: F64, times: F64, work: I32, arrivals: F64, pointers: I8, star
         return REFUSED
     if high > WIDEST * low:
         return TOO_WIDE
-    start += start // columns + stride + 1
-    goal = padded - 1 if goal < 0 else goal + goal // columns + stride + 1
+    start = padded_cell(start, columns)
+    goal = padded - 1 if goal < 0 else padded_cell(goal, columns)
     goal = padded - 1 if fired[goal] < 0.0 else goal
     if fired[start] > 0.0:
         _run(times, work, stride, NARROWER / low, high, start, goal)
@@ -126,14 +127,7 @@ def _read(fired: F64, lines: F64, arrivals: F64, pointers: I8, last: float) -> i
             there = (own[c + 1] >= 0.0) & (own[c + 1] <= last) & (own[c + 1] < np.inf)
             t = own[c + 1] if there else np.nan
             arrivals[r, c] = t if there else np.inf
-            k, hits = np.int8(_EMPTY), 0
-            for value, number in (
-                (above[c], 7), (same[c], 6), (below[c], 5), (below[c + 1], 4),
-                (below[c + 2], 3), (same[c + 2], 2), (above[c + 2], 1), (above[c + 1], 0),
-            ):  # fmt: skip
-                hit = value == t
-                k = np.int8(number) if hit else k
-                hits += hit
+            k, hits = first_input(above, same, below, c, t)
             pointers[r, c] = k
             ties += hits > 1
     return ties
