@@ -118,7 +118,9 @@ class Cell:
     def advance(
         self, state: CellState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[CellState, float, Output]:
-        """Advance to `until` (s) or to the first output event; returns (state, time reached, output).
+        """Advance to `until` s or to the first output event.
+
+        Return the state, the time reached (s), the output.
 
         events: new input events at or after the state's time; analog: new polylines of analog inputs.
         """
@@ -139,7 +141,10 @@ class Cell:
 
 
 def add_pulse(line: Polyline, time: float, v_dd: float) -> tuple[Polyline, int]:
-    """Append an event's pulse to a polyline; an event inside the last pulse is merged and counted (1)."""
+    """Append an event's pulse to a polyline; return the polyline, and 1 where the event was merged, else 0.
+
+    An event inside the last pulse is merged with it. time: of the event, s; v_dd: height of the pulse, V.
+    """
     last_time, last_value = float(line[0][-1]), float(line[1][-1])
     corners = time + np.array([0.0, EDGE, EDGE + WIDTH, LENGTH])
     if line[0].size > 1 and time <= last_time:

@@ -48,10 +48,10 @@ class Draws(NamedTuple):
 
 
 class Slow(NamedTuple):
-    """Slow processes of n places.
+    """Slow processes at n places.
 
-    deviation: float32[processes, octaves]; held: float32[processes, octaves, n], the octaves; value:
-    float32[processes, n], their sum; look: int64[1], the look that they are of, -1 for none.
+    deviation: of each octave, float32[processes, octaves]; held: the octaves, float32[processes, octaves, n];
+    value: their sum, float32[processes, n]; look: the look that they are of, -1 for none, int64[1].
     """
 
     deviation: F32

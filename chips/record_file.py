@@ -98,7 +98,7 @@ def _check(path: Path) -> None:
 
 
 def stale(block: str) -> DataError:
-    """The error for a record that is not of what it stands for."""
+    """Return the error for a record of other circuits than those that its model stands for."""
     own = cached_file(block)
     where = f" ({own}, which goes before the package's)" if os.access(own, os.R_OK) else ""
     remedy = f"{_MEASURE}, or delete it" if where else _MEASURE

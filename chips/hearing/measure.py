@@ -80,7 +80,7 @@ class Ears:
     """The three circuits of the hearing at transistor level on a silicon."""
 
     def __init__(self, silicon: Silicon) -> None:
-        """Lower the circuits and find their rest."""
+        """Prepare the circuits for the solver and find their rest."""
         self.silicon = silicon
         self._detector, onset, high = circuits()
         envelope = self._envelope((), 1e-4)

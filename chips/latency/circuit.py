@@ -113,7 +113,7 @@ def build(params: Params = Params()) -> Circuit:
 
 
 def memory(units: int, synapses: int) -> Circuit:
-    """A memory: ports event[synapses], tap[units], onset, reset (in), spike (event out), biases."""
+    """Build a memory; its ports are event[synapses], tap[units], onset, reset, spike and the biases."""
     neuron = latency_neuron.build(latency_neuron.Params(synapses=synapses))
     unit, pulse, out = latency_unit.build(), edge_pulse(), any_of(units)
     ports = (

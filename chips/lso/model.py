@@ -53,13 +53,14 @@ _LEVEL = tuple(f"{_PART}.{d}" for d in (*LEVEL_COMPARATOR, "mc3", "mc6", "mc7"))
 
 
 class Head(NamedTuple):
-    """Numbers of a die; s sides, k level units or synapses. Currents in A, charges in C, times in s.
+    """Numbers of a head on a die, for sides s and level units or synapses k; A, C and s.
 
-    excite, inhibit: [s, k], currents of the LSO neurons' synapses; excite_step, inhibit_step: [s, k], how
-    long; charge: [s], of a spike; onset, dead: of an event and after a spike; turn: of the mirror's gate;
-    mirror_in, mirror_out, mirror_shift: [s], fields of a `Mirror`; offset: [s, k], V, of a level
-    unit's threshold; rest: [s, k], V, how far below it an input at rest must be; level_current: [s, k];
-    level_charge; kappa, u_t: of the level units' law.
+    excite, inhibit: currents of the LSO neurons' synapses, [s, k]; excite_step, inhibit_step: how long they
+    last, [s, k]; charge: of a spike, [s]; onset, dead: delay of an event, and time at ground after a spike;
+    turn: charge of the mirror's gate; mirror_in, mirror_out, mirror_shift: fields of a `Mirror`, [s]; offset:
+    of a level unit's threshold, V, [s, k]; rest: how far below it an input at rest must be, V, [s, k];
+    level_current: of a level unit's comparator, [s, k]; level_charge: of its axon's input; kappa, u_t: of the
+    level units' law.
     """
 
     excite: F64

@@ -41,9 +41,9 @@ def devices_at(
 def extenders_at(
     sizes: dpi_synapse.Params, place: Path, silicon: Silicon, gates: Mapping[str, F64 | float]
 ) -> DieDevices:
-    """Transistors of the pulse extenders in the arrays of `place`, called `extender.NAME`.
+    """Return the transistors of the pulse extenders in the arrays of `place`, called `extender.NAME`.
 
-    gates: voltages by bias port of an extender, V.
+    sizes: of the synapse's circuits; gates: voltages by bias port of an extender, V.
     """
     return devices_at(dpi_synapse.pulse_extender(sizes), place, silicon, gates, None, "extender.")
 

@@ -74,7 +74,7 @@ class Energies:
         return float(np.interp(np.log(max(rate, 1e-9)), np.log(self.rates), self.spike))
 
     def power(self, rate: float, latched: Mapping[int, int]) -> float:
-        """W of a chip whose neurons all fire at `rate` Hz; latched: how many synapses are at a level."""
+        """Return the power of a chip whose neurons all fire at `rate` Hz, W; latched: synapses by level."""
         synapses = sum(count * self.event[level] for level, count in latched.items())
         each = self.spike_at(rate) + self.column
         return self.biases + self.rest + rate * (NEURONS * each + synapses)

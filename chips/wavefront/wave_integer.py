@@ -29,7 +29,7 @@ _inlined = compiled(forceinline=True)
 
 
 def work_size(rows: int, columns: int) -> int:
-    """Length of the scratch of `spread`, int32 each."""
+    """Return the length of the working space of `spread`, in int32."""
     return 2 * (rows + 2) * (columns + 1) + 4 + _BUCKETS
 
 
@@ -45,7 +45,7 @@ def first_input(
 ) -> tuple[np.int32, int]:
     """Return the lowest input whose spike came at `t`, -1 for none, and at how many inputs one did.
 
-    above, same, below: when spikes of the cells of three rows arrive, of which c is the cell's place less 1.
+    above, same, below: when spikes of the cells of three rows arrive; c: the cell's place in them, less 1.
     """
     k, hits = np.int32(_EMPTY), 0
     for value, number in (

@@ -54,7 +54,7 @@ class DepressionEnergies:
 def depression_energies(
     chosen: ShortTermDepression, table: BiasTable, silicon: Silicon, kind: BiasKind = "gate"
 ) -> DepressionEnergies:
-    """Measure the cells of a synapse with the biases of `table`, on what the die's devices share."""
+    """Measure the cells of a synapse with the biases of `table`, on what the transistors of a die share."""
     on = replace(silicon, die=replace(silicon.die, mismatch=False))
     off = {f"i_{name}": OFF_CURRENT for name in depressing_synapse.WEIGHTS}
     pulsed = off | {"i_pwlk": table.current("NPA_PWLK_P")}

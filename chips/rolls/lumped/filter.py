@@ -203,11 +203,11 @@ class Filtered(Protocol):
 
     @property
     def loads(self) -> Sequence[Load]:
-        """What hangs on their lines."""
+        """What hangs on the lines of each kind."""
 
     @property
     def shapes(self) -> Sequence[Shape]:
-        """Their pairs' charge."""
+        """Charge of the pairs of each kind, over their ratio."""
 
 
 def rest_filters(rows: F64, built: Filtered, banks: Sequence[FilterBank], step: float) -> None:

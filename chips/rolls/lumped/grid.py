@@ -19,7 +19,10 @@ def edges(lines: int) -> F64:
 
 
 def integral(v: F64, density: F64) -> F64:
-    """Of `density` over v from its first point; between points its logarithm is a line."""
+    """Return the integral of `density` over v from its first point, float64[n, points].
+
+    Between points the logarithm of the density is a straight line.
+    """
     a, b = density[:, :-1], density[:, 1:]
     log = np.log(b / a)
     small = np.abs(log) < 1e-6

@@ -53,7 +53,7 @@ class Neurons(NamedTuple):
 
 
 def weak_share(m: Neurons) -> F64:
-    """Share of a weak input that enters the membrane, at the points of the tables, float64[n, GRID]."""
+    """Return the share of a weak input that enters the membrane, at the tables' points, float64[n, GRID]."""
     ratio = m.table[:, :, RATIO] ** 2
     first, second = m.ground_current[:, None], m.membrane_current[:, None]
     return np.asarray(second * ratio / (first + second * ratio))
@@ -201,7 +201,7 @@ def _adapt(m: Neurons, k: int, s: F64, h: float, v: float) -> None:
 
 @_compiled
 def rest_of(m: Neurons, state: F64) -> None:
-    """Rest without input: v_ahp where nothing flows, v_mem where its current first changes sign, or `top`."""
+    """Fill the rest without input: v_ahp without current, v_mem where its current changes sign, or `top`."""
     for k in range(m.top.size):
         low, high = 0.0, m.ahp_step[k] * (GRID - 1)
         for _ in range(50):

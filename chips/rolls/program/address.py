@@ -68,7 +68,10 @@ REGIONS = (NONPLASTIC_LATCHES, PLASTIC_LATCHES, PLASTIC_WEIGHTS)
 
 @dataclass(frozen=True, slots=True)
 class VirtualSynapses:
-    """How many virtual synapses a neuron has, 0 to 4 of either sign; raises `ParameterError` for others."""
+    """How many virtual synapses a neuron has, 0 to 4 of either sign.
+
+    Raises `ParameterError` for other numbers.
+    """
 
     excitatory: int = VIRTUAL_LINES
     inhibitory: int = VIRTUAL_LINES

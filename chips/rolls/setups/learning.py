@@ -84,7 +84,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """Of tests one after another: the class shown, int64[tests], and rates, float64[tests, 256], Hz."""
+    """Tests one after another: the class shown, int64[tests], and all rates, Hz, float64[tests, 256]."""
 
     shown: I64
     rates: F64

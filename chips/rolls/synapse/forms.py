@@ -44,7 +44,7 @@ AGAIN, ATH, ANORM = 50e-12, 0.5e-9, 10e-12
 
 @dataclass(frozen=True, slots=True)
 class SynapseForm:
-    """A filter by its currents: weight, threshold, leak and rest, A; tau, s; kappas of pair and output."""
+    """A filter by its currents: weight, threshold, leak and rest, A; tau, s; ratio of the kappas."""
 
     i_w: float
     i_th: float
@@ -79,12 +79,12 @@ def synapse_full(s: SynapseForm, i: float, width: float) -> float:
 
 
 def synapse_pair(s: SynapseForm, i: float, width: float) -> float:
-    """As `synapse_full`, by the circuit's form with both kappas."""
+    """Return what `synapse_full` does, by the circuit's form with both kappas."""
     return _grown(s, i, width, s.power)
 
 
 def synapse_linear(s: SynapseForm, i: float, width: float) -> float:
-    """As `synapse_full`, by the form for I >> I_th."""
+    """Return what `synapse_full` does, by the form for I >> I_th."""
     end = s.i_th * s.i_w / s.i_tau
     return end + (i - end) * math.exp(-width / s.tau)
 
@@ -113,7 +113,7 @@ def synapse_train(s: SynapseForm, form: Pulse, width: float, rate: float, events
 
 
 def synapse_jumps(s: SynapseForm, rate: float, events: int) -> tuple[float, float]:
-    """As `synapse_train`, each spike adding its increment at once."""
+    """Return what `synapse_train` does, each spike adding its increment at once."""
     i = s.rest
     peak = mean = 0.0
     for _ in range(events):
@@ -150,7 +150,7 @@ def neuron_without_threshold(n: NeuronForm, feedback: Growth, i_in: float, i_ahp
 
 
 def neuron_ahp_twice(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float = 0.0) -> Growth:
-    """The published form with I_ahp taken off the input once more."""
+    """Return the published form with I_ahp taken off the input once more."""
     return neuron_published(n, feedback, i_in - i_ahp, i_ahp)
 
 
@@ -169,7 +169,7 @@ def rate_of(n: NeuronForm, growth: Growth) -> float:
 
 
 def rheobase_of(n: NeuronForm, growth: Callable[[float], Growth]) -> float:
-    """Least input at which a form has no rest, A, bisected; growth: of an input."""
+    """Return the least input at which a form has no rest, A; growth: the form, of an input."""
     i = np.exp(np.linspace(math.log(n.reset), math.log(n.spike), POINTS))
     low, high = 0.0, 1e-6
     for _ in range(60):
