@@ -9,8 +9,6 @@ from functools import singledispatch
 
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
-from circuits.errors import unknown_name
-from circuits.lowering.flatten import FlatCircuit
 from circuits.silicon.silicon import Silicon
 
 
@@ -62,15 +60,3 @@ def _(device: OperationalAmplifier, silicon: Silicon) -> str:
 @to_equation.register
 def _(device: Source, silicon: Silicon) -> str:
     return f"{'v' if device.quantity == 'voltage' else 'I'} = {type(device.waveform).__name__.lower()}(t)"
-
-
-def find_transistor(flat: FlatCircuit, label: str) -> Transistor:
-    """The transistor at an instance path such as `membrane.m1`.
-
-    Raises `UnknownNameError` where there is none.
-    """
-    groups = {group.label(0): group.device for group in flat.groups}
-    device = groups.get(label)
-    if not isinstance(device, Transistor):
-        raise unknown_name(f"{flat.circuit.name} transistor", label, groups)
-    return device

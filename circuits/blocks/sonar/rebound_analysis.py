@@ -16,9 +16,9 @@ from circuits.blocks.sonar import rebound_equations as eq
 from circuits.circuit import Circuit
 from circuits.devices.softplus import inverse_softplus
 from circuits.event import WIDTH
-from circuits.lowering.analysis import find_transistor
 from circuits.lowering.capacitance import node_capacitances
-from circuits.lowering.flatten import FlatCircuit, flatten
+from circuits.lowering.flatten import flatten
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.silicon import Silicon
 
 
@@ -47,12 +47,12 @@ def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
         if "capacitance" in g.parameters
     }
     n, p = silicon.law("n"), silicon.law("p")
-    i_sn, i_sp = _specific(flat, silicon, "membrane.m1"), _specific(flat, silicon, "membrane.m2")
+    i_sn, i_sp = _specific(circuit, silicon, "membrane.m1"), _specific(circuit, silicon, "membrane.m2")
     c_inh = load["inhibition.v_inh"]
     v_hl = n.v_t0 + 2.0 * n.u_t / n.kappa * inverse_softplus(
-        math.sqrt(currents["i_lim"] / _specific(flat, silicon, "inhibition.mi8"))
+        math.sqrt(currents["i_lim"] / _specific(circuit, silicon, "inhibition.mi8"))
     )
-    charged = _specific(flat, silicon, "inhibition.mi4") * WIDTH / (c_inh * n.u_t)
+    charged = _specific(circuit, silicon, "inhibition.mi4") * WIDTH / (c_inh * n.u_t)
     v_inh_high = n.kappa * (silicon.process.v_dd - n.v_t0) + n.u_t * math.log(charged)
     drawn = eq.ReboundParameters(
         u_t=n.u_t,
@@ -116,7 +116,7 @@ def closed_forms(circuit: Circuit, silicon: Silicon) -> tuple[ClosedForm, ...]:
     )
 
 
-def _specific(flat: FlatCircuit, silicon: Silicon, label: str) -> float:
+def _specific(circuit: Circuit, silicon: Silicon, name: str) -> float:
     """Specific current of a transistor, A."""
-    device = find_transistor(flat, label)
+    device = transistor_of(circuit, name)
     return silicon.law(device.polarity).square_current * device.multiplicity * device.width / device.length
