@@ -16,7 +16,7 @@ def main() -> None:
     for delay in np.arange(4e-3, 9.01e-3, 0.5e-3):
         result = simulate(rebound_neuron.testbench(circuit, {**stimuli, "delay": float(delay)}, 5.0))
         spikes = result.spikes["spike"]
-        outcome, peak = rebound_neuron.outcome(result), result["v_mem"].max()
+        outcome, peak = rebound_neuron.BLOCK.outcome(result), result["v_mem"].max()
         print(f"echo at {delay * 1e3:.1f} ms: {outcome}, peak {peak:.3f} V")
         if spikes.size:
             fired.append(float(delay))
