@@ -1,4 +1,4 @@
-"""A block with its values from the command line, on silicon."""
+"""Blocks that a verb of the command line asks for, with their sizes, biases, silicon and stimuli."""
 
 from __future__ import annotations
 

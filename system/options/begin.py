@@ -1,4 +1,7 @@
-"""Where runs begin, as `--ic`, `--uic` and `--at-rest` say it; nothing here is slow to import."""
+"""The state in which the runs of a block begin, as the command line asks for it.
+
+The options are `--ic`, `--uic` and `--at-rest`. Nothing here is slow to import.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BeginChoice:
-    """Voltages held at time 0, as texts `NODE=V`, and how a run begins (`Testbench.begin`)."""
+    """The state in which runs begin.
+
+    Attributes
+    ----------
+    held : nodes with the voltages at which they are held until time 0, as texts `NODE=V`.
+    begin : how a run finds the voltages of the other nodes (`circuits.testbench.Testbench.begin`).
+    """
 
     held: tuple[str, ...] = ()
     begin: Begin = "disturbed"
@@ -24,7 +33,7 @@ FREE = BeginChoice()
 
 
 def begin_choice(held: Iterable[str], *, uic: bool = False, at_rest: bool = False) -> BeginChoice:
-    """What the options say; raises `ParameterError` where they contradict each other."""
+    """Give the state that the options ask for; raises `ParameterError` where they contradict each other."""
     texts = tuple(held)
     if at_rest and (uic or texts):
         given = "uic" if uic else "ic"
@@ -33,7 +42,7 @@ def begin_choice(held: Iterable[str], *, uic: bool = False, at_rest: bool = Fals
 
 
 def refuse_beginning(begin: BeginChoice, what: str) -> None:
-    """Raise `ParameterError` where an option says how runs begin of something that has no testbench."""
+    """Raise `ParameterError` where an option says how runs begin of `what`, which has no testbench."""
     given = {"ic": begin.held, "uic": begin.begin == "uic", "at_rest": begin.begin == "at_rest"}
     for option, value in given.items():
         if value:

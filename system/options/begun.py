@@ -1,4 +1,4 @@
-"""A testbench whose runs begin as the command line says."""
+"""Testbenches whose runs begin in the state that the command line asks for."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from system.options.begin import FREE, BeginChoice
 
 
 def begun(testbench: Testbench, choice: BeginChoice) -> Testbench:
-    """The testbench with what was chosen over what it says itself.
+    """Give the testbench with the chosen state in the place of its own.
 
     Raises `UnknownNameError` for a node that its circuit does not have, `ParameterError` for no voltage.
     """
@@ -28,6 +28,6 @@ def begun(testbench: Testbench, choice: BeginChoice) -> Testbench:
 
 
 def read_voltages(texts: Iterable[str], option: str) -> dict[str, float]:
-    """Voltages by node path, V."""
+    """Read texts `NODE=V` as voltages, V, by the path of their node; `option` is named in errors."""
     pairs = (split_assignment(text, option, keep=True) for text in texts)
     return {name: parse_quantity(value, "V", name) for name, value in pairs}

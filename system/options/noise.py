@@ -1,4 +1,4 @@
-"""Noise of a chip's devices in a run, as the command line asks for it."""
+"""The noise of a chip's devices in the run of a robot, as the command line asks for it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ NOISY: tuple[Noisy, ...] = ("off", "white", "all")
 
 
 def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
-    """Noise of a run's seed: `white`, or `all` with flicker too; None for `off`."""
+    """Give the noise of a run by its seed: `white`, or `all` with flicker noise too; None for `off`.
+
+    Raises `ParameterError` for another word.
+    """
     if noisy not in NOISY:
         raise ParameterError(f"silicon_noise: {noisy}, must be {' or '.join(NOISY)}")
     if noisy == "off":
@@ -23,7 +26,10 @@ def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
 
 
 def check_noise(noisy: str, seed: int | None) -> None:
-    """Refuse what is no noise, and a seed of noise (None for the run's own) that is off."""
+    """Raise `ParameterError` for a word that is no noise, and for a seed of noise where noise is off.
+
+    seed: of the noise; None where the noise has the seed of the run.
+    """
     silicon_noise(noisy, 0)
     if seed is not None and noisy == "off":
         raise ParameterError(f"noise_seed: {seed}, there is no noise; give `silicon_noise=white` or all")

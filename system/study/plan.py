@@ -1,4 +1,4 @@
-"""Sampling plans: which standard normals the dies of a study have.
+"""A sampling plan says which standard normal draws the dies of a study have.
 
 `random` is every die's own keyed draw: an edit elsewhere, another number of samples, a subset change nothing.
 `lhs` and `sobol` spread all dies of the study over the space of all draws together (scipy.stats.qmc): better
@@ -32,9 +32,9 @@ _EDGE = 2.0**-54  # a Sobol point may be 0, whose normal is infinite
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A method with its seed, over `count` dies from number `first` on.
+    """A sampling plan: a method with its seed, for `count` dies whose numbers begin with `first`.
 
-    Raises `ParameterError` for numbers that no die has and a seed that no generator takes.
+    Raises `ParameterError` for numbers that no die has, and for a seed that no generator takes.
     """
 
     method: Method

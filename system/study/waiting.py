@@ -1,7 +1,7 @@
-"""Waiting for work that was handed out, to threads of ours or to processes of another library.
+"""Waiting for work that was handed out to threads of this process, or to processes of another library.
 
-A wait asks to be told when the work is done, and looks at its event meanwhile: no library's own wait is cut
-short by a deadline, and Ctrl-C is never lost in one.
+Whoever waits asks the work to tell when it is done, and meanwhile looks every fifth of a second whether the
+user has asked for an interruption. Ctrl-C is therefore never lost in the wait of another library.
 """
 
 from __future__ import annotations
