@@ -1,4 +1,4 @@
-"""What tests share: they read the package's records, not a user's, and run ngspice where its library is."""
+"""What tests share: the package's records and not a user's, examples without a clock, ngspice where it is."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import os
 import tempfile
 
 import pytest
+from hypothesis import settings
 
 from chips.record_file import ENVIRONMENT
 from netlists.ngspice.library import find_library
 
 os.environ[ENVIRONMENT] = tempfile.gettempdir() + "/no-records-of-tests"
+settings.register_profile("untimed", deadline=None)  # first calls compile, and speed is the benchmarks' claim
+settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session")

@@ -40,9 +40,8 @@ GIVEN = {"--trips": "1"}  # and such as it gives
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
 DROPPED = ("--workers", "--contributions")
-# Verbs, options and arguments whose work no option makes short enough. That a whole chip is shown, and that
-# its noise is drawn, have tests of their own.
-LONG = frozenset({"reproduce", "characterise", "rolls", "silicon-noise=all"})
+# Verbs and arguments whose work no option makes short enough; `system/cli/test_show_rolls.py` shows a chip.
+LONG = frozenset({"reproduce", "characterise", "rolls"})
 LETTERS = {"-n": "--samples", "-o": "--output"}
 WRITTEN = ("--output", "--plot", "--csv", "--raw", "--events", "--animate", "--pareto")
 
