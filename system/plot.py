@@ -6,7 +6,7 @@ bytes of a file depend on the picture alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
 from circuits.solver.transient import Result
 from system.files.writing import check_folder, replace_atomic
+from system.rule import Estimated
 
 SUFFIXES = ("png", "svg", "pdf")
 _MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible
@@ -95,6 +96,22 @@ def mark_end(at: F64, ax: Axes, *, succeeded: bool | None) -> None:
     marker, colour = {True: ("D", COLOURS[2]), False: ("x", "red"), None: ("s", INK)}[succeeded]
     label = {True: "end: succeeded", False: "end: failed", None: "end"}[succeeded]
     ax.plot(*at, marker=marker, color=colour, markersize=6, linestyle="", zorder=5, label=label)
+
+
+def draw_estimates(
+    at: Sequence[float],
+    estimates: Sequence[Estimated],
+    look: Mapping[str, Any],
+    ax: Axes,
+    scale: float = 1.0,
+) -> None:
+    """Draw estimates at their places on the x axis, with their intervals, in units of 1 / `scale`.
+
+    look: what `Axes.errorbar` takes, as colour, marker and label.
+    """
+    y = scale * np.array([e.value for e in estimates])
+    ends = scale * np.array([(e.interval.low, e.interval.high) for e in estimates]).reshape(-1, 2)
+    ax.errorbar(at, y, np.abs(ends.T - y), **look)
 
 
 def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None:

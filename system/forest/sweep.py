@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
 from matplotlib.axes import Axes
 
 from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all
 from system.openspace.law import Bat
-from system.plot import COLOURS, INK
+from system.plot import COLOURS, INK, draw_estimates
 from system.rule import Measured, significant
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
@@ -118,13 +117,9 @@ def draw_sweep(found: Sweep, ax: Axes) -> None:
 
 def draw_means(x: Sequence[float], tallies: Sequence[Tally], label: str, k: int, ax: Axes) -> None:
     """Means with their intervals, on a logarithmic scale; a triangle is a lower end."""
-    met = [(at, t.mean) for at, t in zip(x, tallies, strict=True) if t.collisions]
-    y = np.array([mean.value for _, mean in met])
-    ends = np.array([(mean.interval.low, mean.interval.high) for _, mean in met]).reshape(-1, 2)
-    ax.errorbar(
-        [at for at, _ in met], y, np.abs(ends.T - y), color=COLOURS[k], marker="o", markersize=3.5,
-        capsize=2, label=label,
-    )  # fmt: skip
+    met = {at: t.mean for at, t in zip(x, tallies, strict=True) if t.collisions}
+    look = {"color": COLOURS[k], "marker": "o", "markersize": 3.5, "capsize": 2, "label": label}
+    draw_estimates(list(met), list(met.values()), look, ax)
     for at, tally in zip(x, tallies, strict=True):
         if not tally.collisions:
             ax.plot(at, tally.mean.interval.low, color=COLOURS[k], marker="^", markersize=6)

@@ -28,7 +28,7 @@ from circuits.arrays import I64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report, with_progress
-from system.plot import COLOURS, INK
+from system.plot import COLOURS, INK, draw_estimates
 from system.rover.campaign import Case, Outcome, first_failure, regrets, run_case
 from system.rover.cost_map import MAX_CODE, CostMap, load_map, random_pairs
 from system.rule import Measured, apart_below, below, exactly
@@ -168,11 +168,8 @@ def _draw_sweep(outcomes: Sequence[Outcome], quantity: str, kind: str, colour: s
     scale = 1e6 if quantity == "unit" else 1.0
     kept = [o for o in outcomes if np.isfinite(o.regret.value)]
     x = [scale * getattr(o.case, quantity) for o in kept]
-    y = np.array([100 * o.regret.value for o in kept])
-    ends = np.array([(100 * o.regret.interval.low, 100 * o.regret.interval.high) for o in kept])
-    ax.errorbar(
-        x, y, np.abs(ends.T - y), color=colour, marker="o", markersize=3, capsize=2, label=f"{kind} biases"
-    )
+    look = {"color": colour, "marker": "o", "markersize": 3, "capsize": 2, "label": f"{kind} biases"}
+    draw_estimates(x, [o.regret for o in kept], look, ax, 100.0)
     ax.tick_params(colors=INK)
 
 

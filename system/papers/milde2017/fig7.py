@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
-from system.papers.milde2017.picture import SHADES, draw_shares
-from system.plot import INK
+from system.papers.milde2017.picture import SHADES
+from system.plot import INK, draw_estimates
 from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, at_most
@@ -70,7 +70,7 @@ def _draw(free: Free, figure: Figure) -> None:
         x = [i + 0.25 * (k - 1) for i in range(len(lights))]
         shares = [free[light, colour] for light in lights]
         ax.bar(x, [s.value for s in shares], 0.22, color=SHADES[colour], label=colour)
-        draw_shares(dict(zip(x, shares, strict=True)), ax, linestyle="", color=INK, capsize=2)
+        draw_estimates(x, shares, {"linestyle": "", "color": INK, "capsize": 2}, ax)
     ax.set_xticks(range(len(lights)), lights)
     ax.set_ylabel("share avoided")
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)

@@ -1,10 +1,9 @@
-"""Pictures that several experiments on Milde et al. 2017 draw: a run, paths in a scene, shares of runs."""
+"""Pictures that several experiments on Milde et al. 2017 draw: a run, and paths in a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,7 +14,6 @@ from system.pushbot.campaign import Drive, Runs, drive_again, trials
 from system.pushbot.picture import draw_run
 from system.pushbot.run import Trace
 from system.pushbot.scene_picture import draw_scene
-from system.study.statistics.share import Share
 from system.worlds.arena.scene import Scene
 
 SHADES = {"blue": COLOURS[0], "red": COLOURS[1], "yellow": COLOURS[4]}  # of what shows blocks by colour
@@ -37,11 +35,3 @@ def draw_paths(scene: Scene, paths: Sequence[F64], ax: Axes, time: float = 0.0) 
     draw_scene(scene, ax, time)
     for path in paths:
         ax.plot(path[:, 0], path[:, 1], color=COLOURS[2], linewidth=0.7, alpha=0.6, zorder=4)
-
-
-def draw_shares(shares: Mapping[float, Share], ax: Axes, **look: Any) -> None:
-    """Draw shares by their places on the x axis, with their 95 % intervals; look: of `Axes.errorbar`."""
-    value = [s.value for s in shares.values()]
-    below = [s.value - s.interval.low for s in shares.values()]
-    above = [s.interval.high - s.value for s in shares.values()]
-    ax.errorbar(list(shares), value, [below, above], **look)

@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
-from system.papers.milde2017.picture import draw_shares
-from system.plot import COLOURS
+from system.plot import COLOURS, draw_estimates
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, below
@@ -75,7 +74,8 @@ def _draw(found: Found, figure: Figure) -> None:
     for k, kind in enumerate(KINDS):
         # beside one another, for they may be the same
         mine = {t + k - 0.5: share for (name, t), share in found.items() if name == kind}
-        draw_shares(mine, ax, color=COLOURS[k], marker="o", capsize=2, label=kind)
+        look = {"color": COLOURS[k], "marker": "o", "capsize": 2, "label": kind}
+        draw_estimates(list(mine), list(mine.values()), look, ax)
     ax.set(xlabel="temperature (degC), biases set at 27", ylabel="share avoided", ylim=(-0.02, 1.05))
     ax.legend()
 

@@ -33,7 +33,7 @@ from circuits.silicon.die import Die
 from system.bug.run import run, summarise
 from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS
+from system.plot import COLOURS, draw_estimates
 from system.rule import apart_below, at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
@@ -234,10 +234,8 @@ def _draw(found: Found, figure: Figure) -> None:
 
 def sweep(ax: Axes, held: Mapping[float, Outcome], label: str, colour: str) -> None:
     """Draw shares with their intervals."""
-    shares = [o.share for o in held.values()]
-    value = [s.value for s in shares]
-    ends = [[s.value - s.interval.low for s in shares], [s.interval.high - s.value for s in shares]]
-    ax.errorbar(list(held), value, ends, color=colour, marker="o", markersize=3, capsize=2, label=label)
+    look = {"color": colour, "marker": "o", "markersize": 3, "capsize": 2, "label": label}
+    draw_estimates(list(held), [o.share for o in held.values()], look, ax)
     ax.set_ylim(-0.03, 1.05)
 
 
