@@ -226,8 +226,6 @@ def draw_beside(agreement: Agreement, node: str, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "agreement",
-    "the solver against ngspice: every block at -20, 27 and 85 degC, and the whole ranging chip",
-    run,
-    {},
-)
+    "agreement", "the solver against ngspice: every block at -20, 27 and 85 degC, and the whole ranging chip",
+    run, {},
+)  # fmt: skip

@@ -251,8 +251,6 @@ def draw(found: Sequence[Beside], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "chip-noise",
-    "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
-    reproduce,
-    {"trials": TRIALS},
-)
+    "chip-noise", "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
+    reproduce, {"trials": TRIALS},
+)  # fmt: skip

@@ -280,8 +280,6 @@ def draw(white: F64, flicker: F64, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "device-noise",
-    "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
-    run,
-    {"trials": TRIALS},
-)
+    "device-noise", "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
+    run, {"trials": TRIALS},
+)  # fmt: skip

@@ -153,8 +153,6 @@ def draw(found: Sequence[Beside], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "ngspice-dies",
-    "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
-    run,
-    {"dies": DIES},
-)
+    "ngspice-dies", "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
+    run, {"dies": DIES},
+)  # fmt: skip

@@ -105,19 +105,15 @@ class Answer:
 
 
 def run(
-    progress: Progress,
-    execution: Execution = ALONE,
-    dies: int = DIES,
-    population_dies: int = POPULATION_DIES,
-    rows: int = ROWS,
+    progress: Progress, execution: Execution = ALONE, dies: int = DIES, population_dies: int = POPULATION_DIES
 ) -> Report:
-    """Measure trains and steps on some dies, populations on others, and rows of each."""
+    """Measure trains and steps on some dies, and populations on as many or more."""
     first = range(FIRST_DIE, FIRST_DIE + dies)
     keys = [Asked(TRAIN, die, t, rate) for die in first for t in TEMPERATURES for rate in RATES]
     keys += [Asked(STEP, die, t, HIGH) for die, t in zip(first, cycle(STEP_TEMPERATURES), strict=False)]
     keys += [Asked(FIXED, FIRST_DIE, t, FIXED_RATE) for t in TEMPERATURES]
     keys += [
-        Asked(RESPONSE, die, Silicon().temperature_c, rows if die in first else 0)
+        Asked(RESPONSE, die, Silicon().temperature_c, ROWS if die in first else 0)
         for die in range(FIRST_DIE, FIRST_DIE + population_dies)
     ]
     campaign = Campaign(EXPERIMENT.name, measure, Asked, Answer, (version("noctule"),))
@@ -130,8 +126,8 @@ def run(
     )
     responses = tuple(a.response for a in answers[RESPONSE] if a.response is not None)
     found = Found(trains, steps, fixed, responses)
-    rows_found = (*_charges(found), *_slopes(found.trains), *_spikes(found.responses), *_beside(found))
-    return Report(rows_found, lambda figure: _draw(found, figure), _notes(found))
+    rows = (*_charges(found), *_slopes(found.trains), *_spikes(found.responses), *_beside(found))
+    return Report(rows, lambda figure: _draw(found, figure), _notes(found))
 
 
 def measure(asked: Asked) -> Answer:

@@ -43,8 +43,9 @@ def made_up(
     for name, replacement in (("train", one), ("rate_step", one), ("response", response)):
         monkeypatch.setattr(rolls_depression, name, replacement)
     monkeypatch.setattr(rolls_depression, "_chip", lambda *_: None)
+    monkeypatch.setattr(rolls_depression, "ROWS", 1)
     done: list[float] = []
-    report = rolls_depression.run(done.append, execution, dies, dies, 1)
+    report = rolls_depression.run(done.append, execution, dies, dies)
     assert done[-1] == 1.0
     return report
 
