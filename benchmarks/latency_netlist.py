@@ -34,7 +34,8 @@ from circuits.testbench import Testbench
 from netlists.dialects.ngspice import format_testbench
 from netlists.ngspice import engine
 from netlists.ngspice import run as ngspice
-from netlists.ngspice.agreement import SOLVER_RTOL, started
+from netlists.ngspice.agreement import SOLVER_RTOL
+from netlists.ngspice.form import started
 
 PARAMS = Params(paths=2, taps=2)
 DIE = Die(number=1003)

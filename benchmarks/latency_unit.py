@@ -25,7 +25,8 @@ from circuits.blocks.latency import unit as latency_unit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from netlists.ngspice import engine
-from netlists.ngspice.agreement import SOLVER_RTOL, scaled_testbench
+from netlists.ngspice.agreement import SOLVER_RTOL
+from netlists.ngspice.form import scaled_testbench
 
 UNIT, LAYER, QUICK = 0.15, 58e-3, 32e-3  # s
 ALLOWED = 10.0  # us

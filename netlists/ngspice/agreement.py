@@ -4,8 +4,13 @@ ngspice is converged where halving its reltol and its largest step moves nothing
 what is allowed; where it moves more, both are tightened (reltol tenfold, the step fourfold) and halved again.
 The solver runs at one tight rtol and is compared with the finest of these runs.
 
-Allowed: spikes equally many, each within 1 us + 0.01 % of its time; every node that no source fixes within
-1 mV rms over time; operating points within 0.1 mV.
+What may differ is an `Allowance`. The usual one allows spikes equally many, each within 1 us + 0.01 % of its
+time; every node that no source fixes within 1 mV rms over time; operating points within 0.1 mV. It follows
+from how both engines stop: ngspice's own error is at most about a third of it once halving moves a quarter
+(an error that falls at least with the tolerance); the solver's at rtol 1e-8 is a hundredth of it or less.
+
+Nothing agrees where nothing was compared. A testbench that drives or watches something must show a spike, or
+a node that moves by more than what is allowed, so that a constant in its place would be told.
 
 Edges. An edge of 5 V in 50 ns that comes 0.1 us late is 12 mV rms over 16 ms, though its time is well within
 what is allowed. So voltages are compared on 20,001 equally spaced times without those within w of an edge: a
@@ -17,43 +22,75 @@ in either run. w is 50 us, or less where the windows together would cover more t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.blocks.block import Block
-from circuits.circuit import GROUND
+from circuits.devices.source import Constant
 from circuits.lowering.supply import half_supply
 from circuits.silicon.silicon import Silicon
-from circuits.solver.operating_point import operating_point as solve_point
 from circuits.solver.transient import Result
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench
 from netlists.ngspice import engine
 from netlists.ngspice.deadline import DEADLINE
+from netlists.ngspice.form import started
 from netlists.registry import DEFAULT_RELTOL, POINTS, Method
 
-SPIKE_TIME, SPIKE_SHARE = 1e-6, 1e-4  # s, and share of the spike's time
-NODE_RMS = 1e-3  # V
-OPERATING_POINT = 1e-4  # V
 CONVERGED = 0.25  # share of what is allowed, by which halving may move ngspice
 SOLVER_RTOL = 1e-8
 
 _SAMPLES = 20_001
 _WINDOW = 50e-6  # s
 _EXCLUDED = 0.1  # largest share of the run left out around edges
-_GLANCE = 1e-3  # share of a run that tells which measures a block has
 _TRIES = 4  # tightenings of ngspice before it counts as not converging
+
+
+@dataclass(frozen=True, slots=True)
+class Allowance:
+    """What two converged runs of a testbench may differ by.
+
+    Attributes
+    ----------
+    spike_time, spike_share
+        A spike may come earlier or later by `spike_time` (s) and by `spike_share` of its time together.
+    node_rms
+        Difference of a node's voltage over the run, V rms.
+    operating_point
+        Difference of any node's voltage at the operating point, V.
+    """
+
+    spike_time: float = 1e-6
+    spike_share: float = 1e-4
+    node_rms: float = 1e-3
+    operating_point: float = 1e-4
+
+
+USUAL = Allowance()
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
     """How far two runs of a testbench are apart.
 
-    `spike_time` is the worst difference (s) by its share of `spike_allowance` (s), 0 without spikes;
-    `node_rms` in V by node; `operating_point` the worst difference in V; `excluded` the share of the time
-    left out of `node_rms`.
+    Attributes
+    ----------
+    same_count
+        Whether both runs have equally many spikes at every port.
+    spike_time, spike_allowance
+        The spike that is worst by its share of what is allowed for it: how far apart the runs have it, and
+        what is allowed, s. Without spikes the difference is 0.
+    node_rms
+        Difference of every node that no source fixes, V rms over the times that are compared.
+    operating_point
+        Difference of the worst node at the operating point, V.
+    excluded
+        Share of the run that is left out of `node_rms` because it is near an edge.
+    moved
+        How far the liveliest of these nodes is from its own mean in the first run, V rms over the same times.
+    allowed
+        What may differ.
     """
 
     same_count: bool
@@ -62,6 +99,8 @@ class Difference:
     node_rms: Mapping[str, float] = field(repr=False)
     operating_point: float
     excluded: float
+    moved: float
+    allowed: Allowance = USUAL
 
     @property
     def worst_node(self) -> str:
@@ -80,8 +119,8 @@ class Difference:
             return float("inf")
         return max(
             self.spike_time / self.spike_allowance,
-            self.worst_rms / NODE_RMS,
-            self.operating_point / OPERATING_POINT,
+            self.worst_rms / self.allowed.node_rms,
+            self.operating_point / self.allowed.operating_point,
         )
 
 
@@ -89,8 +128,18 @@ class Difference:
 class Agreement:
     """The solver beside ngspice on one testbench.
 
-    `difference`: solver against ngspice's finest run; `convergence`: that run against the one with twice its
-    `reltol` and `tmax` (s).
+    Attributes
+    ----------
+    name, temperature_c
+        Title of the testbench, and the temperature of the silicon, degC.
+    difference
+        The solver's run against ngspice's finest.
+    convergence
+        ngspice's finest run against the one with twice its `reltol` and `tmax`.
+    reltol, tmax
+        Relative tolerance and largest step (s) of ngspice's finest run.
+    solver, ngspice
+        Both runs.
     """
 
     name: str
@@ -108,13 +157,23 @@ class Agreement:
         return self.convergence.share <= CONVERGED
 
     @property
+    def spike_count(self) -> int:
+        """How many spikes the solver has, at all watched ports together."""
+        return sum(times.size for times in self.solver.spikes.values())
+
+    @property
+    def compared(self) -> bool:
+        """Whether there is something that could differ, see `shows_something`."""
+        return shows_something(self.solver, self.difference)
+
+    @property
     def agrees(self) -> bool:
-        """Whether both are converged and within all that is allowed."""
-        return self.converged and self.difference.share <= 1.0
+        """Whether something was compared, both are converged, and all is within what is allowed."""
+        return self.compared and self.converged and self.difference.share <= 1.0
 
 
 def compare(
-    target: Block | Testbench,
+    testbench: Testbench,
     silicon: Silicon,
     *,
     rtol: float = SOLVER_RTOL,
@@ -122,115 +181,80 @@ def compare(
     points: int = POINTS,
     method: Method = "gear",
     deadline_s: float | None = DEADLINE,
+    allowed: Allowance = USUAL,
 ) -> Agreement:
-    """Run a testbench, or a block's with its stimuli scaled to the temperature, in both engines.
+    """Run a testbench in both engines.
 
     Where the testbench has a start, ngspice begins in the solver's rest state at this temperature.
 
     Parameters
     ----------
-    target
-        A testbench, or a block with its default parameters and stimuli (see `scaled_testbench`).
+    testbench
+        Circuit, sources and stop time; `netlists.ngspice.form` makes those of blocks.
     silicon
-        Process and temperature.
+        Process, die and temperature.
     rtol
-        The solver's.
+        The solver's relative tolerance.
     reltol, points
-        Where ngspice begins: its reltol, and steps at least in a run.
+        Where ngspice begins: its relative tolerance, and how many steps a run has at least.
     method
         ngspice's integration.
     deadline_s
         Wall-clock seconds for each run of ngspice; None for as long as it takes.
+    allowed
+        What may differ.
 
     Raises
     ------
     SimulatorError
         ngspice is missing, fails, or is too slow.
     """
-    testbench = scaled_testbench(target, silicon) if isinstance(target, Block) else target
     if testbench.start:  # near the rest at one temperature, which can be too far at another
         testbench = started(testbench, silicon)
     ours = solve(testbench, silicon, rtol=rtol)
     tmax = testbench.stop / points
-    found = _beside(ours, reltol, tmax, method, deadline_s)
+    found = _beside(ours, reltol, tmax, method, deadline_s, allowed)
     for k in range(1, _TRIES):
         if found.converged:
             break
-        found = _beside(ours, reltol / 10.0**k, tmax / 4.0**k, method, deadline_s)
+        found = _beside(ours, reltol / 10.0**k, tmax / 4.0**k, method, deadline_s, allowed)
     return found
 
 
-def scaled_testbench(block: Block, silicon: Silicon) -> Testbench:
-    """Testbench of a block with its defaults, its delay scaled to the temperature.
+def shows_something(run: Result, apart: Difference) -> bool:
+    """Whether a run, apart from another by so much, has something that could differ.
 
-    A block that measures `t_inh_s` has delays that follow it: `delay` is multiplied by
-    `t_inh(T) / t_inh(27 degC)` of the nominal block, pulse widths stay, and the run gets longer by that ratio
-    where it is above 1; so does the run of a block that measures its own `delay_s`. Other blocks keep their
-    stimuli.
+    That is a spike, a node that moves by more than may differ, or the operating point of a testbench that
+    neither drives nor watches anything.
     """
-    circuit = block.build(block.params())
-    v_dd = silicon.process.v_dd
-    stimuli = block.defaults
-    nominal = block.testbench(circuit, stimuli, v_dd)
-    ratio = delay_ratio(block, silicon)
-    if ratio == 1.0:
-        return nominal
-    if "delay" in stimuli:
-        stimuli["delay"] = ratio * (stimuli["delay"] or 0.0)
-    if ratio > 1.0:
-        stimuli["duration"] = ratio * nominal.stop
-    return block.testbench(circuit, stimuli, v_dd)
+    testbench = run.machine.testbench
+    at_rest = all(isinstance(s.waveform, Constant) for s in testbench.sources) and not testbench.watch
+    spikes = any(times.size for times in run.spikes.values())
+    return at_rest or spikes or apart.moved > apart.allowed.node_rms
 
 
-def started(testbench: Testbench, silicon: Silicon) -> Testbench:
-    """The testbench with the solver's rest state as ngspice's start, which saves it minutes on a chip.
-
-    ngspice still solves for its own; that it is the same without the start is for `engine.operating_point`.
-    """
-    rest = solve_point(testbench, silicon).voltages()
-    return replace(testbench, start={node: v for node, v in rest.items() if node != GROUND})
-
-
-def delay_ratio(block: Block, silicon: Silicon) -> float:
-    """Delay over that at 27 degC, nominal block: its t_inh after a call alone, or its `delay_s`; else 1."""
-    nominal = _delay(block, Silicon(silicon.process))
-    here = _delay(block, silicon)
-    return 1.0 if nominal is None or here is None else here / nominal
-
-
-def _delay(block: Block, silicon: Silicon) -> float | None:
-    """The block's delay, s, from the first of ever longer runs that has it; None without one."""
-    stimuli = block.defaults
-    if "duration" not in stimuli:
-        return None
-    circuit, v_dd = block.build(block.params()), silicon.process.v_dd
-    name = "t_inh_s" if "echo" in stimuli else "delay_s"
-    if "echo" in stimuli:
-        stimuli["echo"] = None
-    bench = block.testbench(circuit, stimuli, v_dd)
-    if name not in block.measures(solve(replace(bench, stop=_GLANCE * bench.stop), silicon)):
-        return None
-    for factor in (1.0, 4.0, 16.0, 64.0):
-        stimuli["duration"] = factor * bench.stop
-        found = block.measures(solve(block.testbench(circuit, stimuli, v_dd), silicon))[name]
-        if found is not None:
-            return found
-    return None
-
-
-def difference(one: Result, other: Result) -> Difference:
+def difference(one: Result, other: Result, allowed: Allowance = USUAL) -> Difference:
     """Compare two runs of one testbench."""
-    same, late, allowed = _spike_difference(one, other)
+    same, late, allowance = _spike_difference(one, other, allowed)
     keep = _kept(one, other)
     grid = np.linspace(0.0, one.machine.testbench.stop, _SAMPLES)[keep]
     solved = [n for n in one.nodes if one.machine.column_of(n) < one.machine.kernel.unknowns]
-    rms = {n: _rms(np.interp(grid, one.time, one[n]) - np.interp(grid, other.time, other[n])) for n in solved}
+    own = {n: np.interp(grid, one.time, one[n]) for n in solved}
+    rms = {n: _rms(v - np.interp(grid, other.time, other[n])) for n, v in own.items()}
+    moved = max(_rms(v - np.mean(v)) for v in own.values())
     rest, again = one.operating_point.voltages(), other.operating_point.voltages()
     apart = max(abs(rest[node] - again[node]) for node in rest)
-    return Difference(same, late, allowed, rms, apart, 1.0 - float(np.mean(keep)))
+    return Difference(same, late, allowance, rms, apart, 1.0 - float(np.mean(keep)), moved, allowed)
 
 
-def _beside(ours: Result, reltol: float, tmax: float, method: Method, deadline_s: float | None) -> Agreement:
+def _beside(
+    ours: Result,
+    reltol: float,
+    tmax: float,
+    method: Method,
+    deadline_s: float | None,
+    allowed: Allowance,
+) -> Agreement:
     """Set the solver's run beside ngspice's at `reltol` and `tmax` (s) and at half of both."""
     testbench, silicon = ours.machine.testbench, ours.machine.silicon
     coarse, fine = (
@@ -240,7 +264,8 @@ def _beside(ours: Result, reltol: float, tmax: float, method: Method, deadline_s
         for h in (1.0, 2.0)
     )
     return Agreement(
-        testbench.title, silicon.temperature_c, difference(ours, fine), difference(coarse, fine),
+        testbench.title, silicon.temperature_c,
+        difference(ours, fine, allowed), difference(coarse, fine, allowed),
         0.5 * reltol, 0.5 * tmax, ours, fine,
     )  # fmt: skip
 
@@ -249,15 +274,15 @@ def _rms(values: F64) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _spike_difference(one: Result, other: Result) -> tuple[bool, float, float]:
+def _spike_difference(one: Result, other: Result, allowed: Allowance) -> tuple[bool, float, float]:
     """Whether counts are equal; the worst difference and what is allowed for it, s."""
-    worst = (0.0, SPIKE_TIME)
+    worst = (0.0, allowed.spike_time)
     for port, times in one.spikes.items():
         again = other.spikes[port]
         if times.size != again.size:
-            return False, float("inf"), SPIKE_TIME
+            return False, float("inf"), allowed.spike_time
         for a, b in zip(times.tolist(), again.tolist(), strict=True):
-            found = (abs(a - b), SPIKE_TIME + SPIKE_SHARE * b)
+            found = (abs(a - b), allowed.spike_time + allowed.spike_share * b)
             worst = max(worst, found, key=lambda w: w[0] / w[1])
     return True, *worst
 

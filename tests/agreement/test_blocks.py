@@ -1,8 +1,7 @@
-"""The solver agrees with ngspice: every block at one temperature, every device type in a small circuit."""
+"""The solver agrees with ngspice: every block on one die, every device type in a small circuit."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -30,64 +29,12 @@ from circuits.solver import operating_point as native
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from netlists.ngspice import agreement, engine
-from netlists.ngspice.agreement import compare
+from netlists.ngspice.agreement import USUAL, compare
+from netlists.ngspice.form import delay_ratio, scaled_testbench, started
+from tests.agreement.blocks import CASES, USUAL_CASE, case_of, silicon_of
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
 
-TEMPERATURES = (-20.0, 27.0, 85.0)  # degC; each block gets one, all of them `noctule reproduce agreement`
-# The whole matrix runs whole testbenches, and shows that halving ngspice's tolerances moves nothing. What is
-# allowed between the engines is the same here, where ngspice runs once, as finely as it takes to come that
-# near: to behind the first spike, to behind two events where none comes, or for one call interval.
-SHORTENED: Mapping[str, float] = {
-    "axon-delay": 6.4e-3,
-    "calcium-gate": 0.065,
-    "centroid-board": 0.012,
-    "coincidence-detector": 5e-3,
-    "conductance-neuron": 7.5e-3,
-    "delay-tap": 6.3e-3,
-    "depressing-synapse": 6.5e-3,
-    "dpi-synapse": 3.5e-3,
-    "latency-neuron": 8.8e-3,
-    "latency-unit": 69e-6,
-    "lso-neuron": 6.9e-3,
-    "plastic-synapse": 7.5e-3,
-    "race-cell": 0.0215,
-    "race-layer": 1.06e-3,
-    "rebound-neuron": 3e-3,
-    "rolls-neuron": 7e-3,
-    "tonic-neuron": 0.0155,
-    "vocalization-controller": 0.06,
-    "wavefront-cell": 33e-6,
-}
-# reltol of ngspice, and its steps at least: with these the two differ by 0.7 of what is allowed or less.
-COARSE = (3e-4, 200)
-FINE: Mapping[str, tuple[float, int]] = {
-    "axon-delay": (1e-3, 100),
-    "centroid-board": (1e-5, 1_500),
-    "coincidence-detector": (1e-3, 100),
-    "dpi-synapse": (1e-3, 100),
-    "envelope-detector": (5e-6, 2_000),
-    "lso-neuron": (1e-4, 500),
-    "plastic-synapse": (1e-3, 100),
-    "race-layer": (1e-4, 500),
-    "vocalization-controller": (1e-5, 1_500),
-    "winner-take-all": (1e-4, 500),
-}
-# Blocks of several cells are small here, and quick by small capacitors, so that a spike comes within the run:
-# one cell's race, its spike and the recurrent inhibition; the coincidence of A and B. Three cells, and two
-# pings of a unit, are `benchmarks/latency_unit.py`'s. The centroid board averages two spikes in 5 ms.
-SMALL: Mapping[str, Mapping[str, float]] = {
-    "race-layer": {
-        "membrane_capacitance": 0.1e-12, "timer_capacitance": 50e-15, "recurrent_capacitance": 50e-15,
-        "cells": 1,
-    },
-    "latency-unit": {"membrane_capacitance": 0.5e-12, "timer_capacitance": 0.5e-12},
-}  # fmt: skip
-STIMULI: Mapping[str, Mapping[str, float | None]] = {
-    "centroid-board": {"rate": 200.0},
-    "race-layer": {"excite_0": None, "excite_1": None, "inhibit_1": None, "inhibit_2": None},
-    "latency-unit": {"first": 60e-6, "integrating": 1e-3, "reset": None},
-}
 UM = 1e-6
 V_DD = 5.0
 SUPPLY = Source("vdd", "vdd", Constant(V_DD))
@@ -96,34 +43,46 @@ VDD = Port("vdd", "supply")
 
 @pytest.mark.parametrize("name", block_names())
 def test_every_block_agrees(name: str) -> None:
-    testbench, silicon = bench_of(name)
+    block, case = load_block(name), case_of(name)
+    silicon = silicon_of(block)
+    testbench = scaled_testbench(block, silicon, case.form)
+    if case.begun or testbench.start:
+        testbench = started(testbench, silicon)
     ours = simulate(testbench, silicon, rtol=agreement.SOLVER_RTOL)
-    reltol, steps = FINE.get(name, COARSE)
-    peer = engine.simulate(testbench, silicon, reltol=reltol, tmax=testbench.stop / steps)
-    found = agreement.difference(ours, peer)
+    peer = engine.simulate(testbench, silicon, reltol=case.reltol, tmax=testbench.stop / case.points)
+    found = agreement.difference(ours, peer, case.allowed)
+    assert agreement.shows_something(ours, found), f"nothing happens on {silicon}"
+    assert any(t.size for t in ours.spikes.values()) or not testbench.watch, "silent: it needs another form"
     assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
     assert found.excluded <= 0.1
 
 
-def bench_of(name: str) -> tuple[Testbench, Silicon]:
-    """A block's testbench at its temperature, made short, and begun in the solver's rest state."""
-    block = load_block(name)
-    silicon = Silicon(block.process, TEMPERATURES[block_names().index(name) % 3])
-    bench = small(block, silicon) if name in STIMULI else agreement.scaled_testbench(block, silicon)
-    bench = replace(bench, stop=min(bench.stop, SHORTENED.get(name, bench.stop)))
-    return (agreement.started(bench, silicon) if bench.start else bench), silicon
+def test_a_block_s_silicon_hangs_on_its_name_and_on_nothing_else() -> None:
+    drawn = {name: silicon_of(load_block(name)) for name in block_names()}
+    assert len({silicon.die.number for silicon in drawn.values()}) > 0.8 * len(drawn)
+    for name, silicon in drawn.items():
+        assert case_of(name).coldest <= silicon.temperature_c <= case_of(name).hottest
+    block = load_block("rebound-neuron")
+    assert silicon_of(replace(block, summary="another")) == drawn["rebound-neuron"]
+    assert silicon_of(replace(block, name="rebound-neuron-2")).die != drawn["rebound-neuron"].die
 
 
-def small(block: Block, silicon: Silicon) -> Testbench:
-    circuit = block.build(block.params(**SMALL.get(block.name, {})))
-    stimuli = block.defaults | STIMULI[block.name]
-    return block.testbench(circuit, stimuli, silicon.process.v_dd)
+def test_what_is_not_usual_has_a_reason() -> None:
+    assert set(CASES) <= set(block_names())
+    assert all(case.why for case in CASES.values())
+    assert not USUAL_CASE.why
 
 
-@pytest.mark.parametrize("name", list(SMALL))
-def test_small_blocks_spike_within_the_run(name: str) -> None:
-    result = simulate(*bench_of(name))
-    assert sum(times.size for times in result.spikes.values()) == 1
+def test_nothing_agrees_where_nothing_was_compared() -> None:
+    silicon = Silicon()
+    found = compare(pulsed(inverter_chain()), silicon)
+    flat = replace(found.difference, moved=0.5 * USUAL.node_rms)
+    silent = replace(found.solver, spikes={"y": np.zeros(0)})
+    assert replace(found, difference=flat).compared
+    assert replace(found, solver=silent).compared
+    nothing = replace(found, difference=flat, solver=silent)
+    assert not nothing.compared
+    assert not nothing.agrees
 
 
 def varied(**changes: Any) -> Process:
@@ -260,7 +219,7 @@ def test_disagreement_is_told() -> None:
     loaded = engine.simulate(pulsed(inverter_chain((Capacitor("extra", "b", "0", 2e-13),))), silicon)
     apart = agreement.difference(ours.solver, loaded)
     assert apart.same_count
-    assert apart.worst_rms > agreement.NODE_RMS
+    assert apart.worst_rms > USUAL.node_rms
     assert apart.share > 1.0
     silent = replace(ours.solver, spikes={"y": np.zeros(0)})
     assert agreement.difference(silent, loaded).share == float("inf")
@@ -270,9 +229,7 @@ def test_disagreement_is_told() -> None:
 
 def test_delays_follow_the_temperature() -> None:
     block: Block = load_block("rebound-neuron")
-    nominal, cold, hot = (
-        agreement.scaled_testbench(block, Silicon(temperature_c=t)) for t in (27.0, -20.0, 85.0)
-    )
+    nominal, cold, hot = (scaled_testbench(block, Silicon(temperature_c=t)) for t in (27.0, -20.0, 85.0))
     starts = [next(s for s in t.sources if s.name == "echo").waveform for t in (nominal, cold, hot)]
     delays = [w.starts[0] - 1e-3 for w in starts if isinstance(w, Pulse)]
     assert delays[0] == pytest.approx(6.4e-3)
@@ -281,11 +238,11 @@ def test_delays_follow_the_temperature() -> None:
     assert delays[2] < 0.15 * delays[0]
     assert {w.width for w in starts if isinstance(w, Pulse)} == {10e-6}
     assert cold.stop > nominal.stop >= hot.stop
-    assert agreement.delay_ratio(load_block("centroid-board"), Silicon(temperature_c=85.0)) == 1.0
+    assert delay_ratio(load_block("centroid-board"), Silicon(temperature_c=85.0)) == 1.0
 
 
 def test_a_run_is_long_enough_for_the_blocks_own_delay() -> None:
     axon, cold = load_block("axon-delay"), Silicon(temperature_c=-20.0)
-    bench = agreement.scaled_testbench(axon, cold)
-    assert bench.stop > 5.0 * agreement.scaled_testbench(axon, Silicon()).stop
+    bench = scaled_testbench(axon, cold)
+    assert bench.stop > 5.0 * scaled_testbench(axon, Silicon()).stop
     assert simulate(bench, cold).spikes["delayed"].size == 1

@@ -13,7 +13,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from netlists.ngspice import engine
-from netlists.ngspice.agreement import OPERATING_POINT, compare
+from netlists.ngspice.agreement import USUAL, compare
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
 
@@ -32,5 +32,5 @@ def test_a_neuron_at_its_place_agrees() -> None:
     ours = operating_point(tuning_machine(neuron, silicon)).voltages()
     elsewhere = engine.operating_point(testbench, replace(silicon, place=None))
     peer = engine.operating_point(testbench, silicon)
-    assert all(abs(ours[n] - peer[n]) < OPERATING_POINT for n in ours)
-    assert max(abs(elsewhere[n] - peer[n]) for n in ours) > 10.0 * OPERATING_POINT
+    assert all(abs(ours[n] - peer[n]) < USUAL.operating_point for n in ours)
+    assert max(abs(elsewhere[n] - peer[n]) for n in ours) > 10.0 * USUAL.operating_point

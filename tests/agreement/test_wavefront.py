@@ -10,7 +10,8 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from netlists.ngspice import engine
-from netlists.ngspice.agreement import OPERATING_POINT, SPIKE_TIME, started
+from netlists.ngspice.agreement import USUAL
+from netlists.ngspice.form import started
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
 
@@ -22,8 +23,8 @@ def test_a_wave_reaches_the_next_cell_at_the_same_time() -> None:
     ours = simulate(bench, silicon, rtol=1e-6)
     peer = engine.simulate(started(bench, silicon), silicon, reltol=1e-3, tmax=2e-6)
     rest, again = ours.operating_point.voltages(), peer.operating_point.voltages()
-    assert max(abs(rest[node] - again[node]) for node in rest) < OPERATING_POINT
+    assert max(abs(rest[node] - again[node]) for node in rest) < USUAL.operating_point
     # the project's allowance for spikes, without its share of the time
     for port in ("fired[0,0]", "fired[0,1]", "first[0,1,6]"):
         assert ours.spikes[port].size == 1
-        assert peer.spikes[port] == pytest.approx(ours.spikes[port], abs=SPIKE_TIME)
+        assert peer.spikes[port] == pytest.approx(ours.spikes[port], abs=USUAL.spike_time)

@@ -29,18 +29,8 @@ from circuits.registry import block_names, load_block
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.ngspice import engine
-from netlists.ngspice.agreement import (
-    CONVERGED,
-    NODE_RMS,
-    OPERATING_POINT,
-    SOLVER_RTOL,
-    SPIKE_SHARE,
-    SPIKE_TIME,
-    Agreement,
-    compare,
-    delay_ratio,
-    started,
-)
+from netlists.ngspice.agreement import CONVERGED, SOLVER_RTOL, USUAL, Agreement, compare
+from netlists.ngspice.form import delay_ratio, scaled_testbench, started
 from netlists.registry import DEFAULT_RELTOL, POINTS
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.options.block import block_named
@@ -128,7 +118,8 @@ def measure(case: Case) -> Found:
 
 def compare_block(block: str, temperature_c: float) -> Agreement:
     """Compare a block in both engines at a temperature in degC."""
-    return compare(load_block(block), Silicon(block_named(block).process, temperature_c))
+    silicon = Silicon(block_named(block).process, temperature_c)
+    return compare(scaled_testbench(load_block(block), silicon), silicon)
 
 
 def kept(agreement: Agreement) -> Compared:
@@ -138,7 +129,7 @@ def kept(agreement: Agreement) -> Compared:
         bool(agreement.solver.spikes), apart.spike_time if apart.same_count else None, apart.spike_allowance,
         apart.worst_node, apart.worst_rms, apart.operating_point, apart.excluded, agreement.converged,
         halved.spike_time if halved.same_count else None, halved.worst_rms, agreement.reltol, agreement.tmax,
-        sum(times.size for times in agreement.solver.spikes.values()),
+        agreement.spike_count,
     )  # fmt: skip
 
 
@@ -167,14 +158,14 @@ def chip_testbench(silicon: Silicon) -> Testbench:
 def _rows(case: Case, found: Compared) -> list[Statement]:
     """Statements about one block at one temperature; none agrees unless ngspice is converged."""
     name = f"{case.circuit.replace('-', '_')}_at_{case.temperature_c:g}_degC".replace("-", "minus_")
-    node = within(NODE_RMS, "worst node within {milli:g} mV rms of ngspice", of=0.0)
-    point = within(OPERATING_POINT, "worst node within {milli:g} mV of ngspice", of=0.0)
+    node = within(USUAL.node_rms, "worst node within {milli:g} mV rms of ngspice", of=0.0)
+    point = within(USUAL.operating_point, "worst node within {milli:g} mV of ngspice", of=0.0)
     rows: list[tuple[str, float | None, Rule]] = [
         ("node_rms_V", found.node_rms, node),
         ("operating_point_V", found.operating_point, point),
     ]
     if found.watched:
-        allowed = f"{1e6 * SPIKE_TIME:g} us + {100 * SPIKE_SHARE:g} %"
+        allowed = f"{1e6 * USUAL.spike_time:g} us + {100 * USUAL.spike_share:g} %"
         text = f"as many spikes, worst within {{micro:.3g}} us ({allowed}) of ngspice"
         rows.insert(0, ("spike_time_s", found.spike_time, within(found.spike_allowance, text, of=0.0)))
     return [
@@ -207,11 +198,11 @@ def draw_beside(agreement: Agreement, node: str, figure: Figure) -> None:
     above.set_title(f"{agreement.name} at {agreement.temperature_c:g} °C")
     time = np.union1d(ours.time, peer.time)
     apart = np.interp(time, ours.time, ours[node]) - np.interp(time, peer.time, peer[node])
-    limit = 3e3 * NODE_RMS
+    limit = 3e3 * USUAL.node_rms
     below.plot(1e3 * time, 1e3 * apart, color=INK, linewidth=0.8)
-    below.axhspan(-1e3 * NODE_RMS, 1e3 * NODE_RMS, color=PALE, alpha=0.4, linewidth=0.0)
+    below.axhspan(-1e3 * USUAL.node_rms, 1e3 * USUAL.node_rms, color=PALE, alpha=0.4, linewidth=0.0)
     below.annotate(
-        f"band: {1e3 * NODE_RMS:g} mV; edges exceed the axis",
+        f"band: {1e3 * USUAL.node_rms:g} mV; edges exceed the axis",
         (0.01, 0.04),
         xycoords="axes fraction",
         fontsize=7,

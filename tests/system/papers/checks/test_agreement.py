@@ -13,7 +13,8 @@ import pytest
 from chips.ranging.coupling import Coupling
 from circuits.registry import load_block
 from circuits.silicon.silicon import Silicon
-from netlists.ngspice.agreement import Agreement, compare, scaled_testbench, started
+from netlists.ngspice.agreement import Agreement, compare
+from netlists.ngspice.form import scaled_testbench, started
 from system.papers.checks import agreement
 from system.papers.checks.agreement import COUPLING, Case, compare_block, kept
 from tests.system.papers.campaigns import goes_on

@@ -1,0 +1,168 @@
+"""How each block is compared with ngspice in the tests: its silicon, its form, and how fine ngspice runs.
+
+A block's temperature and die are drawn from its name, so that a new block moves no other. It is biased from
+the bias generator, as on its chip: at a fixed gate voltage its currents would move tenfold with the draw, and
+most blocks would stay silent. `noctule reproduce agreement` has all blocks at their fixed gate voltages, at
+three temperatures, and runs their whole testbenches.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from circuits.blocks.block import Block
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from netlists.ngspice.agreement import USUAL, Allowance
+from netlists.ngspice.form import Form
+
+COLD, HOT = -20.0, 85.0  # degC
+FIRST_DIE, DIES = 1000, 9000  # below 1000 are those on which parameters are chosen
+
+
+ON_ITS_CHIP = Form(kind="generator")
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """How a block is compared.
+
+    Attributes
+    ----------
+    form
+        Its testbench.
+    reltol, points
+        ngspice's relative tolerance, and how many steps a run has at least: as fine as it takes for halving
+        both to move ngspice by no more than a quarter of what may differ.
+    begun
+        Whether ngspice gets the solver's rest state as its guess (`.nodeset`), and solves from there.
+    allowed
+        What may differ; the usual follows from the tolerances of both engines.
+    coldest, hottest
+        Between which temperatures it is drawn, degC.
+    why
+        Reason of all that is not the usual.
+    """
+
+    form: Form = ON_ITS_CHIP
+    reltol: float = 1e-4
+    points: int = 500
+    begun: bool = False
+    allowed: Allowance = USUAL
+    coldest: float = COLD
+    hottest: float = HOT
+    why: str = ""
+
+
+USUAL_CASE = Case()
+_AT_REST = "nothing moves: what is left are the tolerances by which Newton's method stops, 1 uV (vntol)"
+_REGENERATIVE = "a regenerative edge needs ngspice's steps short"
+CASES: Mapping[str, Case] = {
+    "axon-delay": Case(reltol=1e-5, points=2_000, why="the delay moves with ngspice's reltol"),
+    "bias-chain": Case(allowed=Allowance(operating_point=1e-6), why=_AT_REST),
+    "bias-generator": Case(allowed=Allowance(operating_point=1e-6), why=_AT_REST),
+    "calcium-gate": Case(
+        Form(kind="generator", stop=0.03),
+        why="three spikes, each a step of calcium, tell; later calcium can rest on a comparator's threshold,"
+        " whose output then shows ngspice's own error many times larger: over the whole run 2.8 mV rms at"
+        " reltol 1e-5, 2.0 mV at 1e-6, 0.8 mV at 1e-7",
+    ),
+    "centroid-board": Case(
+        Form(kind="generator", stop=0.06),
+        reltol=3e-6,
+        points=1_500,
+        why="one call interval tells; its hold capacitors leak for long between two samples",
+    ),
+    "conductance-neuron": Case(
+        Form(kind="generator", stop=0.008),
+        reltol=3e-5,
+        points=1_000,
+        coldest=20.0,
+        why="two excitations, which just suffice at 27 degC and no longer at -20 degC: near the margin the"
+        " spike's time hangs on ngspice's tolerances; its first spike and what follows tell",
+    ),
+    "depressing-synapse": Case(
+        Form(kind="generator", stop=0.0065),
+        reltol=2e-4,
+        points=200,
+        why="two spikes tell, the second on a depressed weight",
+    ),
+    "dpi-synapse": Case(reltol=2e-4, points=250, why="short pulses and straight ramps need few steps"),
+    "envelope-detector": Case(reltol=1e-5, points=2_000, why="100 periods of 40 kHz in the run"),
+    "latency-unit": Case(
+        Form(
+            {"membrane_capacitance": 0.5e-12, "timer_capacitance": 0.5e-12},
+            {"first": 60e-6, "integrating": 1e-3, "reset": None},
+            "generator",
+            80e-6,
+        ),
+        reltol=2e-4,
+        points=200,
+        why="the coincidence of A and B tells, quick by a tenth of the capacitors;"
+        " two pings of a whole unit are `benchmarks/latency_unit.py`'s",
+    ),
+    "lso-neuron": Case(
+        Form(kind="generator", stop=0.0025),
+        reltol=6e-6,
+        points=1_200,
+        why=f"{_REGENERATIVE}; the first spike tells",
+    ),
+    "onset-neuron": Case(
+        begun=True,
+        why="nothing but off currents holds the refractory circuit's nodes: without a guess ngspice calls its"
+        " matrix singular",
+    ),
+    "race-cell": Case(Form(kind="generator", stop=0.08), why="its spike ends the race"),
+    "race-layer": Case(
+        Form(
+            {
+                "membrane_capacitance": 0.1e-12,
+                "timer_capacitance": 50e-15,
+                "recurrent_capacitance": 50e-15,
+                "cells": 1,
+            },
+            {"excite_0": None, "excite_1": None, "inhibit_1": None, "inhibit_2": None},
+            "generator",
+            1.4e-3,
+        ),
+        reltol=5e-5,
+        points=300,
+        why="one cell's race, its spike and the recurrent inhibition tell, quick by a hundredth of the"
+        " capacitors",
+    ),
+    "rebound-neuron": Case(
+        Form(kind="generator", stop=0.009),
+        reltol=1e-5,
+        points=2_000,
+        why="the first rebound tells: some dies fire again and again, each time adding its error to the next",
+    ),
+    "rolls-neuron": Case(
+        Form(kind="generator", stop=0.007),
+        reltol=1e-5,
+        points=3_000,
+        why=f"{_REGENERATIVE}; two spikes and the adaptation between them tell",
+    ),
+    "tonic-neuron": Case(
+        Form(kind="generator", stop=0.03), why="a spike and the beginning of its long silence tell"
+    ),
+    "vocalization-controller": Case(
+        Form(kind="generator", stop=0.06), reltol=3e-7, points=16_000, why=_REGENERATIVE
+    ),
+}
+
+
+def case_of(name: str) -> Case:
+    """The case of a block, the usual one where the table has none."""
+    return CASES.get(name, USUAL_CASE)
+
+
+def silicon_of(block: Block) -> Silicon:
+    """Process of a block, with the die and the temperature that its name draws."""
+    drawn = hashlib.blake2b(block.name.encode(), digest_size=8).digest()
+    case = case_of(block.name)
+    share = int.from_bytes(drawn[:4]) / 2.0**32
+    temperature_c = round(case.coldest + (case.hottest - case.coldest) * share)
+    number = FIRST_DIE + int.from_bytes(drawn[4:]) % DIES
+    return Silicon(block.process, float(temperature_c), Die(number=number))
