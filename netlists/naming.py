@@ -26,11 +26,20 @@ _CACHED = 1 << 16  # names that are kept; more are made again
 
 
 class Naming(NamedTuple):
-    """Names of a dialect.
+    """How a dialect writes our names.
 
-    `node(reference)` writes a reference (ground stays `0`), `reference(name)` reads it back; `plain(name)`
-    writes a name that has a letter before it, so that none is reserved; `part(name, tag)` names what a device
-    is made of; `text(name)` writes a reference or, failing that, any text.
+    Attributes
+    ----------
+    node
+        Writes a reference to a node; ground stays `0`. Raises `TopologyError` for what is no reference.
+    reference
+        Reads a reference back that `node` wrote.
+    plain
+        Writes the name of a device, which has its type's letter before it, so that no name is reserved.
+    part
+        Writes the name of a part of a device, such as a capacitance of a transistor, from its tag.
+    text
+        Writes a reference, or any other text that is none.
     """
 
     node: Callable[[str], str]

@@ -45,12 +45,24 @@ class DeviceFormatter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Choices of a caller.
+    """What a caller chooses about a netlist.
 
-    `models` of transistors: `ekv` our equations, `bsim3` M elements and cards. `analysis`: up to the stop
-    time, or the operating point with the sources as they are at time 0. `reltol`, `method`: the simulator's
-    options; `tmax`: largest step, s, by default a 2000th of the stop time; `nodes`: paths of the nodes to
-    save, all by default. `parasitics`: capacitances to ground (F) by node path.
+    Attributes
+    ----------
+    models
+        What transistors are: `ekv` writes our equations as behavioural currents, `bsim3` M elements that
+        name BSIM3 cards.
+    analysis
+        `tran` is a transient up to the testbench's stop time; `op` is the operating point with the sources
+        as they are at time 0.
+    reltol, method
+        The simulator's relative tolerance and its integration method.
+    tmax
+        Largest time step, s; a 2000th of the stop time unless given.
+    nodes
+        Paths of the nodes to save; all nodes unless given.
+    parasitics
+        Capacitances to ground, F, by the path of their node.
     """
 
     models: str = "ekv"
@@ -73,12 +85,27 @@ class Writing(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """A simulator's text.
+    """The text of a simulator.
 
-    `runs`: whether it is run here, or written to its manual alone. `comment` begins a comment. `devices` has
-    the formatter of devices by the models of transistors. `drawing`: what it says is the same at every
-    temperature and on every die. `syntax`: how a netlist is read back by its notes, as one of the SPICE
-    family unless given.
+    Attributes
+    ----------
+    name, summary
+        Its name on the command line, and what the list of dialects says about it.
+    runs
+        Whether netlists are run here in that simulator; the others are written to its manual alone.
+    comment
+        What begins a comment.
+    naming
+        How names of nodes and devices are written.
+    devices
+        Formatter of devices by what transistors are (`ekv`, `bsim3`).
+    write
+        Writes a complete netlist.
+    drawing
+        Whether the text is what a layout draws, the same at every temperature and on every die.
+    syntax
+        Makes the `Syntax` of `netlists.read.notes.syntax` by which a netlist is read back by its notes; None
+        reads it as one of the SPICE family.
     """
 
     name: str

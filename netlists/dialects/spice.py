@@ -42,12 +42,23 @@ def _capacitor(name: str, a: str, b: str, value: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Syntax:
-    """How a dialect of the family differs.
+    """How a dialect of the SPICE family differs from the others.
 
-    `current(name, start, end, expression)`: lines of a behavioural current that leaves node `start`, passes
-    the source and enters node `end` (the dialect's names). `control`: the cards of analysis and options, and
-    of what is saved. `runs`: whether it is run here. `separator`: between the names of a path in a run.
-    `case`: case of names in a run. `capacitor(name, a, b, value)`: line of a capacitance between two nodes.
+    Attributes
+    ----------
+    dialect, naming
+        Its name, and how names of nodes and devices are written.
+    current
+        Gives the lines of a behavioural current from its name, the node that it leaves, the node that it
+        enters after it has passed the source (both as the dialect names them), and its expression in A.
+    control
+        Gives the cards of analysis and options, and of what is saved.
+    runs
+        Whether netlists are run here in that simulator.
+    separator, case
+        What stands between the names of a path in a run, and what folds their case.
+    capacitor
+        Gives the line of a capacitance, F, from its name and its two nodes.
     """
 
     dialect: str

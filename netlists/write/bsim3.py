@@ -146,9 +146,17 @@ def deviating(polarity: Polarity, deviation: Deviation) -> dict[str, float]:
 class Form:
     """How a dialect writes BSIM3.
 
-    `card(name, polarity, parameters)`: lines of a card; `element(name, nodes, model, parameters)`: those of a
-    transistor. `instance`: whether a transistor takes `delvto` and `mulu0`; else one that deviates has a card
-    of its own before it.
+    Attributes
+    ----------
+    naming
+        How names of nodes and devices are written.
+    card
+        Gives the lines of a model card from its name, its polarity and its parameters.
+    element
+        Gives the lines of a transistor from its name, its nodes, the card that it names and its parameters.
+    instance
+        Whether a transistor takes the deviations `delvto` and `mulu0` itself; where it does not, one that
+        deviates has a card of its own before it.
     """
 
     naming: Naming

@@ -42,9 +42,24 @@ NOT_RUN = "not run here: written to the simulator's manual, checked by reading i
 
 
 class Control(NamedTuple):
-    """What a dialect says at the end: models, analysis, options, nodes to save, all by its own names.
+    """What a dialect says at the end of a netlist, by its own names of nodes.
 
-    `starts` (V) are a guess at the rest state, `held` hold at time 0; with `uic` there is no rest state.
+    Attributes
+    ----------
+    silicon, models
+        Process, die and temperature; what transistors are.
+    analysis, stop, step
+        `tran` or `op`; stop time and largest step, s.
+    reltol, method
+        The simulator's relative tolerance and its integration method.
+    saved
+        Nodes to save.
+    starts
+        A guess at the rest state: nodes and their voltages, V.
+    held
+        Nodes that are held until time 0, and their voltages, V.
+    uic
+        Whether the run begins with these voltages, without a rest state.
     """
 
     silicon: Silicon
@@ -62,22 +77,48 @@ class Control(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Writer:
-    """A dialect's text. Lines come finished; words that `call` and `open` get are names of the dialect."""
+    """How a dialect writes the parts of a netlist.
+
+    All functions return finished lines; the names that they get are the dialect's own.
+
+    Attributes
+    ----------
+    dialect
+        Its name.
+    remark
+        How far its text has been tried; empty for what is run here.
+    comment
+        What begins a comment.
+    naming
+        How names of nodes and devices are written.
+    separator
+        What stands between the names of a path in a run.
+    open, close
+        Give the first lines of a definition, and the last.
+    call
+        Gives the lines of a call from its name, its nodes and the definition that it calls.
+    head
+        Gives the lines behind the title.
+    control
+        Gives the lines about the run, at the end.
+    top
+        Calls the testbench's circuit; None calls it as any other.
+    case
+        Folds the case of names in a run.
+    """
 
     dialect: str
-    remark: str  # how far the text has been tried; empty for what is run here
+    remark: str
     comment: str
     naming: Naming
-    separator: str  # between the names of a path in a run
+    separator: str
     open: Callable[[str, Definition], list[str]]
     close: Callable[[str], list[str]]
     call: Callable[[str, list[str], str], list[str]]
     head: Callable[[], list[str]]
     control: Callable[[Control], list[str]]
-    top: Callable[[str, list[str], str], list[str]] | None = (
-        None  # calls the testbench's circuit; else `call`
-    )
-    case: Callable[[str], str] = str  # of names in a run
+    top: Callable[[str, list[str], str], list[str]] | None = None
+    case: Callable[[str], str] = str
 
 
 def no_control(control: Control) -> list[str]:
