@@ -25,7 +25,19 @@ Deviations = Mapping[str, Deviation]
 
 @dataclass(frozen=True, slots=True)
 class FlatDevice:
-    """A device of a flat circuit: `nodes` by terminal, numbered over both circuits."""
+    """A device of a flat circuit.
+
+    Attributes
+    ----------
+    path, kind
+        Its instance path, and its type with what tells it from others of that type, as the polarity.
+    sides
+        Its sides with their terminals; sides of one name may be swapped.
+    terminals, nodes
+        Names of its terminals and the nodes at them, numbered over both circuits.
+    sizes
+        Its parameters and deviations by name, SI units.
+    """
 
     path: str
     kind: str

@@ -34,9 +34,18 @@ _SIZES = ("width_factor", "length_factor", "least_width", "least_length", "most_
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Rule of sizes: `W' = max(width_factor W, least_width)`, L likewise.
+    """The rule of sizes: `W' = max(width_factor W, least_width)`, and L likewise.
 
-    Wider devices than `most_width` become equal parallel ones. `diffusion`: length of drain and source, m.
+    Attributes
+    ----------
+    width_factor, length_factor
+        What widths and lengths are multiplied by.
+    least_width, least_length
+        The least width and length, m.
+    most_width
+        Wider devices become equal parallel ones, m.
+    diffusion
+        Length of drain and source, m.
     """
 
     width_factor: float
@@ -66,7 +75,25 @@ class Sizes:
 
 @dataclass(frozen=True, slots=True)
 class DeviceMapping:
-    """A mapping file. `models`: (name, section); `biases`: (`gate_of` or `volts`, value) by bias."""
+    """A mapping file.
+
+    Attributes
+    ----------
+    name, notice
+        Name of the process, and the notice that its cards ask for.
+    package, extra, file
+        Distribution that brings the cards, the extra of noctule that installs it, and the cards' file in it.
+    v_dd, temperature_c
+        Supply, V, and temperature at which biases are computed, degC.
+    models
+        Name of the cards and their section of the file, by polarity.
+    sizes
+        The rule of sizes.
+    parameters
+        Numbers for names that the cards use.
+    biases
+        For biases of kind voltage, by name: `gate_of` and the path of a device, or `volts` and a voltage.
+    """
 
     name: str
     package: str
@@ -83,7 +110,17 @@ class DeviceMapping:
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """One bin: `text` is its `.model`, which holds for `width[0] <= W < width[1]`, lengths likewise, m."""
+    """One bin of a foundry's model.
+
+    Attributes
+    ----------
+    name
+        Name of the card.
+    width, length
+        The bin holds for `width[0] <= W < width[1]`, and for lengths likewise, m.
+    text
+        Its `.model` card.
+    """
 
     name: str
     width: tuple[float, float]

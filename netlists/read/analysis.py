@@ -32,7 +32,7 @@ _NUMERICAL = {
 
 @dataclass(frozen=True, slots=True)
 class Transient:
-    """`.tran step stop [start [max_step]] [uic]`, s."""
+    """A transient, `.tran step stop [start [max_step]] [uic]`; times in s."""
 
     step: float
     stop: float
@@ -43,12 +43,12 @@ class Transient:
 
 @dataclass(frozen=True, slots=True)
 class OperatingPoint:
-    """`.op`."""
+    """An operating point, `.op`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """`.dc source start stop step`: of a source's value, V or A; one or two of them."""
+    """A sweep of the values of one or two sources, `.dc source start stop step`; in V or A."""
 
     sources: tuple[str, ...]
     start: tuple[float, ...]
@@ -61,7 +61,17 @@ Analysis = Transient | OperatingPoint | Sweep
 
 @dataclass(slots=True)
 class Controls:
-    """What the cards about a run say; `starts`, `held`: voltage and card by node name as written."""
+    """What the cards about a run say.
+
+    Attributes
+    ----------
+    analyses
+        Analyses in the order of their cards.
+    starts, held
+        Voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
+    temperature_c
+        Temperature, degC; None where no card states one.
+    """
 
     analyses: list[Analysis] = field(default_factory=list)
     starts: dict[str, tuple[float, Card]] = field(default_factory=dict)

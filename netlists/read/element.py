@@ -38,9 +38,22 @@ _SIGNS: dict[Polarity, float] = {"n": 1.0, "p": -1.0}
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """Where an element stands: its section with parameters, the rule for its nodes, and the notes.
+    """Where an element stands.
 
-    `models`: cards of the models that elements have used so far.
+    Attributes
+    ----------
+    section, scope
+        The sub-circuit or the top level, and the parameters in reach.
+    node
+        Gives the circuit's name of a node as it is written.
+    notes
+        Collects what is not taken over.
+    is_cdl
+        Whether the netlist is a layout's, which has no models.
+    uses_ic
+        Whether the run takes the capacitors' own initial voltages.
+    models
+        Cards of the models that elements have used so far.
     """
 
     section: Section
@@ -48,7 +61,7 @@ class Context:
     node: Node
     notes: Notes
     is_cdl: bool = False
-    uses_ic: bool = False  # whether the run takes capacitors' own initial voltages
+    uses_ic: bool = False
     models: set[Card] = field(default_factory=set)
 
 

@@ -7,18 +7,38 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The most of each thing that one netlist, its included files counted, may have.
+    """The most of each thing that one netlist may have, its included files counted.
 
-    `size`: bytes of text; `lines`: lines; `cards`: cards of one without our notes; `card`: characters of
-    a card, its continuations joined; `word`: characters of a name; `files`: files; `include_depth`: files
-    inside files; `call_depth`: calls inside calls; `expression`: characters of an expression;
-    `expression_depth`: brackets in brackets;
-    `arithmetic`: characters of all expressions (or 40 a card of the netlist, if that is more), an eighth of
-    them for one that is evaluated again; `calls`: cards read again for sub-circuits that the netlist's own
-    cards call with other parameter values; `expansion`: the same for those called from sub-circuits that are
-    themselves read again, which multiply from level to level; `vertices`: corners of all sources' waveforms;
-    `elements`: devices, each instance of a sub-circuit counted, where they must be listed.
+    Attributes
+    ----------
+    size, lines
+        Bytes and lines of text.
+    cards
+        Cards of a netlist without our notes.
+    card, word
+        Characters of a card, its continuations joined, and of a name.
+    files, include_depth
+        Files, and files inside files.
+    call_depth
+        Calls inside calls.
+    expression, expression_depth
+        Characters of an expression, and its brackets inside brackets.
+    arithmetic
+        Characters of all expressions together, or 40 a card of the netlist if that is more; an expression
+        that is evaluated again counts an eighth.
+    calls
+        Cards that are read again for sub-circuits which the netlist's own cards call with other parameter
+        values.
+    expansion
+        Cards that are read again for sub-circuits called from others that are themselves read again: these
+        multiply from level to level.
+    vertices
+        Corners of all sources' waveforms.
+    elements
+        Devices, each instance of a sub-circuit counted, where they must be listed.
 
+    Notes
+    -----
     The defaults keep memory below 500 MB: a card of a flat netlist takes 1.4 kB, a call with parameters of
     its own 2.7 kB, a line of a netlist with our notes 1 kB (measured).
     """

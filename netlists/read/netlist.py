@@ -33,12 +33,31 @@ DIALECTS = ("spice", "ngspice", "hspice", "xyce", "cdl")  # that a netlist witho
 class Imported:
     """What a netlist says.
 
-    `deviations`: of transistors by instance path, those that deviate. `notes`: what was not taken over and
-    changes no circuit; `dropped`: what would, and was left out because `drop` names it.
-    `names`: the netlist's own name, in lower case, of each name that had to be changed. `temperature_c`: of
-    `.temp` or the options, degC, None where there is none. `silicon`: what a netlist that we wrote was made
-    of, None for others, and `models` what its transistors are (`ekv`, `bsim3`). `parasitics`: capacitances
-    to ground (F) by node path that were merged into such a netlist and are no part of the circuit.
+    Attributes
+    ----------
+    testbench
+        Circuit, sources and stop time.
+    analyses
+        Transients, operating points and sweeps in the order of their cards.
+    deviations
+        Deviations of the transistors that deviate, by instance path.
+    notes
+        What was not taken over and changes no circuit.
+    names
+        The netlist's own name, in lower case, of each name that had to be changed.
+    temperature_c
+        Temperature of `.temp` or of the options, degC; None where the netlist states none.
+    dialect
+        The dialect as which it was read.
+    models
+        What the transistors of a netlist that we wrote are, `ekv` or `bsim3`; None for other netlists.
+    silicon
+        Process, die and temperature that such a netlist was written for; None for other netlists.
+    parasitics
+        Capacitances to ground, F, by node path, that were merged into such a netlist and are no part of the
+        circuit.
+    dropped
+        What would have changed the circuit, and was left out because `drop` names it.
     """
 
     testbench: Testbench

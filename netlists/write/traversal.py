@@ -38,7 +38,17 @@ References = NDArray[np.object_]
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """An instance of a definition: `nodes` of the caller in the order of the definition's ports."""
+    """A call of a definition.
+
+    Attributes
+    ----------
+    name, index
+        Name of the instance, and its index in an array; () for a lone one.
+    definition
+        Name of the definition that is called.
+    nodes
+        Nodes of the calling circuit, in the order of the definition's ports.
+    """
 
     name: str
     index: Shape
@@ -48,11 +58,22 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """A circuit with literal values. `ports` are scalar: an array port is listed element by element.
+    """A circuit with literal values.
 
-    `circuit` is what it was made of, before parameters of instances above replace values. `devices` stand
-    with what their place on the die adds to them: nothing but for transistors of a die. `calls` are grouped
-    by instance, in the circuit's order. `parasitics` are no part of the circuit: to ground, from a layout.
+    Attributes
+    ----------
+    name
+        Its name, which no other definition has.
+    circuit
+        What it was made of, before parameters of instances above replaced values.
+    ports
+        Scalar ports: a port that is an array is listed element by element.
+    devices
+        Devices, each with what its place on the die adds to it; that is nothing but for transistors of a die.
+    calls
+        Calls of other definitions, grouped by instance in the circuit's order.
+    parasitics
+        Capacitances to ground from a layout, which are no part of the circuit.
     """
 
     name: str
@@ -65,7 +86,17 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A source and what it comes to, one source a node; `biased` if the circuit's bias made it."""
+    """A source of a testbench.
+
+    Attributes
+    ----------
+    source
+        The source, which may drive a port that is an array.
+    elements
+        What it comes to, one source a node.
+    biased
+        Whether one of the circuit's biases made it.
+    """
 
     source: Source
     elements: tuple[Source, ...]
@@ -76,9 +107,14 @@ class Drive:
 class Design:
     """What a netlist of a testbench contains.
 
-    `definitions` stand before their first use; the last is the testbench's circuit. `drives` are the
-    testbench's sources and, after them, those of its circuit's biases. `nodes`: paths of all nodes but
-    ground, in the solver's order.
+    Attributes
+    ----------
+    definitions
+        Definitions, each before its first use; the last is the testbench's circuit.
+    drives
+        The testbench's sources and, after them, those of its circuit's biases.
+    nodes
+        Paths of all nodes but ground, in the solver's order.
     """
 
     definitions: tuple[Definition, ...]
