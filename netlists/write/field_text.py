@@ -164,18 +164,6 @@ def _choice(known: tuple[str, ...], words: Words) -> str:
     return text
 
 
-def _read_texts(words: Words) -> tuple[str, ...]:
-    return tuple(_read_text(word) for word in _many(words))
-
-
-def _number(value: float) -> str:
-    return repr(float(value))
-
-
-def _read_number(words: Words) -> float:
-    return float(_one(words))
-
-
 def _read_flag(words: Words) -> bool:
     return _choice(("true", "false"), words) == "true"
 
@@ -191,67 +179,47 @@ def _read_shape(words: Words) -> Shape:
     return tuple(int(n) for n in text.split(",")) if text else ()
 
 
-def _numbers(values: Iterable[float]) -> list[str]:
-    return [repr(float(v)) for v in values]
+def _list(item: _Codec) -> _Codec:
+    """A tuple of values, in parentheses."""
+    return _Codec(
+        lambda values: [str(item.write(v)) for v in values],
+        lambda words: tuple(item.read(word) for word in _many(words)),
+    )
 
 
-def _read_numbers(words: Words) -> tuple[float, ...]:
-    return tuple(float(word) for word in _many(words))
+def _pair(first: _Codec, second: _Codec) -> _Codec:
+    """Two values with a colon between them; the second has none."""
+
+    def read(words: Words) -> tuple[Any, Any]:
+        key, _, value = _one(words).rpartition(":")
+        return first.read(key), second.read(value)
+
+    return _Codec(lambda pair: f"{first.write(pair[0])}:{second.write(pair[1])}", read)
 
 
-def _read_array(words: Words) -> F64:
-    return np.array([float(word) for word in _many(words)])
-
-
-def _bias_value(value: float | tuple[float, ...]) -> Words:
-    return _number(value) if np.ndim(value) == 0 else _numbers(value)  # type: ignore[arg-type]  # by its ndim
-
-
-def _read_bias_value(words: Words) -> float | tuple[float, ...]:
-    return float(words) if isinstance(words, str) else _read_numbers(words)
-
-
-def _place(place: Place) -> list[str]:
-    return [f"{_text(name)}:{_shape(index)}" for name, index in place]
-
-
-def _read_place(words: Words) -> Place:
-    parts = [word.rpartition(":") for word in _many(words)]
-    return tuple((_read_text(name), _read_shape(index)) for name, _, index in parts)
-
-
-def _pairs(pairs: Pairs) -> list[str]:
-    return [f"{key}:{value}" for key, value in pairs]
-
-
-def _read_pairs(words: Words) -> Pairs:
-    parts = [word.partition(":") for word in _many(words)]
-    return tuple((key, value) for key, _, value in parts)
-
-
-def _number_pairs(pairs: NumberPairs) -> list[str]:
-    return [f"{_text(key)}:{_number(value)}" for key, value in pairs]
-
-
-def _read_number_pairs(words: Words) -> NumberPairs:
-    parts = [word.rpartition(":") for word in _many(words)]
-    return tuple((_read_text(key), float(value)) for key, _, value in parts)
-
-
+_TEXT = _Codec(_text, _read_text)
+_REFERENCE = _Codec(str, _one)
+_WHOLE = _Codec(str, lambda words: int(_one(words)))
+_NUMBER = _Codec(lambda value: repr(float(value)), lambda words: float(_one(words)))
+_NUMBERS = _list(_NUMBER)
+_EXTENT = _Codec(_shape, _read_shape)
 _CODECS: Mapping[Any, _Codec] = {
-    str: _Codec(_text, _read_text),
-    str | None: _Codec(_text, _read_text),
-    int: _Codec(str, lambda words: int(_one(words))),
-    int | None: _Codec(str, lambda words: int(_one(words))),
+    str: _TEXT,
+    str | None: _TEXT,
+    int: _WHOLE,
+    int | None: _WHOLE,
     bool: _Codec(lambda flag: "true" if flag else "false", _read_flag),
-    float: _Codec(_number, _read_number),
-    float | None: _Codec(_number, _read_number),
-    Shape: _Codec(_shape, _read_shape),
-    tuple[float, ...]: _Codec(_numbers, _read_numbers),
-    tuple[str, ...]: _Codec(lambda texts: [_text(t) for t in texts], _read_texts),
-    float | tuple[float, ...]: _Codec(_bias_value, _read_bias_value),
-    F64: _Codec(_numbers, _read_array),
-    Place | None: _Codec(_place, _read_place),
-    Pairs: _Codec(_pairs, _read_pairs),
-    NumberPairs: _Codec(_number_pairs, _read_number_pairs),
-}  # fmt: skip
+    float: _NUMBER,
+    float | None: _NUMBER,
+    Shape: _EXTENT,
+    tuple[float, ...]: _NUMBERS,
+    tuple[str, ...]: _list(_TEXT),
+    float | tuple[float, ...]: _Codec(
+        lambda value: (_NUMBERS if np.ndim(value) else _NUMBER).write(value),
+        lambda words: (_NUMBER if isinstance(words, str) else _NUMBERS).read(words),
+    ),
+    F64: _Codec(_NUMBERS.write, lambda words: np.array(_NUMBERS.read(words))),
+    Place | None: _list(_pair(_TEXT, _EXTENT)),
+    Pairs: _list(_pair(_REFERENCE, _REFERENCE)),
+    NumberPairs: _list(_pair(_TEXT, _NUMBER)),
+}
