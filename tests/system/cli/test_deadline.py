@@ -10,9 +10,6 @@ from system.cli.command_line import main
 from system.cli.deadline import deadline_of
 from system.cli.simulate_verb import Simulate
 from system.cli.verb import parameters_of
-from tests.netlists.conftest import ngspice_library
-
-__all__ = ["ngspice_library"]  # a fixture
 
 SLOW = ("simulate", "rebound-neuron", "--engine", "ngspice", "--deadline", "1ms")
 

@@ -8,10 +8,9 @@ import pytest
 from netlists.foundry.process import DeviceMapping
 from netlists.ngspice import run as ngspice
 from system.cli.command_line import main
-from tests.netlists.conftest import ngspice_library
 from tests.netlists.foundry.test_process import mapping
 
-__all__ = ["mapping", "ngspice_library"]  # fixtures
+__all__ = ["mapping"]  # a fixture
 
 HEAD = "* sizes of transistors are not those of the circuit: "
 EXPORT = ("export", "rebound-neuron", "--mapping", "gf180mcu")
