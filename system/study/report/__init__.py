@@ -1,1 +1,1 @@
-"""What a finished study has to tell."""
+"""Reports of finished studies: statistics, pictures, the worst samples, and the page that holds them."""

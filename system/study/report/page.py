@@ -1,4 +1,4 @@
-"""Parts of a self-contained HTML page: headings, tables, pictures as data, and the page itself.
+"""Elements of a self-contained HTML page: headings, tables, pictures held as data, and the page itself.
 
 Elements are made by ElementTree, which escapes every text, so that a name from a user is never markup.
 """
@@ -35,7 +35,7 @@ img { max-width: 100%; height: auto; display: block; }
 
 
 def page(title: str) -> tuple[Element, Element]:
-    """Begin an empty page, and give it and its body."""
+    """Begin an empty page with a title, and give its root element and its body."""
     root = Element("html", lang="en")
     head = SubElement(root, "head")
     SubElement(head, "meta", charset="utf-8")
@@ -46,21 +46,22 @@ def page(title: str) -> tuple[Element, Element]:
 
 
 def write(root: Element) -> str:
-    """Write the page as text."""
+    """Give the page with this root element as HTML text."""
     return f"<!DOCTYPE html>\n{tostring(root, encoding='unicode', method='html')}\n"
 
 
 def add(parent: Element, tag: str, text: str = "", /, **attributes: str) -> Element:
-    """Append an element with a text."""
+    """Append an element with a tag, a text and attributes to `parent`, and give the new element."""
     element = SubElement(parent, tag, attributes)
     element.text = text
     return element
 
 
 def add_table(parent: Element, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Append a table; as `system.cli.output`, columns whose heading ends with `:` are numbers.
+    """Append a table with a line of headings and a line for each of the rows.
 
-    A cell that is an `Element` is taken as it is.
+    Columns whose heading ends with `:` hold numbers and stand to the right, as in `system.cli.output`. A cell
+    that is an `Element` is taken as it is; any other is written as text.
     """
     table = SubElement(SubElement(parent, "div", {"class": "wide"}), "table")
     kinds = [{"class": "number"} if head.endswith(":") else {} for head in heads]
@@ -79,14 +80,17 @@ def add_table(parent: Element, heads: Sequence[str], rows: Iterable[Sequence[obj
 
 
 def code(text: str) -> Element:
-    """Make a cell with a command."""
+    """Give an element that shows a text as code, such as a command."""
     element = Element("code")
     element.text = text
     return element
 
 
 def add_picture(parent: Element, draw: Callable[[Figure], None], alt: str) -> None:
-    """Append a picture, held in the page; as points, so that its size does not grow with the samples."""
+    """Append a picture that `draw` fills, held in the page itself, with the alternative text `alt`.
+
+    It is kept as pixels, so that its size does not grow with the number of samples.
+    """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png"
         save_picture(str(path), draw)

@@ -1,4 +1,4 @@
-"""Pictures of a study: outcomes, and a histogram a metric with the limits of the specifications."""
+"""Pictures of a study: its outcomes, and a histogram of each metric with the limits of the specifications."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TICKS = 5
 def draw_study(
     table: Table, quantities: Sequence[Quantity], specifications: Sequence[Specification], figure: Figure
 ) -> None:
-    """Draw a bar an outcome, then a histogram a metric."""
+    """Fill `figure` with the outcomes as bars, and a histogram of each of the quantities."""
     axes = figure.subplots(1 + len(quantities), 1, squeeze=False)[:, 0]
     outcomes(table, axes[0])
     for ax, quantity in zip(axes[1:], quantities, strict=True):
@@ -33,7 +33,7 @@ def draw_study(
 
 
 def outcomes(table: Table, ax: Axes) -> None:
-    """Draw the samples by class, the most frequent on top."""
+    """Draw the number of samples of each class as bars, the most frequent class on top."""
     counts = counted(table.outcome)
     ax.barh(list(counts), list(counts.values()), color=COLOURS[0])
     ax.invert_yaxis()
@@ -42,7 +42,7 @@ def outcomes(table: Table, ax: Axes) -> None:
 
 
 def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specification], ax: Axes) -> None:
-    """Draw the defined values with their mean and limits; of a yes or no, draw two bars."""
+    """Draw the histogram of a metric with its mean and limits; a yes-or-no metric is drawn as two bars."""
     x = table.column(quantity.name)
     x = x[np.isfinite(x)]
     ax.set_ylabel("samples")
@@ -65,7 +65,10 @@ def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specifi
 
 
 def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:
-    """Draw sorted values against the normal quantiles of their ranks, with the line of the same moments."""
+    """Draw the sorted values of a metric against the normal quantiles of their ranks.
+
+    A line shows the normal distribution of the same mean and standard deviation.
+    """
     x = table.column(quantity.name)
     x = np.sort(x[np.isfinite(x)])
     if x.size < 3:

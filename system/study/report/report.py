@@ -44,9 +44,15 @@ Replay = Callable[[str, Sequence[tuple[str, str]]], str]  # folder, options: a c
 
 
 def write_report(folder: Path, result: Result, replay: Replay, breakdowns: Sequence[Breakdown] = ()) -> Path:
-    """Write the report into a study's folder, whole or not at all, and give its path.
+    """Write the report into the folder of a study, whole or not at all, and give its path.
 
-    replay: the command that measures a sample again, of the study's folder and the sample's options.
+    Parameters
+    ----------
+    folder : folder of the study, which has its manifest.
+    result : the finished study.
+    replay : gives the command that measures a sample again, from the folder and the options that name the
+        sample.
+    breakdowns : contributions to the variance that the report shows.
     """
     path = folder / REPORT
     write_text_atomic(path, report(folder, result, read_manifest(folder), replay, breakdowns))
@@ -60,9 +66,16 @@ def report(
     replay: Replay,
     breakdowns: Sequence[Breakdown] = (),
 ) -> str:
-    """The page as text.
+    """Give the report as the text of an HTML page.
 
-    folder: of the study, as the commands that measure a sample again are to name it; manifest: its document.
+    Parameters
+    ----------
+    folder : folder of the study, as the commands that measure a sample again are to name it.
+    result : the finished study.
+    manifest : document of the study's manifest.
+    replay : gives the command that measures a sample again, from the folder and the options that name the
+        sample.
+    breakdowns : contributions to the variance that the report shows.
     """
     title = f"Monte Carlo study of {result.study.subject.target}"
     root, body = page(title)

@@ -1,4 +1,4 @@
-"""A finished study as commands and reports read it: samples by condition, statistics, yield."""
+"""A finished study as commands and reports read it: its samples by condition, statistics and yield."""
 
 from __future__ import annotations
 
@@ -20,7 +20,16 @@ from system.study.target import Quantity, Target
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A finished study with its specifications, and the rule by which it might have stopped."""
+    """A finished study with the specifications that its samples are judged by.
+
+    Attributes
+    ----------
+    study : what was measured, on which dies and under which conditions.
+    target : the block, chip or system that was measured.
+    outcome : the samples, and how the work on them went.
+    specifications : conditions that a sample must fulfil to pass.
+    rule : rule by which the study might have stopped itself; None for a fixed number of samples.
+    """
 
     study: Study
     target: Target
@@ -30,22 +39,25 @@ class Result:
 
     @property
     def table(self) -> Table:
-        """The samples of the study."""
+        """The table of the samples of the study."""
         return self.outcome.table
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """The quantities that were measured."""
+        """The quantities that were measured, in the order of the columns of the table."""
         return self.target.quantities
 
     @property
     def interval_kind(self) -> str:
-        """The kind of interval that the yield has."""
+        """The name of the kind of interval that shares and yields have in this study."""
         return "confidence sequence" if self.rule else "Clopper-Pearson"
 
 
 def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
-    """Give the samples of each corner at each temperature, in the order of the conditions."""
+    """Yield the corner, the temperature (degC) and the samples of each condition.
+
+    They come in the order of the study's conditions. Trials at the same corner and temperature come together.
+    """
     table = result.table
     corner = np.array(table.corner, dtype=object)
     for condition in dict.fromkeys((c.corner, c.temperature_c) for c in result.study.conditions):
@@ -54,12 +66,16 @@ def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
 
 
 def judge_table(table: Table, specifications: Sequence[Specification]) -> Verdict:
-    """Judge every sample by the specifications."""
+    """Judge every sample of a table by the specifications."""
     return judge(specifications, table.outcome, {m: table.column(m) for m in table.metrics})
 
 
 def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
-    """Give the statistics of a metric; the bootstrap's generator is keyed by the study's seed."""
+    """Give the statistics of a quantity over the samples of `table`.
+
+    The generator of the bootstrap is keyed by the seed of the study, so that the same study has the same
+    intervals.
+    """
     if quantity.yes_no:
         return summarise_share(table.column(quantity.name), partial(_share_interval, result))
     rng = np.random.Generator(np.random.Philox(key=result.study.plan.seed))
@@ -67,7 +83,10 @@ def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
 
 
 def study_yield(result: Result, table: Table) -> Yield | None:
-    """Give the yield against the specifications; its interval holds although a study may stop itself."""
+    """Give the yield of the samples of `table`; None where there are no specifications.
+
+    Its interval holds although the study may have stopped itself.
+    """
     if not result.specifications:
         return None
     found = summarise_yield(judge_table(table, result.specifications))
@@ -83,12 +102,12 @@ def _share_interval(result: Result, passed: int, samples: int) -> Interval:
 
 
 def shares_of(counts: Mapping[str, int], samples: int) -> list[tuple[str, int, str]]:
-    """Rows of a table: a word, how many samples it is of, and their share of all."""
+    """Give the rows of a table from counts: a word, its number of samples, and its share of all `samples`."""
     return [(word, n, f"{100.0 * n / samples:.1f} %") for word, n in counts.items()]
 
 
 def varied(study: Study) -> str:
-    """Say what varies from die to die."""
+    """Say in words what varies from die to die of a study."""
     silicon = study.subject.silicon
     parts = ["mismatch"] if silicon.mismatch else []
     if silicon.process and any(c.corner == "random" for c in study.conditions):

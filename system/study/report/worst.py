@@ -1,4 +1,4 @@
-"""The samples of a study that one looks at first, and the command that measures each again.
+"""The samples of a study that deserve a look first, and the options that measure each again.
 
 Failed ones come first, then those with a metric that is not defined, then those of a class that the
 specifications exclude or without success, then those farthest out: beyond the limits of a metric, or where it
@@ -25,9 +25,12 @@ _FAR = 3  # rank of samples that have nothing but their distance
 
 @dataclass(frozen=True, slots=True)
 class Worst:
-    """A sample that is looked at first: its row in the table, and the reason.
+    """Sample that deserves a look first.
 
-    The reason is that it failed, that it is not defined, its cause, or how far out it is.
+    Attributes
+    ----------
+    row : row of the sample in the table.
+    why : reason in words: that it failed, that it is not defined, its cause, or how far out it is.
     """
 
     row: int
@@ -37,9 +40,14 @@ class Worst:
 def worst(
     table: Table, specifications: Sequence[Specification], most: int, words: Collection[str] = ()
 ) -> tuple[Worst, ...]:
-    """The worst samples of one condition, the worst first, at most `most` of each of the four kinds.
+    """Give the worst samples of one condition, the worst first.
 
-    words: metrics that say yes or no, which are nowhere far out.
+    Parameters
+    ----------
+    table : samples of the condition.
+    specifications : conditions that a sample must fulfil to pass.
+    most : how many samples of each of the four kinds are given at most.
+    words : names of metrics that say yes or no, by which no sample is far out.
     """
     causes = judge_table(table, specifications).causes
     rank = _rank(table, specifications)
@@ -50,10 +58,10 @@ def worst(
 
 
 def replay_options(study: Study, table: Table, row: int) -> list[tuple[str, str]]:
-    """What names a sample, as pairs of an option of a replay and its text.
+    """Give the options of a replay that name the sample in a row of the table, as pairs of name and text.
 
-    Corner, temperature and trial are there where the study has several. Functions of the user's that it was
-    measured with are named, since no file loads them.
+    Corner, temperature and trial are given where the study has several. Metrics that are functions of the
+    user's own are given too, for no file of the study loads them.
     """
     where = study.conditions
     found = [("die", str(int(table.die[row])))]

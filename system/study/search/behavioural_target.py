@@ -1,4 +1,4 @@
-"""A block's behavioural model as a target: a proxy for a search, many times faster than its circuit."""
+"""Behavioural models of blocks as targets of a search, many times faster than their circuits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from system.study.target import BlockTarget, Measurement, Quantity, Target
 
 
 def has_model(target: BlockTarget) -> bool:
-    """Whether a model stands for the target: for its block, and for all of its metrics."""
+    """Tell whether a behavioural model stands for the block of a target, and for all of its metrics."""
     return _proxy_of(target) is not None
 
 
@@ -33,10 +33,14 @@ def _known() -> str:
 
 @final
 class BehaviouralTarget(Target):
-    """The behavioural model of a target's circuit as a target, with the same dies."""
+    """The behavioural model of a target's circuit as a target itself, with the same dies."""
 
     def __init__(self, target: BlockTarget) -> None:
-        """Prepare the model; raises `ParameterError` or `DataError` where the record is not of the target."""
+        """Prepare the model of the circuit.
+
+        Raises `ParameterError` for a target that has no model, and `DataError` where the record of the model
+        is not of the circuit.
+        """
         proxy = _proxy_of(target)
         if proxy is None:
             raise ParameterError(
@@ -52,19 +56,19 @@ class BehaviouralTarget(Target):
         return self._target.quantities
 
     def labels(self) -> tuple[str, ...]:
-        """The labels of the target that the model stands for."""
+        """Give the labels of the draws of a die, which are those of the circuit."""
         return self._target.labels()
 
     def draws(self, die: Die) -> F64:
-        """Give the draws of a die, those of the target that the model stands for."""
+        """Give the draws of a die, float64[labels], which are those of the circuit."""
         return self._target.draws(die)
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
-        """Tune the model of one die."""
+        """Measure one die at a condition by the model, tuned to that die."""
         silicon = replace(self._target.choice.silicon, temperature_c=condition.temperature_c, die=die)
         word, values = self._tuned(silicon)
         return Measurement(word, tuple(values[q.name] for q in self.quantities))
 
     def identity(self) -> str:
-        """Hash of the target that the model stands for, together with the level."""
+        """Give the hash of the target that the model stands for, with the level before it."""
         return f"behavioural-{self._target.identity()}"

@@ -1,8 +1,8 @@
-"""Contributions to a metric's variance in a finished study: at each condition, and over its temperatures.
+"""Contributions to the variance of a metric in a finished study, at each condition and over its temperatures.
 
-z are the draws of the study's own dies, y the metric, or its logarithm where all its values are positive, and
-the gradient is measured about the nominal die (`sensitivity`). Where that is not defined, or explains too
-little, a regression takes its place (`contribution`).
+The standard normals z are the draws of the study's own dies. The response y is the metric, or its logarithm
+where all its values are positive. The gradient is measured about the nominal die (`sensitivity`). Where that
+is not defined, or explains too little, a regression takes its place (`contribution`).
 
 Over several temperatures of a corner, T is one more factor, standardised over the samples. Its gradient is
 the slope of the nominal die's metric on it, that of a draw the mean over the temperatures.
@@ -47,10 +47,17 @@ BY: Mapping[str, Key] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Breakdown:
-    """Contributions to a metric at a corner; `temperatures_c` has several where T contributes.
+    """Contributions to the variance of a metric at one corner.
 
-    logarithm: whether they are of ln metric. samples: all of them; the defined ones are `found.samples`.
-    notes: what the reader must know of gradients that are not defined, and of measurements that failed.
+    Attributes
+    ----------
+    metric : name of the metric.
+    corner : process corner.
+    temperatures_c : temperatures of the samples, degC; there are several where temperature contributes.
+    logarithm : whether the contributions are to the logarithm of the metric.
+    samples : number of all samples; that of the defined ones is `found.samples`.
+    found : shares of the variance.
+    notes : warnings of gradients that are not defined, and of measurements that failed.
     """
 
     metric: str
@@ -63,7 +70,7 @@ class Breakdown:
 
     @property
     def where(self) -> str:
-        """Condition of the contributions, in the form `27 degC, corner ss`."""
+        """The condition of the contributions in words, as `27 degC, corner ss`."""
         return place_text(self.corner, *self.temperatures_c)
 
 
@@ -78,10 +85,10 @@ class _Part:
 
 
 def check_breakdown(study: Study, target: Target, metric: str) -> str:
-    """Refuse before the work what cannot be broken down, and give the metric's name in the table.
+    """Check that a metric of a study can be broken down, and give its name in the table.
 
-    Raises `ParameterError` for a system and for too few dies, `UnknownNameError` for a metric that the study
-    does not measure.
+    Raises `ParameterError` for a system and for too few dies, and `UnknownNameError` for a metric that the
+    study does not measure.
     """
     if not isinstance(target, BlockTarget):
         raise ParameterError(f"contributions: {study.subject.target} is a system; study its blocks or chips")
@@ -99,7 +106,17 @@ def breakdowns(
 ) -> tuple[tuple[Breakdown, ...], tuple[str, ...]]:
     """Break the variance of a metric down at every condition, then over the temperatures of a corner.
 
-    Returns what was found, and one line for each condition at which it is not possible.
+    Parameters
+    ----------
+    study : the finished study.
+    target : what it measured.
+    table : its samples.
+    metric : name of the metric in the table.
+    threads : number of threads that measure gradients; all cores unless given.
+
+    Returns
+    -------
+    What was found, and one line for each condition at which it is not possible.
     """
     found: list[Breakdown] = []
     refused: list[str] = []
@@ -114,7 +131,11 @@ def breakdowns(
 
 
 def share_rows(shares: Sequence[VarianceShare], most: int) -> list[tuple[str, str]]:
-    """Give names and percentages that sum to 100.0 as written; what is beyond `most` names is one row."""
+    """Give names and percentages of shares as the rows of a table.
+
+    The percentages sum to 100.0 as written. The shares beyond the `most` first ones are one row, and the
+    unexplained part is the last row.
+    """
     *explained, rest = shares
     shown, others = explained[:most], explained[most:]
     if others:

@@ -1,4 +1,4 @@
-"""Moving biases so that more dies pass: what is maximised, and how.
+"""Search for the biases at which most dies of a block pass its specifications (design centring).
 
 The yield of a few hundred dies is a bad objective: a staircase in the biases, and near 100 % it is flat. So
 the standard normals of the tuning dies, of mismatch and of process, are multiplied by a scale s >= 1 at which
@@ -59,11 +59,16 @@ ENOUGH = 0.995  # score at which a stage ends
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What is centred.
+    """Circuit whose biases are searched, and what its dies must fulfil.
 
-    open_at: the target at coordinates, float64[dimensions] from -1 to 1, zeros being the start, ready for
-    threads to share; specifications: what a die must fulfil; die: lot, and what varies; condition: where dies
-    are measured.
+    Attributes
+    ----------
+    open_at : gives the target at coordinates, float64[dimensions] from -1 to 1, where zeros are the start;
+        the target is ready for threads to share.
+    dimensions : number of coordinates.
+    specifications : conditions that a die must fulfil to pass.
+    die : gives the lot, and which variation is on.
+    condition : corner and temperature at which dies are measured.
     """
 
     open_at: Open
@@ -74,16 +79,21 @@ class Problem:
 
     @property
     def start(self) -> F64:
-        """Coordinates at which the search begins, float64[dimensions]."""
+        """Coordinates at which the search begins, float64[dimensions]; all are zero."""
         return np.zeros(self.dimensions)
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """How much is measured.
+    """Number of dies and of candidates that a search measures.
 
-    tuning: dies 0 to tuning - 1, of which the first `screening` serve the first stage; population,
-    generations: of the first stage; refinements: candidates of the second beyond its first simplex.
+    Attributes
+    ----------
+    tuning : number of dies that the search is made on, which are numbered from 0.
+    screening : how many of them, from the first on, serve the first stage.
+    population : number of candidates in a generation of the first stage.
+    generations : number of generations of the first stage.
+    refinements : number of candidates of the second stage beyond its first simplex.
     """
 
     tuning: int = 200
@@ -94,19 +104,27 @@ class Budget:
 
     @property
     def measurements(self) -> int:
-        """About how many dies are measured, for a progress bar."""
+        """About how many dies are measured in all, for a progress bar."""
         first = self.screening * (self.population * (self.generations + 1) + 2 * len(SCALES))
         return first + self.tuning * (self.refinements + 12)
 
 
 @dataclass(frozen=True, slots=True)
 class Centred:
-    """Where the search ended.
+    """Where a search ended, and how it went.
 
-    coordinates: all 0 where nothing beat the start. scale: s of the last stage; share_before, share_after: of
-    the tuning dies, what passes there; yield_before, yield_after: at s = 1. best: best objective of the first
-    stage so far, after each candidate. candidates: measurements of a set of biases; impossible: those of sets
-    that no circuit can have. measurements: of single dies.
+    Attributes
+    ----------
+    coordinates : float64[dimensions], from -1 to 1; all are 0 where nothing beat the start.
+    scale : scale s of the variation in the last stage.
+    share_before : share of the tuning dies that pass at the start, at that scale.
+    share_after : share of the tuning dies that pass at `coordinates`, at that scale.
+    yield_before : share of the tuning dies that pass at the start, at s = 1.
+    yield_after : share of the tuning dies that pass at `coordinates`, at s = 1.
+    best : float64[n], best objective of the first stage so far, after each of its candidates.
+    candidates : how often a set of biases was measured.
+    impossible : how many of these sets no circuit can have.
+    measurements : number of dies that were measured in all.
     """
 
     coordinates: F64
@@ -123,12 +141,20 @@ class Centred:
 
 @final
 class Bench:
-    """The tuning dies at any scale, with a count of the measurements."""
+    """The tuning dies of a search at any scale of their variation, with counts of the measurements."""
 
     def __init__(
         self, problem: Problem, dies: int, executor: ThreadPoolExecutor, progress: Callable[[int], None]
     ) -> None:
-        """Draw the dies."""
+        """Draw the tuning dies.
+
+        Parameters
+        ----------
+        problem : circuit that is searched.
+        dies : number of tuning dies.
+        executor : threads that measure the dies.
+        progress : is called with the number of dies measured so far.
+        """
         self._problem, self._executor, self._progress = problem, executor, progress
         self.measurements = self.candidates = self.impossible = 0
         start = problem.open_at(problem.start)
@@ -139,7 +165,10 @@ class Bench:
         self.spread: dict[str, float] = {}
 
     def measure(self, coordinates: F64, dies: int, scale: float) -> list[Measurement]:
-        """Measure the first dies; all are failed where the circuit cannot be."""
+        """Measure the first `dies` tuning dies at coordinates, with their variation scaled by `scale`.
+
+        Every measurement is a failed one where no circuit can have these coordinates.
+        """
         sampling = Sampling(f"scaled/{scale:g}", 0, self._columns, scale * self._normals)
         chosen = [replace(d, sampling=sampling) for d in self._dies[:dies]]
         self.candidates += 1
@@ -154,17 +183,17 @@ class Bench:
         return list(self._executor.map(run, chosen))
 
     def share(self, found: Sequence[Measurement]) -> float:
-        """Give the share of the measurements that pass."""
+        """Give the share of the measurements that pass the specifications, from 0 to 1."""
         verdict = judge(self._problem.specifications, [m.outcome for m in found], self._values(found))
         return float(verdict.passed.mean())
 
     def objective(self, found: Sequence[Measurement]) -> float:
-        """Give the mean of score and margins; the module's text has the formula."""
+        """Give the mean of score and margins over the measurements; the module's text has the formula."""
         outcomes = [m.outcome for m in found]
         return objective(self._problem.specifications, outcomes, self._values(found), self.spread)
 
     def set_spread(self, found: Sequence[Measurement]) -> None:
-        """Keep each metric's spread over these dies, for the margins."""
+        """Keep the spread of each metric over these measurements, in which margins are counted."""
         values = self._values(found)
         limits = [s for s in self._problem.specifications if isinstance(s, Limits)]
         self.spread = {s.metric: _spread(values[s.metric], s) for s in limits}
@@ -179,9 +208,14 @@ def objective(
     values: dict[str, F64],
     spread: dict[str, float],
 ) -> float:
-    """Give what is maximised over n dies.
+    """Give the objective that a search maximises, a mean over n dies; the module's text has the formula.
 
-    `outcomes` has a word a die; `values` (float64[n]) and `spread` are by metric, in SI units.
+    Parameters
+    ----------
+    specifications : conditions that a die must fulfil to pass.
+    outcomes : word for the outcome of each die.
+    values : float64[n] by metric, in SI units.
+    spread : spread of each metric that has limits, in SI units.
     """
     score = np.array([outcome != FAILED for outcome in outcomes], dtype=np.float64)
     least = np.full(len(outcomes), np.inf)
@@ -207,20 +241,15 @@ def centre(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Centred:
-    """Search the coordinates at which most dies pass.
+    """Search for the coordinates at which most dies pass.
 
     Parameters
     ----------
-    problem
-        What is centred.
-    budget
-        How much is measured.
-    seed
-        Of the optimiser; the dies have their own keys.
-    workers
-        Threads, all cores unless given; the result does not depend on it.
-    progress
-        Takes about the share that is done.
+    problem : circuit that is searched.
+    budget : number of dies and candidates that are measured.
+    seed : of the optimiser; the dies have keys of their own.
+    workers : number of threads, all cores unless given; the result does not depend on it.
+    progress : is called with about the share of the work that is done, from 0 to 1.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a search may move: biases, and sizes where they are asked for, as options of the command line.
+"""Biases and sizes that a search may move, and how they are written as options of the command line.
 
 At u in [-1, 1] a current or a size is its start times reach^u, a voltage its start plus span u; to four
 digits, or to 1 mV, so that what was measured can be written down. An array moves as one.
@@ -20,7 +20,15 @@ from system.study.target import Subject
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """A number that is moved: `option` is `bias` or `param`, `value` the start, in `unit`."""
+    """Bias or size that a search moves.
+
+    Attributes
+    ----------
+    option : option of the command line that sets it, `bias` or `param`.
+    name : name of the bias or size.
+    unit : unit of the value; a bias in V is moved by a difference, anything else by a factor.
+    value : value at the start, in `unit`; an array has several, which move as one.
+    """
 
     option: str
     name: str
@@ -28,32 +36,39 @@ class Knob:
     value: Value
 
     def at(self, u: float, reach: float, span: float) -> Value:
-        """Value at a coordinate; reach: factor each way; span: V each way."""
+        """Give the value at the coordinate u, from -1 to 1.
+
+        reach: factor by which currents and sizes move each way; span: voltage by which voltages move each
+        way, V.
+        """
         if isinstance(self.value, tuple):
             return tuple(_moved(v, u, self.unit, reach, span) for v in self.value)
         return _moved(self.value, u, self.unit, reach, span)
 
     def text(self, value: Value) -> str:
-        """Write a value as the option takes it, `i_lim=6.3uA`."""
+        """Write a value as the option takes it, as `i_lim=6.3uA`."""
         values = value if isinstance(value, tuple) else (value,)
         return f"{self.name}={','.join(format_quantity(v, self.unit) for v in values)}"
 
     def change(self, value: Value) -> float:
-        """Ratio of currents and sizes, difference of voltages (V); of an array its first element's."""
+        """Give the change from the start to a value: a difference of voltages, V, or else a ratio.
+
+        Of an array it is the change of the first element.
+        """
         old, new = float(np.ravel(self.value)[0]), float(np.ravel(value)[0])
         return new - old if self.unit == "V" else new / old
 
     def change_text(self, value: Value) -> str:
-        """Write a change as `x 1.250` or `+25 mV`."""
+        """Write the change from the start to a value as `x 1.250` or `+25 mV`."""
         change = self.change(value)
         return f"{1e3 * change:+.0f} mV" if self.unit == "V" else f"x {change:.3f}"
 
 
 def knobs_of(choice: Choice, moves: Sequence[str], move_params: Sequence[str]) -> tuple[Knob, ...]:
-    """Knobs for the biases in `moves`, every current where there are none, and the sizes in `move_params`.
+    """Give the knobs for the biases `moves` and for the sizes `move_params` of a block.
 
-    Raises `UnknownNameError` for a name that the block does not have, `ParameterError` for a size that is
-    not a number above 0.
+    Where no bias is named, every current is moved. Raises `UnknownNameError` for a name that the block does
+    not have, and `ParameterError` for a size that is not a number above 0.
     """
     known = {b.name: b for b in choice.circuit.biases}
     wanted = [n.replace("-", "_") for n in moves] or [n for n, b in known.items() if b.kind != "voltage"]
@@ -77,7 +92,10 @@ def _sizes(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
 
 
 def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Value]) -> Subject:
-    """Give the subject with what differs from the start; its own options of the same names give way."""
+    """Give the subject with the values of its knobs that differ from the start.
+
+    They take the place of the subject's own options of the same names.
+    """
     new = [(k, v) for k, v in zip(knobs, values, strict=True) if v != k.value]
     return replace(
         subject,
@@ -87,7 +105,7 @@ def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Valu
 
 
 def options_of(subject: Subject) -> list[tuple[str, str]]:
-    """Biases and sizes of a subject as pairs of an option and its text."""
+    """Give the biases and sizes of a subject as pairs of the name of an option and its text."""
     named = [] if subject.bias_set is None else [("bias_set", subject.bias_set)]
     return [
         *named, *(("param", text) for text in subject.params), *(("bias", text) for text in subject.biases)

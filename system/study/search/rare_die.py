@@ -1,4 +1,4 @@
-"""Which dies of a block fail its specifications, for the methods of rare failures.
+"""Probability that a die of a block fails its specifications, by the methods for rare failures.
 
 A row of standard normals is a die: the draws of all the block's devices, and of the process where no corner
 sets it. A die fails that does not pass every specification; one that cannot be measured, or whose metric is
@@ -35,21 +35,16 @@ def rare_failure(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> RareFailure:
-    """Probability that a die of a block fails.
+    """Estimate the probability that a die of a block fails.
 
     Parameters
     ----------
-    study
-        What is measured, at its first condition; which variation is on; how many dies in all; and with the
-        seed of its plan the key of their draws.
-    specifications
-        A die fails unless it passes them all.
-    method
-        One of `METHODS`.
-    threads
-        All cores unless given.
-    progress
-        Takes the share of the samples that is done.
+    study : what is measured, at its first condition, and which variation is on; its plan gives the number of
+        dies in all, and the seed that keys their draws.
+    specifications : conditions that a die must fulfil, all of them, or it fails.
+    method : name of the method, one of `METHODS`.
+    threads : number of threads that measure dies, all cores unless given.
+    progress : is called with the share of the samples that is done, from 0 to 1.
 
     Raises
     ------

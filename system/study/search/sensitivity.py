@@ -28,9 +28,16 @@ STEP = 0.5  # sigma, ours
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensitivity:
-    """Metrics float64[metrics] of the nominal die, and float64[labels, metrics] a step below and above it.
+    """Metrics of the nominal die, and of dies with one draw moved a step below and above it.
 
-    failures: reason of each measurement that failed, by the draw that was moved.
+    Attributes
+    ----------
+    labels : label of each draw that was moved.
+    metrics : name of each metric.
+    nominal : float64[metrics], values of the nominal die, in SI units.
+    below : float64[labels, metrics], values with a draw moved by -0.5 sigma.
+    above : float64[labels, metrics], values with a draw moved by +0.5 sigma.
+    failures : reason of each measurement that failed, with the draw that was moved.
     """
 
     labels: tuple[str, ...]
@@ -42,29 +49,33 @@ class Sensitivity:
 
     @property
     def gradient(self) -> F64:
-        """Change of each metric a sigma, float64[labels, metrics], NaN where it is not defined."""
+        """Change of each metric with one sigma of a draw, float64[labels, metrics]; NaN where not defined."""
         return np.asarray((self.above - self.below) / (2.0 * STEP))
 
     @property
     def log_gradient(self) -> F64:
-        """Change of the logarithm of each metric a sigma; NaN also where the metric is not positive."""
+        """Change of the logarithm of each metric with one sigma of a draw, float64[labels, metrics].
+
+        It is NaN where a value is not defined or not positive.
+        """
         below, above = (np.where(x > 0.0, x, np.nan) for x in (self.below, self.above))
         return np.asarray((np.log(above) - np.log(below)) / (2.0 * STEP))
 
 
 def sensitivity(target: Target, die: Die, condition: Condition, threads: int | None = None) -> Sensitivity:
-    """Measure the nominal die and two dies a label.
+    """Measure the nominal die, and two dies for each draw.
 
     Parameters
     ----------
-    target
-        A block or chip; raises `ParameterError` for a system, whose draws are not listed.
-    die
-        Gives the lot, and which variation is on.
-    condition
-        Corner and temperature. A corner that is set leaves the shared process no draws.
-    threads
-        All cores unless given.
+    target : a block or chip.
+    die : gives the lot, and which variation is on.
+    condition : corner and temperature; a corner that is set leaves the shared process no draws.
+    threads : number of threads that measure dies, all cores unless given.
+
+    Raises
+    ------
+    ParameterError
+        The target is a system, whose draws are not listed.
     """
     labels = varying_labels(target, condition.corner)
     steps = STEP * np.eye(len(labels))
@@ -79,7 +90,10 @@ def sensitivity(target: Target, die: Die, condition: Condition, threads: int | N
 
 
 def varying_labels(target: Target, corner: str) -> tuple[str, ...]:
-    """List the draws that reach a die at a corner; a corner that is set leaves the shared process none."""
+    """List the labels of the draws that vary from die to die at a corner.
+
+    A corner other than `random` sets the shared process, whose draws then do not vary.
+    """
     return tuple(label for label in target.labels() if corner == "random" or kind(label) != "process")
 
 
@@ -92,7 +106,18 @@ def measure_rows(
     threads: int | None = None,
     progress: Callable[[], None] | None = None,
 ) -> list[Measurement]:
-    """Measure dies whose draws are float64[n, labels]; a draw that has no label stays the die's own."""
+    """Measure dies that are given by their draws, and give a measurement for each row.
+
+    Parameters
+    ----------
+    target : a block or chip.
+    die : gives the lot, which variation is on, and every draw that has no label.
+    condition : corner and temperature.
+    labels : label of each column of draws.
+    rows : float64[n, labels], standard normals of each die.
+    threads : number of threads, all cores unless given.
+    progress : is called after each measurement.
+    """
     table = Sampling("rows", 0, {label: k for k, label in enumerate(labels)}, rows)
 
     def measure(number: int) -> Measurement:

@@ -1,4 +1,7 @@
-"""Yields of two designs on the same dies: what a die has in common cancels, and only the difference is left.
+"""Comparison of the yields of two designs that were measured on the same dies.
+
+Pairing the dies cancels the variation that they have in common, so that the difference of the designs is
+left.
 
 McNemar's exact test looks at the dies where the designs disagree, binomial(n_10 + n_01, 1/2). The interval of
 the difference d = (n_10 - n_01) / n inverts the score test,
@@ -30,7 +33,14 @@ _BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by
 
 @dataclass(frozen=True, slots=True)
 class Pairing:
-    """How many dies two designs have in common, and how many only one of them has."""
+    """Numbers of dies that two designs have in common and that only one of them has.
+
+    Attributes
+    ----------
+    both : dies on which both designs were measured.
+    only_first : dies on which only the first design was measured.
+    only_second : dies on which only the second design was measured.
+    """
 
     both: int
     only_first: int
@@ -39,7 +49,19 @@ class Pairing:
 
 @dataclass(frozen=True, slots=True)
 class YieldDifference:
-    """Second minus first of the yield over the common dies; p_value is McNemar's, of equal yields."""
+    """Difference between the yields of two designs, over the dies that both were measured on.
+
+    Attributes
+    ----------
+    pairing : how many dies the designs have in common.
+    both_pass : common dies on which both designs pass.
+    only_first_passes : common dies on which the first design passes and the second does not.
+    only_second_passes : common dies on which the second design passes and the first does not.
+    neither_passes : common dies on which no design passes.
+    difference : yield of the second design minus that of the first, with its interval; NaN without common
+        dies.
+    p_value : of McNemar's exact test of the hypothesis that both yields are equal.
+    """
 
     pairing: Pairing
     both_pass: int
@@ -53,10 +75,18 @@ class YieldDifference:
 def compare_yields(
     first_dies: I64, first_passed: Bools, second_dies: I64, second_passed: Bools, level: float = LEVEL
 ) -> YieldDifference:
-    """Difference of the yield between two designs.
+    """Estimate the difference between the yields of two designs.
 
-    Dies are int64[n], each once, and whether they passed bool[n]. Raises `ParameterError` for a die that is
-    there twice.
+    Parameters
+    ----------
+    first_dies, second_dies : int64[n], numbers of the dies of each design, each number once.
+    first_passed, second_passed : bool[n], whether each of these dies passed.
+    level : confidence level of the interval, from 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        A die occurs twice in one design.
     """
     pairing, here, there = _pair(first_dies, second_dies)
     x, y = first_passed[here], second_passed[there]
@@ -75,7 +105,15 @@ def compare_yields(
 
 
 def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) -> Interval:
-    """Give the score interval of (gained - lost) / pairs, which is -1 to 1 without pairs."""
+    """Give the score interval of the difference of two paired yields.
+
+    Parameters
+    ----------
+    gained : pairs of which only the second member passes.
+    lost : pairs of which only the first member passes.
+    pairs : number of all pairs; without pairs the interval is -1 to 1.
+    level : confidence level, from 0 to 1.
+    """
     z = float(-ndtri(0.5 * (1.0 - level)))
 
     def score(d: float) -> float:

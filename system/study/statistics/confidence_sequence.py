@@ -1,4 +1,6 @@
-"""Confidence sequence of a yield: intervals that hold at every number of samples at once, so for auto-stop.
+"""Confidence sequence of a yield: intervals that hold at every number of samples at once.
+
+A study that may stop itself at any sample needs such intervals.
 
 State: `passed` of `samples`. Against a yield p the beta-binomial mixture of likelihood ratios
 
@@ -34,9 +36,16 @@ _HALVINGS = 60  # to the resolution of a float
 
 @dataclass(frozen=True, slots=True)
 class StopRule:
-    """Stop as soon as the interval's half-width is below `half_width`, or excludes the yield `required`.
+    """Rule that stops a study as soon as its yield is known well enough.
 
-    None leaves a part out. Raises `ParameterError` for a part outside 0 to 1, or if both are left out.
+    A condition that is None is left out. Raises `ParameterError` for a value outside 0 to 1, and where both
+    conditions are left out.
+
+    Attributes
+    ----------
+    half_width : the study stops when half of the interval's length is below this share.
+    required : the study stops when the interval excludes this yield.
+    level : confidence level of the interval.
     """
 
     half_width: float | None = None
@@ -55,7 +64,15 @@ class StopRule:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Where a rule ended a study: after `samples`, of which `passed` passed, and the reason."""
+    """Sample at which a rule ended a study.
+
+    Attributes
+    ----------
+    samples : number of samples until then.
+    passed : how many of them passed.
+    interval : interval of the yield at that sample.
+    reason : why the rule ended the study, in words.
+    """
 
     samples: int
     passed: int
@@ -64,7 +81,10 @@ class Stop:
 
 
 def sequence_interval(passed: int, samples: int, level: float = LEVEL) -> Interval:
-    """Give the interval of the yield after `samples`; it holds at all numbers of samples at once."""
+    """Give the interval of the yield after `samples`, which holds at all numbers of samples at once.
+
+    Raises `ParameterError` unless 0 <= passed <= samples.
+    """
     if not 0 <= passed <= samples:
         raise ParameterError(f"passed: {passed}, must be from 0 to samples {samples}; count again")
     low, high = sequence_intervals(np.array([passed]), np.array([samples]), level)
@@ -72,7 +92,14 @@ def sequence_interval(passed: int, samples: int, level: float = LEVEL) -> Interv
 
 
 def sequence_intervals(passed: I64, samples: I64, level: float = LEVEL) -> tuple[F64, F64]:
-    """Give the ends of the intervals, float64[n] each, of counts int64[n]."""
+    """Give the lower and the upper ends of the intervals of the yield, float64[n] each.
+
+    Parameters
+    ----------
+    passed : int64[n], how many samples passed.
+    samples : int64[n], out of how many.
+    level : confidence level, from 0 to 1.
+    """
     centre = passed / np.maximum(samples, 1)
     low = _edge(passed, samples, np.zeros_like(centre), centre, level)
     high = _edge(passed, samples, np.ones_like(centre), centre, level)
@@ -80,22 +107,27 @@ def sequence_intervals(passed: I64, samples: I64, level: float = LEVEL) -> tuple
 
 
 def log_martingale(passed: I64, samples: I64, p: F64 | float) -> F64:
-    """Give the logarithm of M_n(p), float64[n]; the yield p is refuted once it is above -ln(1 - level)."""
+    """Give the natural logarithm of the martingale M_n(p), float64[n].
+
+    The yield p, which is a number or float64[n], is refuted where the logarithm is above -ln(1 - level). Both
+    counts are int64[n].
+    """
     failed = samples - passed
     mixture = betaln(_A + passed, _A + failed) - betaln(_A, _A)
     return np.asarray(mixture - xlogy(passed, p) - xlog1py(failed, -np.asarray(p)))
 
 
 def ended(rule: StopRule, interval: Interval) -> bool:
-    """Tell whether the rule ends a study whose yield has this interval."""
+    """Tell whether the rule ends a study whose yield has the interval `interval`."""
     narrow = rule.half_width is not None and interval.half_width < rule.half_width
     return narrow or (rule.required is not None and rule.required not in interval)
 
 
 def first_stop(passed: Bools, rule: StopRule) -> Stop | None:
-    """First number of samples, in their order, at which the rule ends the study; None where it never does.
+    """Find the first sample at which the rule ends the study; None where it never does.
 
-    passed: bool[n], one a sample. The answer does not depend on how the samples come in chunks.
+    passed: bool[n], whether each sample passed, in the order of the samples. The answer does not depend on
+    how the samples are divided into chunks.
     """
     counts, samples = np.cumsum(passed, dtype=np.int64), np.arange(1, len(passed) + 1)
     low, high = sequence_intervals(counts, samples, rule.level)

@@ -1,4 +1,4 @@
-"""Which device, parameter or block the variance of a metric comes from, in shares that sum to 1.
+"""Shares of a metric's variance by device, parameter or block, which sum to 1.
 
 From gradients: with g_i the change of the metric (or of its logarithm) with one sigma of parameter i, and
 y_hat = sum g_i z_i over the samples,
@@ -40,7 +40,13 @@ _PROCESS = re.compile(r"process\.([np])\.(?:shared\.)?(\w+)")
 
 @dataclass(frozen=True, slots=True)
 class VarianceShare:
-    """A part of the variance, 0 to 1, of what is called `name`."""
+    """Share of the variance that one device, parameter or block contributes.
+
+    Attributes
+    ----------
+    name : name of the contributor, or `unexplained`.
+    value : share, from 0 to 1.
+    """
 
     name: str
     value: float
@@ -48,11 +54,20 @@ class VarianceShare:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contributions:
-    """Shares of the parameters `names`, float64[p], which with the unexplained part sum to 1.
+    """Shares of a metric's variance, which with the unexplained part sum to 1.
 
-    model: where they come from; r2: of it; linear, squares, interactions: how r2 divides by the kind of term.
-    check: largest difference to the shares of a linear regression, None where it was not made.
-    note: what the reader must know: too few samples, or a variance that the model does not explain.
+    Attributes
+    ----------
+    names : label of each of the p parameters.
+    values : float64[p], share of each parameter.
+    model : model that the shares come from.
+    samples : number of samples at which the metric is defined.
+    r2 : share of the variance that the model explains, R^2.
+    linear : part of `r2` that is of linear terms.
+    squares : part of `r2` that is of squares.
+    interactions : part of `r2` that is of products of two parameters.
+    check : largest difference to the shares of a linear regression; None where that was not made.
+    note : warning of too few samples, or of variance that the model does not explain; empty without either.
     """
 
     names: tuple[str, ...]
@@ -73,7 +88,7 @@ class Contributions:
 
 
 def contributions(names: Sequence[str], z: F64, y: F64, gradient: F64 | None = None) -> Contributions:
-    """Shares of the variance of y.
+    """Divide the variance of the response y among the parameters of the samples.
 
     Parameters
     ----------
@@ -104,25 +119,37 @@ def contributions(names: Sequence[str], z: F64, y: F64, gradient: F64 | None = N
 
 
 def standardise(column: F64) -> F64:
-    """Scale a factor that is no draw, such as temperature, to mean 0 and variance 1 over the samples."""
+    """Scale a factor to mean 0 and variance 1 over the samples, float64[n].
+
+    It is for factors that are no draws, such as the temperature. A constant factor becomes 0.
+    """
     sigma = float(column.std())
     return (column - column.mean()) / sigma if sigma > 0.0 else np.zeros_like(column)
 
 
 def device(name: str) -> str:
-    """Give the device of a label: `chip.neuron[2].mi5`, `process.n` of a process, else the name."""
+    """Give the device of a label, as `chip.neuron[2].mi5`.
+
+    The label of a process parameter gives its process, as `process.n`; a name without a dot gives itself.
+    """
     process = _PROCESS.fullmatch(name)
     return f"process.{process.group(1)}" if process else name.rpartition(".")[0] or name
 
 
 def parameter(name: str) -> str:
-    """Give the parameter of a label: `v_t0` of a device, `process.n.v_t0` of a process, else the name."""
+    """Give the parameter of a label, as `v_t0` of a device.
+
+    The label of a process parameter gives `process.n.v_t0`; a name without a dot gives itself.
+    """
     process = _PROCESS.fullmatch(name)
     return f"process.{process.group(1)}.{process.group(2)}" if process else name.rpartition(".")[2]
 
 
 def block(name: str) -> str:
-    """Give the block of a label: the path without device and parameter, `process`, else the name."""
+    """Give the block of a label, which is its path without device and parameter.
+
+    The label of a process parameter gives `process`; a name without a dot gives itself.
+    """
     if _PROCESS.fullmatch(name):
         return "process"
     owner = device(name)
@@ -130,14 +157,17 @@ def block(name: str) -> str:
 
 
 def kind(name: str) -> str:
-    """Give `mismatch`, `process`, or the name of another factor, such as `temperature`."""
+    """Give the kind of a factor: `mismatch`, `process`, or its own name, such as `temperature`."""
     if _PROCESS.fullmatch(name):
         return "process"
     return "mismatch" if "." in name else name
 
 
 def grouped(found: Contributions, key: Key) -> tuple[VarianceShare, ...]:
-    """Add the shares up by `key` of the labels, largest first, the unexplained part last; they sum to 1."""
+    """Add up the shares of the labels for which `key` gives the same name.
+
+    The largest share comes first and the unexplained part last. The shares sum to 1.
+    """
     sums: dict[str, float] = {}
     for name, value in zip(found.names, found.values, strict=True):
         sums[key(name)] = sums.get(key(name), 0.0) + float(value)
@@ -146,7 +176,10 @@ def grouped(found: Contributions, key: Key) -> tuple[VarianceShare, ...]:
 
 
 def percentages(shares: Sequence[VarianceShare], decimals: int = 1) -> tuple[float, ...]:
-    """Round shares to percentages that sum to 100 as printed; the largest remainders go up."""
+    """Round shares to percentages with `decimals` digits that sum to 100 as printed.
+
+    The shares with the largest remainders are rounded up.
+    """
     scaled = np.array([share.value for share in shares]) * 100.0 * 10.0**decimals
     whole = np.floor(scaled)
     missing = round(float(scaled.sum() - whole.sum()))
@@ -155,7 +188,10 @@ def percentages(shares: Sequence[VarianceShare], decimals: int = 1) -> tuple[flo
 
 
 def pareto(shares: Sequence[VarianceShare], ax: Axes, most: int = 12) -> None:
-    """Draw shares as bars, the largest on top, with their running sum; the smaller ones as one."""
+    """Draw shares as horizontal bars, the largest on top, with their running sum.
+
+    Shares beyond the `most` largest are drawn as one bar.
+    """
     *explained, rest = shares
     shown, others = explained[:most], explained[most:]
     if len(others) == 1:

@@ -42,7 +42,13 @@ _FAR = 1e6  # pivot of a resample without spread, which ties make
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A closed interval; an end is infinite where the samples set no limit."""
+    """Closed interval of numbers.
+
+    Attributes
+    ----------
+    low : lower end, minus infinity where the samples set no limit.
+    high : upper end, infinity where the samples set no limit.
+    """
 
     low: float
     high: float
@@ -61,16 +67,22 @@ EVERYTHING = Interval(-math.inf, math.inf)
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value with its confidence interval; the value is NaN where it is not defined."""
+    """Estimated value with its confidence interval.
+
+    Attributes
+    ----------
+    value : the estimate, NaN where it is not defined.
+    interval : confidence interval of the value, in the same unit.
+    """
 
     value: float
     interval: Interval
 
 
 def clopper_pearson(passed: int, samples: int, level: float = LEVEL) -> Interval:
-    """Exact interval of a proportion: it covers at least `level` for every true one.
+    """Give the exact interval of a proportion, which covers every true proportion with at least `level`.
 
-    Raises `ParameterError` unless 0 <= passed <= samples.
+    Raises `ParameterError` unless 0 <= passed <= samples, and for a level outside 0 to 1.
     """
     if not 0 <= passed <= samples:
         raise ParameterError(f"passed: {passed}, must be from 0 to samples {samples}; count again")
@@ -83,9 +95,10 @@ def clopper_pearson(passed: int, samples: int, level: float = LEVEL) -> Interval
 def mean_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Give the interval of the mean of float64[n] finite values.
+    """Give the interval of the mean of finite values, float64[n].
 
-    It is Student's below 10 values, and all numbers below 2.
+    It is Student's interval below 10 values, and unlimited below 2. The generator `rng` draws the `resamples`
+    of the bootstrap. Raises `ParameterError` for a level outside 0 to 1.
     """
     n = len(values)
     if n < 2:
@@ -98,7 +111,11 @@ def mean_interval(
 def sigma_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Give the interval of the standard deviation of float64[n] finite values; 0 to infinity below 10."""
+    """Give the interval of the standard deviation of finite values, float64[n].
+
+    It is 0 to infinity below 10 values. The generator `rng` draws the `resamples` of the bootstrap. Raises
+    `ParameterError` for a level outside 0 to 1.
+    """
     if len(values) < FEWEST:
         return Interval(0.0, math.inf)
     if np.ptp(values) == 0.0:
@@ -110,9 +127,11 @@ def sigma_interval(
 def skew_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Interval of the skewness of float64[n] finite values; all numbers below 10 of them, or without spread.
+    """Give the interval of the skewness of finite values, float64[n].
 
-    Indicative only where the data have long tails: see the module.
+    It is unlimited below 10 values, and where all values are equal. For data with long tails it is only
+    indicative, as the module's text says. The generator `rng` draws the `resamples` of the bootstrap. Raises
+    `ParameterError` for a level outside 0 to 1.
     """
     if len(values) < FEWEST or np.ptp(values) == 0.0:
         return EVERYTHING
@@ -120,9 +139,10 @@ def skew_interval(
 
 
 def quantile_interval(values: F64, p: float, level: float = LEVEL) -> Interval:
-    """Interval of the quantile p of float64[n] finite values; infinite beyond the outermost of them.
+    """Give the interval of the quantile of probability p of finite values, float64[n].
 
-    Raises `ParameterError` unless 0 < p < 1.
+    An end is infinite where it would lie beyond the outermost value. Raises `ParameterError` unless p and the
+    level are above 0 and below 1.
     """
     if not 0.0 < p < 1.0:
         raise ParameterError(f"quantile: {p:g}, must be above 0 and below 1; give 0.5 for the median")
@@ -132,7 +152,10 @@ def quantile_interval(values: F64, p: float, level: float = LEVEL) -> Interval:
 
 
 def skewness(values: F64, axis: int = -1) -> Any:
-    """Third central moment over the 3/2 power of the second, along an axis; the values must differ."""
+    """Give the skewness along an axis: the third central moment over the 3/2 power of the second.
+
+    The values along the axis must not all be equal.
+    """
     deviation = values - values.mean(axis, keepdims=True)
     square = (deviation * deviation).mean(axis)
     return (deviation * deviation * deviation).mean(axis) / (square * np.sqrt(square))

@@ -1,4 +1,6 @@
-"""Mean-shift importance sampling: dies are drawn about the failing dies that are least unlikely.
+"""Mean-shift importance sampling: the probability of a rare failure from dies near the likeliest ones.
+
+Dies are drawn about the failing dies that are least unlikely.
 
 First stage, a fifth of the samples: sigmas scaled up until about one die in ten fails. Failing dies are
 parted into regions: two where, of the dies half as far again as the boundary in the directions of their
@@ -60,23 +62,20 @@ class _Stage:
 def mean_shift(
     fails: Fails, dimensions: int, samples: int, rng: np.random.Generator, level: float = LEVEL
 ) -> RareFailure:
-    """Estimate the probability of a failure.
+    """Estimate the probability of a rare failure from dies drawn near the likeliest failures.
 
     Parameters
     ----------
-    fails
-        Which rows of float64[n, dimensions] standard normals fail.
-    dimensions, samples
-        Number of standard normals behind a die, and of dies in all, those of the first stages included.
-    rng
-        For the normals.
-    level
-        Of the interval, a normal one of ln P.
+    fails : tells which rows of float64[n, dimensions] standard normals fail, bool[n].
+    dimensions : number of standard normals behind a die.
+    samples : number of dies in all, those of the first stages included.
+    rng : generator of the standard normals.
+    level : confidence level of the interval, which is a normal one of ln P.
 
     Raises
     ------
     ParameterError
-        Samples are too few, or the nominal die fails, so that failures are not rare.
+        There are too few samples, or the nominal die fails, so that failures are not rare.
     SolverError
         No failure was found, or the effective sample size is below 50.
     """

@@ -1,4 +1,4 @@
-"""Probability of a failure too rare for plain sampling: what its two methods share.
+"""Result and checks that the two methods for the probability of a rare failure share.
 
 A die is a row z of independent standard normals; `fails(z)` says which of float64[n, d] rows fail, bool[n].
 Scaled sigma (`scaled_sigma`) assumes nothing of where failures lie, but extrapolates; mean shift
@@ -19,10 +19,17 @@ Fails = Callable[[F64], Bools]
 
 @dataclass(frozen=True, slots=True)
 class RareFailure:
-    """Probability of a failure with its interval, from `samples` calls of the metric.
+    """Probability of a failure with its interval.
 
-    effective_samples: (sum w)^2 / sum w^2 over the failing samples; NaN for an extrapolation.
-    detail: one line on how the method went.
+    Attributes
+    ----------
+    method : name of the method that estimated it.
+    probability : estimated probability that a die fails.
+    interval : confidence interval of the probability.
+    samples : number of dies that were measured.
+    effective_samples : (sum w)^2 / sum w^2 over the weights w of the failing samples; NaN for an
+        extrapolation.
+    detail : one line on how the method went.
     """
 
     method: str
@@ -34,7 +41,10 @@ class RareFailure:
 
 
 def check_budget(dimensions: int, samples: int, fewest: int) -> None:
-    """Raise `ParameterError` for no dimension, or fewer samples than a method can begin with."""
+    """Check the number of standard normals of a die, and the number of samples.
+
+    Raises `ParameterError` for no dimension, and for fewer samples than the `fewest` that a method needs.
+    """
     if dimensions < 1:
         raise ParameterError("rare failures: nothing varies, so there is no probability; leave mismatch on")
     if samples < fewest:

@@ -1,4 +1,6 @@
-"""A response as a polynomial of standard normals, fitted to samples, and what each term has of the variance.
+"""Regression of a response on standard normals, with the share of the variance that each term has.
+
+The response is a polynomial that is fitted to the samples:
 
     y = a + sum b_i z_i + sum c_i (z_i^2 - 1) / sqrt(2) + sum d_ij z_i z_j + e,  i < j
 
@@ -30,10 +32,15 @@ _CHANCE = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Variance of each term over that of the response, and the adjusted R^2 that they sum to.
+    """Shares of the response's variance that the terms of a fitted polynomial have.
 
-    linear: float64[p]; squares: float64[p], zero where a square did not enter; pairs: int64[m, 2] and
-    interactions: float64[m].
+    Attributes
+    ----------
+    r2 : adjusted R^2, the sum of all shares.
+    linear : float64[p], share of the linear term of each parameter.
+    squares : float64[p], share of the square of each parameter, zero where the square did not enter.
+    pairs : int64[m, 2], the two parameters of each product that entered.
+    interactions : float64[m], share of each of these products.
     """
 
     r2: float
@@ -43,26 +50,30 @@ class Fit:
     interactions: F64
 
     def by_parameter(self) -> F64:
-        """Share of each parameter, float64[p]: its own terms and half of each interaction."""
+        """Give the share of each parameter, float64[p]: its own terms and half of each interaction."""
         share = self.linear + self.squares
         np.add.at(share, self.pairs.ravel(), np.repeat(0.5 * self.interactions, 2))
         return share
 
 
 def enough(samples: int, parameters: int) -> bool:
-    """Tell whether there are two samples for each parameter and for the mean."""
+    """Tell whether there are two samples for each parameter and two for the mean."""
     return samples >= SAMPLES_A_TERM * (parameters + 1)
 
 
 def fit_linear(z: F64, y: F64) -> Fit:
-    """Least squares of float64[n] y on float64[n, p] z; raises `ParameterError` for too few samples."""
+    """Fit the response y, float64[n], linearly to the parameters z, float64[n, p], by least squares.
+
+    Raises `ParameterError` for too few samples, and where y and z differ in length.
+    """
     return _fit(z, y, np.empty((0, 2), dtype=np.int64))
 
 
 def fit_quadratic(z: F64, y: F64) -> Fit:
-    """Least squares with the squares and interactions that the linear fit's residual asks for.
+    """Fit the response by least squares with those squares and products that the residual asks for.
 
-    z: float64[n, p]; y: float64[n]. Raises `ParameterError` for too few samples.
+    z: float64[n, p], the parameters; y: float64[n], the response. Raises `ParameterError` for too few
+    samples, and where y and z differ in length.
     """
     _check(z, y)
     n, p = z.shape

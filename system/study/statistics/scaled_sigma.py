@@ -1,4 +1,6 @@
-"""Scaled-sigma sampling: failures are counted on dies whose sigmas are s times too large, and extrapolated.
+"""Scaled-sigma sampling: the probability of a rare failure, extrapolated from dies of exaggerated variation.
+
+Failures are counted on dies whose sigmas are s times too large.
 
 Of d standard normals scaled by s a region of failure has the probability
 
@@ -45,27 +47,23 @@ def scaled_sigma(
     scales: Mapping[float, float] = SCALES,
     level: float = LEVEL,
 ) -> RareFailure:
-    """Extrapolate the probability of a failure.
+    """Estimate the probability of a rare failure from dies whose sigmas are scaled up.
 
     Parameters
     ----------
-    fails
-        Which rows of float64[n, dimensions] standard normals fail.
-    dimensions, samples
-        Number of standard normals behind a die, and of dies in all.
-    rng
-        For the normals and the bootstrap.
-    scales
-        Part of the samples at each s > 1.
-    level
-        Of the interval.
+    fails : tells which rows of float64[n, dimensions] standard normals fail, bool[n].
+    dimensions : number of standard normals behind a die.
+    samples : number of dies in all.
+    rng : generator of the standard normals and of the bootstrap.
+    scales : share of the samples that is measured at each scale s > 1.
+    level : confidence level of the interval.
 
     Raises
     ------
     ParameterError
-        Samples are too few, or a scale is not above 1.
+        There are too few samples, fewer than three scales, or a scale that is not above 1.
     SolverError
-        Fewer than three scales have failures enough.
+        Fewer than three scales have enough failures, or all dies fail.
     """
     check_budget(dimensions, samples, 100 * len(scales))
     s = np.array(sorted(scales))
@@ -85,9 +83,20 @@ def scaled_sigma(
 def extrapolate(
     scales: F64, tried: I64, failed: I64, rng: np.random.Generator, level: float = LEVEL
 ) -> RareFailure:
-    """Probability at s = 1 from the number of dies tried and failed at each scale, [n] each.
+    """Extrapolate the probability of a failure to the scale s = 1.
 
-    Raises `SolverError` where fewer than three scales have failures enough, or all dies fail.
+    Parameters
+    ----------
+    scales : float64[n], factors on the sigmas of the dies.
+    tried : int64[n], number of dies at each scale.
+    failed : int64[n], how many of them failed.
+    rng : generator of the bootstrap.
+    level : confidence level of the interval.
+
+    Raises
+    ------
+    SolverError
+        Fewer than three scales have enough failures, or all dies fail.
     """
     counted = " ".join(f"{k}/{n} at {s:g}" for s, n, k in zip(scales, tried, failed, strict=True))
     if np.count_nonzero(failed >= FEWEST_FAILURES) < 3:

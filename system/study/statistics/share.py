@@ -1,4 +1,4 @@
-"""A share of runs or samples with its exact interval, in words."""
+"""Share of the runs or samples that pass, with its exact confidence interval, and how it is written."""
 
 from __future__ import annotations
 
@@ -14,33 +14,42 @@ _DIGITS = 6  # after the point, at most
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """How many of so many, and the 95 % interval of their share."""
+    """Number of runs or samples that pass, out of how many, with the 95 % interval of their share.
+
+    Attributes
+    ----------
+    passed : how many pass.
+    of : how many there are.
+    """
 
     passed: int
     of: int
 
     @property
     def value(self) -> float:
-        """The share; that of none is 0."""
+        """The share, from 0 to 1; it is 0 where there are no samples."""
         return self.passed / max(self.of, 1)
 
     @property
     def interval(self) -> Interval:
-        """The exact 95 % interval of Clopper and Pearson."""
+        """The exact 95 % interval of the share, after Clopper and Pearson."""
         return clopper_pearson(self.passed, self.of)
 
     def measured(self, shown: Value = None) -> Measured:
-        """The share as a value to judge, shown in words unless given otherwise; that of none is no number."""
+        """Give the share as a measured value that an expectation can judge.
+
+        It is shown in words unless `shown` is given. The value is NaN where there are no samples.
+        """
         value = self.value if self.of else math.nan
         return Measured(value, str(self) if shown is None else shown, self.interval)
 
     def __str__(self) -> str:
-        """As `19 of 20 (75 to 100 %)`."""
+        """Write the share as `19 of 20 (75 to 100 %)`."""
         return f"{self.passed} of {self.of} ({percent(self.interval)})"
 
 
 def percent(ends: Interval) -> str:
-    """Write the interval of a share as `75 to 100 %`, with so many digits that its ends differ."""
+    """Write the interval of a share as `75 to 100 %`, with enough digits for its ends to differ."""
     for digits in range(_DIGITS):
         low, high = (f"{100.0 * end:.{digits}f}" for end in (ends.low, ends.high))
         if low != high:
@@ -49,6 +58,6 @@ def percent(ends: Interval) -> str:
 
 
 def share_where(said: Iterable[bool]) -> Share:
-    """Count how many are true."""
+    """Give the share of the values that are true."""
     every = [bool(x) for x in said]
     return Share(sum(every), len(every))

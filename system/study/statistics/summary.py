@@ -1,4 +1,4 @@
-"""What the samples of a study come to: moments and quantiles of a metric, and the yield, with intervals.
+"""Summary of the samples of a study: moments and quantiles of a metric, and the yield, with intervals.
 
 Samples whose metric is NaN are counted as undefined, those where it is infinite as infinite; moments and
 quantiles are of the finite ones. Nothing is dropped unseen: samples = defined + undefined + infinite.
@@ -34,7 +34,13 @@ PROBABILITIES = (0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975)
 
 @dataclass(frozen=True, slots=True)
 class Quantile:
-    """Estimate of the quantile of probability `p`."""
+    """Quantile of a metric over the samples.
+
+    Attributes
+    ----------
+    p : probability of the quantile, above 0 and below 1.
+    estimate : its value with its interval, in the unit of the metric.
+    """
 
     p: float
     estimate: Estimate
@@ -42,23 +48,43 @@ class Quantile:
 
 @dataclass(frozen=True, slots=True)
 class Proportion:
-    """How many of the samples where a yes-or-no metric is defined say yes."""
+    """Share of the samples for which a yes-or-no metric says yes.
+
+    Attributes
+    ----------
+    passed : samples for which the metric says yes.
+    samples : samples at which the metric is defined.
+    estimate : share of the samples that say yes, with its interval.
+    """
 
     passed: int
     samples: int
     estimate: Estimate
 
     def __str__(self) -> str:
-        """As `0 of 20 (0 to 17 %)`."""
+        """Write the share as `0 of 20 (0 to 17 %)`."""
         return f"{self.passed} of {self.samples} ({percent(self.estimate.interval)})"
 
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """A metric over samples, in its unit; NaN with an unlimited interval where there are too few.
+    """Statistics of a metric over the samples, in the unit of the metric.
 
-    Where all values are equal nothing is known of their spread, and the mean has no interval. share: of a
-    yes-or-no metric, whose mean it is and which has no other statistics; None of a number.
+    A statistic is NaN with an unlimited interval where there are too few values. Where all values are equal
+    nothing is known of their spread, and the mean has no interval.
+
+    Attributes
+    ----------
+    samples : number of all samples.
+    defined : samples at which the metric is finite.
+    undefined : samples at which the metric is NaN.
+    infinite : samples at which the metric is infinite.
+    mean : arithmetic mean.
+    sigma : standard deviation.
+    skew : skewness, without a unit.
+    quantiles : quantiles in the order of the probabilities asked for.
+    share : share that says yes of a yes-or-no metric, which has no other statistic than its mean; None of a
+        number.
     """
 
     samples: int
@@ -74,7 +100,15 @@ class Summary:
 
 @dataclass(frozen=True, slots=True)
 class Yield:
-    """How many of the samples passed, as a proportion, and the others by cause."""
+    """Yield of the samples that were judged by specifications.
+
+    Attributes
+    ----------
+    samples : number of all samples.
+    passed : samples that pass.
+    estimate : share of the samples that pass, with its interval.
+    causes : number of samples that do not pass, by cause.
+    """
 
     samples: int
     passed: int
@@ -88,10 +122,14 @@ def summarise(
     probabilities: Sequence[float] = PROBABILITIES,
     level: float = LEVEL,
 ) -> Summary:
-    """Summary of float64[n] values, NaN where not defined.
+    """Summarise the values of a metric, float64[n], NaN where it is not defined.
 
-    rng: only the bootstrap's; a keyed generator makes the intervals the same whenever the values are. -0.0 is
-    taken for 0.0.
+    Parameters
+    ----------
+    values : float64[n], in the unit of the metric; -0.0 is taken for 0.0.
+    rng : generator of the bootstrap alone; a keyed one gives the same intervals for the same values.
+    probabilities : probability of each quantile that is estimated.
+    level : confidence level of the intervals.
     """
     x, undefined = values[np.isfinite(values)] + 0.0, int(np.isnan(values).sum())
     spread = len(x) > 1 and np.ptp(x) > 0.0
@@ -109,9 +147,9 @@ def summarise(
 
 
 def summarise_share(values: F64, interval: Callable[[int, int], Interval] = clopper_pearson) -> Summary:
-    """Summary of float64[n] values that are 1 for yes and 0 for no, NaN where not defined.
+    """Summarise a yes-or-no metric, float64[n], 1 for yes, 0 for no and NaN where it is not defined.
 
-    interval: of a proportion, from how many say yes and of how many.
+    interval: gives the interval of a proportion from how many samples say yes and out of how many.
     """
     defined = int(np.isfinite(values).sum())
     passed = int((values == 1.0).sum())
@@ -122,9 +160,10 @@ def summarise_share(values: F64, interval: Callable[[int, int], Interval] = clop
 
 
 def summarise_yield(verdict: Verdict, level: float = LEVEL) -> Yield:
-    """Yield of judged samples with its Clopper-Pearson interval, for a number of samples fixed beforehand.
+    """Summarise judged samples as a yield with its Clopper-Pearson interval.
 
-    Of a study that stopped itself use `confidence_sequence.sequence_interval`.
+    The interval holds for a number of samples that was fixed beforehand. For a study that stopped itself use
+    `confidence_sequence.sequence_interval`.
     """
     samples, passed = len(verdict.causes), int(verdict.passed.sum())
     value = passed / samples if samples else math.nan
