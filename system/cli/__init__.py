@@ -1,1 +1,1 @@
-"""The command line, one verb a file."""
+"""The command line `noctule`, with a module for each verb."""

@@ -1,4 +1,4 @@
-"""What a run tells of its own accord: how it left an unstable rest state, and signals that never count."""
+"""What a run reports by itself: how it left an unstable rest state, and signals that cross no threshold."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from circuits.solver.transient import Result
 
 
 def told(result: Result | None) -> dict[str, Any]:
-    """What a run tells, for a JSON document; nothing without a run."""
+    """Give what a run reports by itself as members of a JSON document; there are none without a run."""
     if result is None:
         return {}
     swings = {
@@ -20,12 +20,12 @@ def told(result: Result | None) -> dict[str, Any]:
 
 
 def disturbance_document(found: Disturbance | None) -> dict[str, Any] | None:
-    """What took a run away from an unstable rest state, None where nothing had to."""
+    """Give the disturbance that moved a run out of its unstable rest state, for JSON; None without one."""
     return None if found is None else {"nodes": list(found.nodes), "voltage_V": found.voltage}
 
 
 def told_lines(result: Result | None) -> list[str]:
-    """The same, a line each; none for a run that has nothing to tell."""
+    """Give what a run reports by itself as lines of text; there are none without a run."""
     if result is None:
         return []
     lines = [] if result.disturbance is None else [f"{result.disturbance}; --at-rest keeps it there"]

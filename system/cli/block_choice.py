@@ -17,7 +17,18 @@ def choose_block(
     stimuli: Iterable[str] = (),
     begin: BeginChoice = FREE,
 ) -> Choice:
-    """Read what verbs on a block or chip have in common; raises as `system.options.block.choose` does."""
+    """Give the block or chip that a verb asks for, with its values on silicon.
+
+    It raises the errors of `system.options.block.choose`.
+
+    Parameters
+    ----------
+    name : name of the block or chip.
+    values : sizes and biases, as texts of the command line.
+    silicon : die, temperature and corner that are asked for.
+    stimuli : what the testbench applies, as texts `NAME=VALUE`.
+    begin : state in which runs begin.
+    """
     return choose(
         name, values.param, values.bias, values.bias_kind, silicon, stimuli, values.bias_set, begin
     )  # fmt: skip

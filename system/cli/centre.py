@@ -1,4 +1,4 @@
-"""`noctule centre BLOCK --spec ...`: biases moved so that more dies pass, and what fresh dies say of them."""
+"""The verb `noctule centre`: biases are moved so that more dies pass, and fresh dies tell the gain."""
 
 from __future__ import annotations
 
@@ -45,7 +45,16 @@ BEHAVIOURAL, TRANSISTOR = "behavioural", "transistor"
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Fresh dies before and after, where `varied` varies; mean values where defined."""
+    """Yield of fresh dies before and after a search.
+
+    Attributes
+    ----------
+    varied : what varies from die to die, in words.
+    before : yield at the start.
+    after : yield at the biases that were found.
+    difference : difference of the two yields, on the same dies.
+    means : mean of each metric over the dies where it is defined, before and after, in SI units.
+    """
 
     varied: str
     before: Yield
@@ -56,7 +65,20 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A finished search with what fresh dies say."""
+    """Finished search with the yield of fresh dies.
+
+    Attributes
+    ----------
+    asked : options of the verb.
+    start : block with its options at the start, and what is measured of it.
+    specifications : conditions that a die must fulfil to pass.
+    units : unit of each metric.
+    knobs : biases and sizes that were moved.
+    values : value of each knob that the search found.
+    level : what the search measured, `behavioural` or `transistor`.
+    found : where the search ended.
+    reports : yields of fresh dies.
+    """
 
     asked: Centre
     start: Subject
@@ -70,12 +92,15 @@ class Result:
 
     @property
     def subject(self) -> Subject:
-        """What the search came to."""
+        """The block with the values that the search found."""
         return moved_subject(self.start, self.knobs, self.values)
 
 
 def centre_command(asked: Centre) -> int:
-    """Search, report, and leave files as asked; returns `NO` where no fresh die passes."""
+    """Search, report on fresh dies, and write the files that are asked for.
+
+    Returns the exit status, `NO` where no fresh die passes.
+    """
     result = run(asked)
     save_picture(asked.plot, partial(draw, result))
     if asked.output is not None:
@@ -91,7 +116,10 @@ def centre_command(asked: Centre) -> int:
 
 
 def subject_of(asked: Centre) -> Subject:
-    """The block as the search begins with it, and what is measured of it."""
+    """Give the block as the search begins with it, and the metrics that are measured of it.
+
+    Raises `ParameterError` for a system.
+    """
     block, values = asked.block, asked.values
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
@@ -103,7 +131,11 @@ def subject_of(asked: Centre) -> Subject:
 
 
 def run(asked: Centre) -> Result:
-    """Find out before the work what would fail after it; search on the tuning dies, report on fresh ones."""
+    """Search on the tuning dies, and report on fresh ones.
+
+    Whatever can fail is checked before the search. Raises `ParameterError` for options that contradict each
+    other or the block.
+    """
     subject, span = subject_of(asked), parse_quantity(asked.span, "V", "--span")
     _check(asked, span)
     target = BlockTarget(subject)
@@ -224,7 +256,7 @@ def _varied(silicon: SiliconChoice) -> str:
 
 
 def document(result: Result) -> dict[str, Any]:
-    """The result as JSON has it."""
+    """Give the result of a search as members of a JSON document."""
     asked, found = result.asked, result.found
     search = {k: v for k, v in asdict(found).items() if k != "coordinates"}
     return {
@@ -322,7 +354,7 @@ def _causes(found: Yield) -> str:
 
 
 def draw(result: Result, figure: Figure) -> None:
-    """Progress of the search, what moved, and the yield of fresh dies with its interval."""
+    """Fill `figure` with the course of the search, what was moved, and the yields with their intervals."""
     search, moves, fresh = figure.subplots(1, 3)
     search.plot(np.arange(1, result.found.best.size + 1), result.found.best, color=COLOURS[0])
     search.set(xlabel="candidates of the first stage", ylabel="best objective")

@@ -1,4 +1,4 @@
-"""`noctule characterise`: a block's behavioural model, measured from its own circuit."""
+"""The verb `noctule characterise`: a block's behavioural model is measured from its own circuit."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from system.options.block import read_bias_set
 def characterise_command(asked: Characterise) -> None:
     """Characterise a block, write its record and print its errors.
 
-    The record goes to the cache folder, whose records are read before the package's, unless another file or
-    the package's own is asked for. A set of biases is that at which the errors on other dies are measured.
+    The record goes to the cache folder, whose records are read before those of the package, unless another
+    file or the package's own is asked for. Where a set of biases is named, the errors on other dies are
+    measured at that set.
     """
     block = asked.block
     model = load_model(block)

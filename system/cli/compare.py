@@ -1,4 +1,4 @@
-"""`noctule compare`: whether two netlists are the same circuit."""
+"""The verb `noctule compare`: tells whether two netlists are the same circuit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from system.notice import say
 
 
 def compare_command(asked: Compare) -> int:
-    """Print whether the circuits of two netlist files are equal; returns 0 if they are, else 1."""
+    """Print whether the circuits of two netlist files are equal.
+
+    Returns the exit status: 0 where they are equal, else 1.
+    """
     with implausible_allowed():  # what is odd about both is no difference
         a, b = (read_file(path, asked.reading) for path in (asked.first, asked.second))
     found = compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations))

@@ -1,4 +1,4 @@
-"""How `noctule montecarlo --contributions` shows shares of the variance: tables, JSON, a Pareto picture."""
+"""Output of `noctule montecarlo --contributions`: shares of the variance as tables, JSON and picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ LISTED = 12  # devices of the printed table; the smaller ones are one row
 
 
 def check_pareto(path: str | None, metric: str | None) -> None:
-    """Raise before the work if the picture cannot be drawn."""
+    """Check before the work that the Pareto picture can be drawn.
+
+    Raises `ParameterError` where no metric is named, and for a file name that is not of a picture.
+    """
     if path is None:
         return
     if metric is None:
@@ -29,7 +32,7 @@ def check_pareto(path: str | None, metric: str | None) -> None:
 
 
 def save_pareto(path: str, found: Sequence[Breakdown]) -> None:
-    """Draw the devices' shares, a panel a condition."""
+    """Draw the shares of the devices into the file `path`, with a panel for each condition."""
 
     def draw(figure: Figure) -> None:
         figure.set_size_inches(7.0, 3.8 * max(len(found), 1))
@@ -41,7 +44,7 @@ def save_pareto(path: str, found: Sequence[Breakdown]) -> None:
 
 
 def print_breakdown(one: Breakdown) -> None:
-    """Print tables by device, parameter, block and process; each sums to 100.0 %."""
+    """Print tables of the shares by device, parameter, block and process; each sums to 100.0 %."""
     found = one.found
     what = f"ln {one.metric}" if one.logarithm else one.metric
     left = one.samples - found.samples
@@ -60,7 +63,10 @@ def print_breakdown(one: Breakdown) -> None:
 
 
 def breakdown_document(one: Breakdown) -> dict[str, Any]:
-    """Shares as fractions that sum to 1, `unexplained` being one of them."""
+    """Give contributions as members of a JSON document.
+
+    Shares are fractions that sum to 1 with the one called `unexplained`.
+    """
     found = one.found
     return {
         "metric": one.metric,

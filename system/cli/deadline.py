@@ -1,4 +1,4 @@
-"""The option `--deadline`: how long a run in ngspice may take."""
+"""The option `--deadline`, which limits the time of a run in ngspice."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from netlists.ngspice.deadline import DEADLINE
 
 
 def deadline_of(text: str | None, engine: str) -> float:
-    """Seconds that a text says, `DEADLINE` unless given.
+    """Read the wall-clock time that a run in ngspice may take, s; `DEADLINE` where none is given.
 
-    Raises `ParameterError` for a time that is not above 0, or for another engine than ngspice.
+    Raises `ParameterError` for a time that is not above 0, and for another engine than ngspice.
     """
     if text is None:
         return DEADLINE

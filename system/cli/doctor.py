@@ -1,4 +1,4 @@
-"""`noctule doctor`: what is installed, where, and what each missing piece costs."""
+"""The verb `noctule doctor`: shows what is installed, where, and what each missing piece costs."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class _Finding:
 
 
 def doctor_command(asked: Doctor) -> int:
-    """Print what was found; returns `NO` where a required piece is missing."""
+    """Print what was found; returns the exit status, `NO` where a required piece is missing."""
     required = [_Finding(name, _version(name), cost) for name, cost in REQUIRED.items()]
     optional = [_Finding(name, _version(name), cost) for name, cost in OPTIONAL.items()]
     engine, cache = _ngspice(), _kernel_cache()

@@ -1,4 +1,4 @@
-"""`noctule export`: a block or chip with its testbench as text for another simulator."""
+"""The verb `noctule export`: writes a block or chip with its testbench for another simulator."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ from system.rolls.options import refuse_bias_file
 
 
 def export_command(asked: Export) -> None:
-    """Write the netlist to the file `output`, `-` being stdout (with `--json` inside the document)."""
+    """Write the netlist to the file `output`, where `-` stands for stdout.
+
+    With `--json` a netlist for stdout is part of the JSON document.
+    """
     block, mapping = asked.block, asked.mapping
     if block == ROLLS:
         refuse_beginning(asked.begin, block)

@@ -1,4 +1,4 @@
-"""`noctule export rolls --at row[5] --program FILE`: a neuron of a die with its latched synapses."""
+"""The verb `noctule export rolls --at row[5] --program FILE`: a neuron of a die with its latched synapses."""
 
 from __future__ import annotations
 
@@ -35,7 +35,10 @@ AFTER = 10e-3  # s, of the run behind the last event; ours
 
 
 def export_rolls(asked: Export) -> None:
-    """Write the netlist of a row with its testbench."""
+    """Write the netlist of a row of ROLLS with its testbench.
+
+    Raises `ParameterError` for options that a row does not take, and where no program or no row is named.
+    """
     values, silicon, dialect = asked.values, asked.silicon, asked.dialect
     refuse_block_options(values.param, values.bias, values.bias_set)
     if asked.mapping is not None or asked.level != "transistor":
@@ -73,8 +76,9 @@ def export_rolls(asked: Export) -> None:
 
 
 def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbench, bool]:
-    """Regular events at every port, one after another; it starts at rest where there is a rest.
+    """Give a testbench that applies regular events at every port of a row, one port after another.
 
+    The second value tells whether the run starts at rest, which it does where the row has a rest state.
     Raises `ParameterError` for stimuli that make no run.
     """
     rate, count = stimuli["rate"] or 0.0, stimuli["events"] or 0.0

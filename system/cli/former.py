@@ -1,4 +1,4 @@
-"""What commands and options were called before; who uses an old name is told the new one."""
+"""Former names of commands and options, for which the command line names what takes their place."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ OPTIONS = {
 
 
 def check_former(command: str | None, words: Sequence[str]) -> None:
-    """Raise `ParameterError` for an option that a command had once, with what stands for it now."""
+    """Raise `ParameterError` for an option that a command no longer has, naming what stands for it.
+
+    command: name of the command; words: its arguments as they were typed.
+    """
     for word in words:
         option = word.partition("=")[0]
         instead = OPTIONS.get((command or "", option))

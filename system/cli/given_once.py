@@ -1,4 +1,4 @@
-"""Commands whose options are given once: a second value is refused, never quietly the one that counts."""
+"""Commands whose options may be given once; a second value is refused rather than silently taken."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class OnceCommand(TyperCommand):
     """A command that refuses an option that is given twice, and a name that is set twice by `NAME=VALUE`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; raises `ParameterError` for what is there twice."""
+        """Read the arguments; raises `ParameterError` for an option or a name that is given twice."""
         check_former(self.name, args)
         given, _, order = self.make_parser(ctx).parse_args(args=list(args))
         for option, count in Counter(id(p) for p in order).items():
@@ -27,7 +27,11 @@ class OnceCommand(TyperCommand):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; errors that name a field name the option that sets it."""
+        """Run the command.
+
+        An error that names a field is raised again as a `ParameterError` that names the option which sets the
+        field.
+        """
         try:
             return super().invoke(ctx)
         except CircuitError as error:
@@ -46,10 +50,10 @@ class OnceCommand(TyperCommand):
 
 @final
 class App(typer.Typer):
-    """A command line of such commands."""
+    """A command line whose commands refuse an option that is given twice."""
 
     def command(self, name: str | None = None, **options: Any) -> Callable[[Any], Any]:
-        """Register a command."""
+        """Register a function as a command that refuses an option that is given twice."""
         return super().command(name, cls=OnceCommand, **options)
 
 

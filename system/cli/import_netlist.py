@@ -1,4 +1,4 @@
-"""`noctule import`: what a netlist says, as circuit and testbench."""
+"""The verb `noctule import`: shows a netlist as a circuit and its testbench."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from system.cli.verbs import Import, NetlistReading
 
 
 def import_command(asked: Import) -> None:
-    """Print what a netlist says; files that it includes must lie in the folder `root`."""
+    """Print what a netlist contains; files that it includes must lie in the folder `root`."""
     with implausible_allowed(asked.allow_implausible):
         imported = read_file(asked.file, asked.reading)
     document = _describe(asked.file, imported)
@@ -29,7 +29,7 @@ def import_command(asked: Import) -> None:
 
 
 def read_file(path: str, reading: NetlistReading) -> Imported:
-    """The netlist of a file."""
+    """Read the netlist in the file `path`; raises as `netlists.read.read_netlist`."""
     root = None if reading.root is None else Path(reading.root)
     return read_netlist(Path(path), root=root, dialect=reading.dialect, drop=reading.drop)
 

@@ -1,4 +1,4 @@
-"""`noctule list`: what there is, with a line on each."""
+"""The verb `noctule list`: shows all blocks, chips, systems and so on, with a line on each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`noctule montecarlo TARGET`: metrics of a block, a chip or a system over dies."""
+"""The verb `noctule montecarlo TARGET`: measures metrics of a block, a chip or a system on many dies."""
 
 from __future__ import annotations
 
@@ -48,12 +48,15 @@ FIRST_DIE = 1000  # unless one is given
 
 
 def montecarlo_command(asked: Montecarlo) -> int:
-    """Measure the target on dies, print statistics, and leave files as asked; returns what `measure` does."""
+    """Measure the target on dies, print statistics, and write the files that are asked for.
+
+    Returns the exit status, as `measure`.
+    """
     return measure(asked, subject_of(asked))
 
 
 def subject_of(asked: Montecarlo) -> Subject:
-    """What is measured, with the target's own metrics where none is asked for."""
+    """Give the target with its options, and the metrics to measure, its own ones where none is asked for."""
     target, values, silicon, begin = asked.target, asked.values, asked.silicon, asked.begin
     given = {} if asked.duration is None else {"duration": asked.duration}
     contributions = asked.contributions
@@ -87,7 +90,10 @@ def _refuse_of_blocks(system: str, given: Sequence[tuple[str, object]]) -> None:
 
 
 def measure(asked: Montecarlo, subject: Subject) -> int:
-    """Run the study that is asked for, and print it; returns `NO` where every die failed."""
+    """Run the study that is asked for, and print it.
+
+    Returns the exit status, `NO` where every sample at some corner and temperature failed.
+    """
     study, specifications, rule = prepare(asked, subject)
     if asked.rare is not None:
         print_rare(asked.rare, study, specifications, asked.threads, as_json=asked.as_json)
@@ -162,7 +168,11 @@ def _contributions(asked: Montecarlo, result: Result) -> tuple[tuple[Breakdown, 
 
 
 def prepare(asked: Montecarlo, subject: Subject) -> tuple[Study, tuple[Specification, ...], StopRule | None]:
-    """Find out before the work what would fail after it."""
+    """Check the options before the work, and give the study, its specifications and its stop rule.
+
+    The rule is None for a fixed number of samples. Raises `ParameterError` for options that contradict each
+    other or the target.
+    """
     check_picture(asked.plot)
     if asked.csv is not None:
         check_folder(asked.csv)

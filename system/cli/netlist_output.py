@@ -1,4 +1,4 @@
-"""What `noctule export` leaves of a netlist's text, of blocks and of rows of rolls alike."""
+"""Output of `noctule export`, for blocks and for rows of ROLLS alike."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ STDOUT = "-"
 
 
 def settings_of(asked: Export, circuit: Circuit) -> Settings:
-    """How transistors are written, and the capacitances that are merged in."""
+    """Give the settings of a netlist: how transistors are written, and which capacitances are merged in."""
     loads = {} if asked.parasitics is None else read_parasitics(asked.parasitics, circuit)
     return Settings(asked.models, parasitics=loads)
 
 
 def leave_netlist(asked: Export, text: str, document: Mapping[str, Any]) -> None:
-    """Write the text to its file or to stdout; with `--json` print the document instead."""
+    """Write the text of a netlist to its file or to stdout.
+
+    With `--json` the document is printed, which has the text as a member where no file is named.
+    """
     to_stdout = asked.output == STDOUT
     if not to_stdout:
         write_text_atomic(asked.output, text)

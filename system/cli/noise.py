@@ -1,4 +1,4 @@
-"""`noctule simulate --analysis noise`: noise at a node about the rest state of a block."""
+"""The verb `noctule simulate --analysis noise`: noise at a node about the rest state of a block."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ from system.plot import check_picture, save_picture
 
 
 def noise_command(asked: Simulate) -> None:
-    """Noise at `--node`, by device, referred to `--source` where one is named."""
+    """Print the noise at the node `--node` by device, and write the files that are asked for.
+
+    Where `--source` names a source, the noise is also referred to that.
+    """
     frequency, white = frequencies_of(asked), asked.flicker is False
     if len(asked.node) != 1:
         raise ParameterError(f"--node: {len(asked.node)} given, --analysis noise needs one output; as v_mem")

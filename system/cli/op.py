@@ -1,4 +1,4 @@
-"""`noctule op`: where a block rests, node by node and device by device."""
+"""The verb `noctule op`: the operating point of a block, node by node and device by device."""
 
 from __future__ import annotations
 
@@ -49,8 +49,9 @@ Row = Mapping[str, object]
 def op_command(asked: Op) -> None:
     """Print the operating point of a block with its stimuli at 0 s, by node and by device.
 
-    Current: into a transistor's drain, negative for a conducting pFET, or from a resistor's first node to its
-    second. The other columns are those of `circuits.solver.device_table`.
+    The current of a transistor is that into its drain, which is negative for a conducting pFET; the current
+    of a resistor flows from its first node to its second. The other columns are those of
+    `circuits.solver.device_table`.
     """
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus)
     given = read_voltages(asked.start, "--start")

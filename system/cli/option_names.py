@@ -1,7 +1,7 @@
-"""Names of fields in errors and lines, as options of the command line.
+"""Translation of the names of fields in errors and lines into options of the command line.
 
-What is below the command line names a field before the colon of an error (`ping_rate: 3 Hz, must be ...`),
-and others between backquotes, alone or with a value (`` `cells=chip` ``). Said at the command line these are
+Code below the command line names a field before the colon of an error (`ping_rate: 3 Hz, must be ...`), and
+other fields between backquotes, alone or with a value (`` `cells=chip` ``). At the command line these become
 `--ping-rate: ...` and `--cells chip`; names that are no option of the command stay as they are.
 """
 
@@ -17,7 +17,10 @@ _QUOTED = re.compile(r"`([a-z][a-z0-9_]*)(?:=([^`]*))?`")
 
 
 def as_options(text: str, options: Mapping[str, str]) -> str:
-    """A text with the names in it as options; `options`: name of a field or parameter, and its option."""
+    """Replace the names of fields in a text by the options that set them.
+
+    options: the option that stands for each field or parameter, by its name.
+    """
     head = _HEAD.match(text)
     if head is not None and head[1] in options:
         text = options[head[1]] + text[head.end() :]
@@ -34,15 +37,15 @@ def as_options(text: str, options: Mapping[str, str]) -> str:
 
 
 def option_of(name: str) -> str:
-    """The option that stands for a field's name."""
+    """Give the option that stands for the name of a field, as `--ping-rate` for `ping_rate`."""
     return f"--{name.replace('_', '-')}"
 
 
 def words_of(options: Iterable[tuple[str, str]]) -> list[str]:
-    """Words of a command for pairs of an option and its text."""
+    """Give the words of a command line from pairs of the name of an option and its text."""
     return [word for name, text in options for word in (option_of(name), text)]
 
 
 def replay_of(folder: str, options: Iterable[tuple[str, str]]) -> str:
-    """The command that measures a sample of a study again."""
+    """Give the command that measures a sample of the study in `folder` again."""
     return shlex.join(["noctule", "replay", folder, *words_of(options)])

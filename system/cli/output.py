@@ -1,4 +1,4 @@
-"""What commands print: one JSON document, tables for a reader, and a sign of life on stderr."""
+"""Output of all commands: JSON documents, tables for a reader, and progress on stderr."""
 
 from __future__ import annotations
 
@@ -21,12 +21,15 @@ _PIPED_WIDTH = 160  # columns of a table that no terminal limits
 
 
 def print_json(document: Mapping[str, Any]) -> None:
-    """Print `document` as one JSON document; what is not finite becomes null."""
+    """Print `document` as one JSON document; numbers that are not finite become null."""
     sys.stdout.write(json_text(document))
 
 
 def json_text(document: Mapping[str, Any]) -> str:
-    """A JSON document for reader and program: a member a line, but arrays of numbers or words on one."""
+    """Give a document as JSON that people and programs can read.
+
+    Every member has a line of its own, but an array of numbers or words stands on one line.
+    """
     return _json(plain(document), "\n") + "\n"
 
 
@@ -47,7 +50,7 @@ def _holds_objects(value: Any) -> bool:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` in JSON's own types: arrays and tuples as lists, NaN and infinities as None."""
+    """Give `value` in the types of JSON: arrays and tuples as lists, NaN and infinities as None."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):
@@ -60,12 +63,12 @@ def plain(value: Any) -> Any:
 
 
 def print_line(text: str) -> None:
-    """Print a line, in full width whatever the terminal's."""
+    """Print a line in its full width, whatever the width of the terminal."""
     sys.stdout.write(f"{text}\n")
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Print a table; columns whose heading ends with `:` stand to the right."""
+    """Print a table with a title; columns whose heading ends with `:` stand to the right."""
     table = Table(box=None, pad_edge=False)
     for column in columns:
         table.add_column(column.removesuffix(":"), justify="right" if column.endswith(":") else "left")
@@ -80,7 +83,10 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[obje
 
 
 def quantity_cell(value: Any, unit: str) -> str:
-    """A value or values for a table: `199.9pA`, the first and last of many, `off` for None."""
+    """Write a quantity in SI units as the cell of a table, as `199.9pA`.
+
+    An array is written as its first and last element, and None as `off`.
+    """
     if value is None:
         return "off"
     if isinstance(value, np.ndarray | tuple | list):
@@ -91,7 +97,7 @@ def quantity_cell(value: Any, unit: str) -> str:
 
 @contextlib.contextmanager
 def working(text: str) -> Iterator[None]:
-    """Show `text` with a spinner on stderr while the block runs, if stderr is a terminal."""
+    """Show `text` with a spinner on stderr during a `with` statement, if stderr is a terminal."""
     console = Console(stderr=True)
     with console.status(text) if console.is_terminal else contextlib.nullcontext():
         yield
@@ -99,7 +105,10 @@ def working(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def progress_bar(text: str) -> Iterator[Callable[[float], None]]:
-    """Give a function that takes the fraction done and moves a bar on stderr, if that is a terminal."""
+    """Show a bar on stderr during a `with` statement, if stderr is a terminal.
+
+    The statement gets a function that takes the fraction done, from 0 to 1.
+    """
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:

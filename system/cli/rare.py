@@ -1,4 +1,4 @@
-"""`noctule montecarlo TARGET --rare METHOD`: the probability of a failure that is rare."""
+"""The verb `noctule montecarlo TARGET --rare METHOD`: the probability of a rare failure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ from system.study.target import SystemTarget, open_target
 
 
 def check_rare(method: str, study: Study, specs: Sequence[str], others: Mapping[str, object]) -> None:
-    """Refuse before the work what makes no sense with it; `others`: options that only a study has."""
+    """Check before the work that the probability of a rare failure can be estimated.
+
+    others: values of options that only a study with kept samples has, by option. Raises `ParameterError` for
+    an unknown method, a system, no specification, several conditions, and any of the other options.
+    """
     if method not in METHODS:
         raise ParameterError(f"--rare: {method}, must be {' or '.join(METHODS)}")
     if isinstance(open_target(study.subject), SystemTarget):
@@ -40,7 +44,7 @@ def print_rare(
     *,
     as_json: bool,
 ) -> None:
-    """Estimate the probability and print it."""
+    """Estimate the probability of a failure by the method, and print it as text or as JSON."""
     condition, samples = study.conditions[0], study.plan.count
     with progress_bar(f"{study.subject.target}, {method}, {samples} samples") as progress:
         found = rare_failure(study, specifications, method, threads, progress)

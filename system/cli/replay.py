@@ -1,4 +1,4 @@
-"""`noctule replay STUDY --die K`: one sample of a study again, with waveforms and a picture."""
+"""The verb `noctule replay STUDY --die K`: one sample of a study again, with waveforms and a picture."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from system.study.target import Measurement, SystemTarget
 
 
 def replay_command(asked: Replay) -> int:
-    """Measure the sample again, say whether it is the one that was kept, and write what is asked for.
+    """Measure a sample again, tell whether it equals the kept one, and write the files that are asked for.
 
-    Returns `NO` if it is another one, or could not be measured.
+    Returns the exit status, `NO` where it differs or could not be measured.
     """
     check_picture(asked.plot)
     folder, die, given = asked.study, asked.die, asked.temperature

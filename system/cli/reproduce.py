@@ -1,4 +1,4 @@
-"""`noctule reproduce`: an experiment of a paper, ours beside theirs."""
+"""The verb `noctule reproduce`: runs a paper's experiment, and shows our results beside its own."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ VERDICTS = {True: "yes", False: "NO", None: ""}
 
 
 def reproduce_command(asked: Reproduce) -> int:
-    """Run an experiment, print its rows, draw it; returns `NO` if a row disagrees."""
+    """Run an experiment, print its rows and draw it; returns `NO` where a row disagrees."""
     check_picture(asked.plot)
     chosen = load_experiment(asked.experiment)
     run = chosen.run

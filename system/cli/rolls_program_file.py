@@ -1,4 +1,4 @@
-"""Programs of ROLLS from a file: a row a synapse, or the Pushbot's network by its name.
+"""Programs of ROLLS from a file with a row for each synapse, or the network of the Pushbot by its name.
 
     post,pre,level
     5,17,4
@@ -31,10 +31,10 @@ DEPRESSION = "depression"
 
 
 def read_program(text: str, biases: BiasTable) -> Program:
-    """The program that `--program` names.
+    """Read the program that the option `--program` names, a file or `pushbot`.
 
-    Raises `DataError` with the line for a file that is none, `ParameterError` for a level that the biases do
-    not have.
+    biases: bias table of the chip. Raises `DataError` with the line for a file that is no program, and
+    `ParameterError` for a level that the biases do not have.
     """
     if text == PUSHBOT:
         return network_program(pushbot_network(), biases)

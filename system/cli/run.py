@@ -1,4 +1,4 @@
-"""`noctule run SYSTEM`: run a system's scenario once, and print, draw and write what came of it."""
+"""The verb `noctule run SYSTEM`: runs a system's scenario once, and prints, draws and writes the result."""
 
 from __future__ import annotations
 
@@ -24,7 +24,15 @@ COURSE = "course"  # field of scenarios whose temperature may change
 
 
 def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[str, str]) -> None:
-    """Run the system of this name; options: texts of its options and outputs; said: their names here."""
+    """Run a system once, and print, draw and write the result.
+
+    Parameters
+    ----------
+    name : name of the system.
+    asked : options that all systems have.
+    options : texts of the system's own options, and files of its outputs, by name.
+    said : option of the command line that stands for each field, by its name.
+    """
     system = load_system(name)
     files = {key: value for key, value in options.items() if key in system.outputs}
     texts = {key: value for key, value in options.items() if key not in files}
@@ -50,7 +58,11 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
 
 
 def scenario_of(system: System[Any, Any], silicon: SiliconChoice, seed: int, texts: Mapping[str, Any]) -> Any:
-    """The scenario that is asked for; raises `ParameterError` for what is of silicon where there is none."""
+    """Give the scenario that is asked for.
+
+    texts: texts of the system's own options, by name. Raises `ParameterError` for values that it cannot have,
+    and for options of silicon where no chip is in the loop.
+    """
     given = read_texts(system.settings, texts)
     on_die = {"die": read_die(silicon), **_temperature(system, silicon.temperature)}
     known = {key: value for key, value in on_die.items() if key in system.settings}
@@ -81,7 +93,10 @@ def _temperature(system: System[Any, Any], text: str) -> dict[str, Any]:
 
 
 def described(system: System[Any, Any], scenario: Any) -> dict[str, Any]:
-    """A scenario by the names that JSON has for its options; of a chip's only where one is in the loop."""
+    """Give a scenario by the names that its options have in JSON.
+
+    The options of a chip are given only where a chip is in the loop.
+    """
     chip = not system.no_silicon(scenario)
     found: dict[str, Any] = {}
     for one in system.settings.values():

@@ -1,4 +1,4 @@
-"""`noctule run SYSTEM`: a command a system, whose options are those of its scenarios.
+"""Commands of `noctule run`, one for each system, whose options are those of its scenarios.
 
 Systems are loaded when they are named, so that `noctule --help` does not wait for them.
 """
@@ -25,18 +25,18 @@ from system.system import System
 
 @final
 class Systems(TyperGroup):
-    """Names of systems as commands; a name that is none is refused with near ones."""
+    """Group of commands with one for each system; an unknown name is refused with similar ones."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names of all systems, the users' own included."""
+        """Give the names of all systems, with the users' own."""
         return system_names()
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command of a system."""
+        """Give the command of the system with this name."""
         return command_of(load_system(cmd_name))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the list of systems with a line each, which needs none of them but the users' own."""
+        """Write the list of systems with a line on each, without loading any but the users' own."""
         lines: Any = {name: TyperCommand(name, help=_line(name)) for name in system_names()}
         TyperGroup(commands=lines).format_commands(ctx, formatter)
 
@@ -65,7 +65,7 @@ def run(context: typer.Context) -> None:
 
 
 def command_of(system: System[Any, Any]) -> Any:
-    """The command that runs a system, with its options."""
+    """Give the command that runs a system, with the options of its scenarios and outputs."""
     said, own = _names_of(system), list(_options(system))
 
     def command(**given: Any) -> None:
@@ -88,7 +88,10 @@ def _names_of(system: System[Any, Any]) -> dict[str, str]:
 
 
 def names_in_study(given: Mapping[str, Any]) -> dict[str, str]:
-    """Names of the fields and options of a study's system, and what stands for them in `montecarlo`."""
+    """Give the option of `montecarlo` that stands for each field of a study's system, by its name.
+
+    given: values of the options of `montecarlo`; for a target that is no system there are no names.
+    """
     if given.get("target") not in system_names():
         return {}
     found = _names_of(load_system(given["target"]))

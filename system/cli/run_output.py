@@ -1,4 +1,4 @@
-"""What `noctule run` says of a run, of every system alike: how it went, on what, and its numbers."""
+"""Summary of a run that `noctule run` prints, for every system alike."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from system.system import ENTRIES, METRICS, System, headline
 
 
 def print_run(title: str, system: System[Any, Any], summary: Mapping[str, Any]) -> None:
-    """Print whether and why a run ended as it did, what it was on, its numbers, and what to be careful of."""
+    """Print how and why a run ended, the silicon that it was on, its numbers, and what to be careful of."""
     if "reason" in summary:
         print_line(headline(succeeded=summary["succeeded"], reason=summary["reason"]))
         print_line(f"success: {system.success}")

@@ -42,53 +42,53 @@ class _BeginOptions:
 
 
 def block_argument() -> Any:
-    """The field of the block that a verb is about."""
+    """Make the field for the name of a verb's block."""
     return argument("BLOCK", "A block or chip: see noctule list")
 
 
 def values_part(*without: str) -> Any:
-    """The field of a block's sizes and biases (`BlockValues`)."""
+    """Make the field for the sizes and biases of a block (`BlockValues`), but those `without`."""
     return part(BlockValues, *without)
 
 
 def stimulus_option() -> Any:
-    """The field of what a block's testbench applies."""
+    """Make the field for the stimuli of a block's testbench."""
     return option((), "As delay=6.4ms or call=off, repeatable", metavar="NAME=VALUE")
 
 
 def silicon_part(*without: str) -> Any:
-    """The field of the silicon that a verb runs on (`SiliconChoice`)."""
+    """Make the field for the silicon that a verb runs on (`SiliconChoice`), but the options `without`."""
     return part(SiliconChoice, *without, made=_of_study)
 
 
 def begin_part(*without: str) -> Any:
-    """The field of where runs begin (`BeginChoice`)."""
+    """Make the field for the state in which runs begin (`BeginChoice`), but the options `without`."""
     return part(_BeginOptions, *without, made=_beginning)
 
 
 def deadline_option() -> Any:
-    """The field of how long a run in ngspice may take."""
+    """Make the field for the time that a run in ngspice may take."""
     about = f"Wall-clock time for a run in ngspice, as 90s; {DEADLINE:g}s unless given"
     return option(None, about, metavar="TIME")
 
 
 def file_option(about: str, **stated: Any) -> Any:
-    """The field of a file that is written where one is named."""
+    """Make the field for a file that is written where one is named; `about` is its help."""
     return option(None, about, metavar="FILE", **stated)
 
 
 def plot_option() -> Any:
-    """The field of a picture's file."""
+    """Make the field for the file of a picture."""
     return file_option("Draw into a .png, .svg or .pdf file")
 
 
 def threads_option() -> Any:
-    """The field of how many threads measure dies."""
+    """Make the field for the number of threads that measure dies."""
     return option(None, "All cores unless given")
 
 
 def json_option() -> Any:
-    """The field of whether a verb prints JSON."""
+    """Make the field that asks for JSON instead of text."""
     return option(default=False, about="Print one JSON document and nothing else", name="json")
 
 

@@ -1,4 +1,4 @@
-"""`noctule show`: a block's or chip's ports, devices, parameters, biases and stimuli."""
+"""The verb `noctule show`: the ports, devices, parameters, biases and stimuli of a block or chip."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _SIZE_UNITS = {
 
 
 def show_command(asked: Show) -> None:
-    """Print what a block is made of, and draw its graph."""
+    """Print what a block is made of, and draw its graph where a picture is asked for."""
     if asked.block == ROLLS:
         show_rolls(asked)
         return

@@ -1,4 +1,4 @@
-"""`noctule show CHIP` of a chip that runs as a behavioural model alone: the circuits that it is made of."""
+"""The verb `noctule show` for a chip that runs as a behavioural model alone, which shows its circuits."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from system.options.block import bias_unit
 
 
 def show_chip(chip: Chip, given: Sequence[str], *, as_json: bool) -> None:
-    """Print a chip's circuits with their ports, biases and numbers of devices.
+    """Print the circuits of a chip with their ports, biases and numbers of devices.
 
-    given: options of a block that were given; raises `ParameterError` for any.
+    given: options of a block that were given. Raises `ParameterError` for any of them.
     """
     if given:
         raise ParameterError(f"{given[0]}: {chip.name} is shown as it is built; leave it out")

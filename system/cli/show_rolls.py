@@ -1,4 +1,4 @@
-"""`noctule show rolls`: f-I curves, time constants, weights, refractory periods and power of a die."""
+"""The verb `noctule show rolls`: f-I curves, time constants, weights, refractory periods and power."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ALL_TO_ALL = 1  # level of the other case; ours
 
 
 def show_rolls(asked: Show) -> None:
-    """Measure a die, print what it is like, and draw it."""
+    """Measure a die of ROLLS, print its properties, and draw them where a picture is asked for."""
     values = asked.values
     check_picture(asked.plot)
     refuse_block_options(values.param, values.bias, values.bias_set)

@@ -1,4 +1,4 @@
-"""Power of ROLLS' plastic array and of its cells of depression, as `noctule show rolls` tells it."""
+"""Power of the plastic array of ROLLS and of its depression cells, as `noctule show rolls` shows it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WEIGHTS = NEURONS * NEURONS  # of the plastic array
 
 
 def plastic_document(e: PlasticEnergies | None) -> dict[str, Any] | None:
-    """Of the plastic array, for JSON; None where its energies were not measured."""
+    """Give the power of the plastic array for JSON; None where its energies were not measured."""
     if e is None:
         return None
     return {
@@ -34,7 +34,7 @@ def plastic_document(e: PlasticEnergies | None) -> dict[str, Any] | None:
 
 
 def depression_document(e: DepressionEnergies | None, table: BiasTable) -> dict[str, Any] | None:
-    """Of the cells of depression, for JSON; None where their energies were not measured."""
+    """Give the power of the depression cells for JSON; None where their energies were not measured."""
     if e is None:
         return None
     return {
@@ -45,7 +45,10 @@ def depression_document(e: DepressionEnergies | None, table: BiasTable) -> dict[
 
 
 def print_plastic(e: PlasticEnergies | None, power: dict[str, Any], table: BiasTable) -> None:
-    """Print the plastic array's power, of which `power` is the document, or what `table` lacks for it."""
+    """Print the power of the plastic array, or what the biases lack for it.
+
+    power: document of that power; table: biases of the chip.
+    """
     if e is None:
         print_line(f"power of the plastic array: not told, the bias file lacks {', '.join(lacking(table))}")
         return
@@ -73,7 +76,7 @@ def print_plastic(e: PlasticEnergies | None, power: dict[str, Any], table: BiasT
 
 
 def print_depression(e: DepressionEnergies | None, table: BiasTable) -> None:
-    """Print the power of the cells of depression, or what `table` lacks for it."""
+    """Print the power of the depression cells, or what the biases of `table` lack for it."""
     if e is None:
         print_line(f"power of cells of depression: not told, the bias file lacks {STEP_BIAS}")
         return
@@ -85,5 +88,5 @@ def print_depression(e: DepressionEnergies | None, table: BiasTable) -> None:
 
 
 def watts_cell(value: float | None) -> str:
-    """A power for a table, empty for None."""
+    """Write a power, W, as the cell of a table; it is empty for None."""
     return "" if value is None else quantity_cell(value, "W")

@@ -1,4 +1,4 @@
-"""`noctule simulate`: one transient of a block under its testbench."""
+"""The verb `noctule simulate`: one transient of a block under its testbench."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _COMMANDS = {
 
 
 def simulate_command(asked: Simulate) -> None:
-    """Simulate a block, print its outcome, and write waveforms and a picture."""
+    """Simulate a block, print its outcome, and write the waveforms and the picture that are asked for."""
     deadline_s = deadline_of(asked.deadline, asked.engine)
     check_options(asked)
     if asked.analysis != "tran":
@@ -60,7 +60,7 @@ def simulate_command(asked: Simulate) -> None:
 
 
 def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
-    """Write the waveforms and the picture that are asked for."""
+    """Write the waveforms and the picture of a run that are asked for."""
     if asked.csv is not None:
         write_text_atomic(asked.csv, _waveform_table(result))
     if asked.raw is not None:
@@ -80,7 +80,19 @@ def _waveform_table(result: Result) -> str:
 
 
 def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[Testbench, Silicon], Result]:
-    """What runs a testbench: `native`, to which rtol is told, or `ngspice` with a deadline."""
+    """Give the function that runs a testbench on silicon.
+
+    Parameters
+    ----------
+    name : `native` or `ngspice`.
+    rtol : relative tolerance of the native engine; None for its default.
+    deadline_s : wall-clock time that a run in ngspice may take, s.
+
+    Raises
+    ------
+    ParameterError
+        A tolerance is given for ngspice.
+    """
     if name == "native":
         tolerance = DEFAULT_RTOL if rtol is None else rtol
         return lambda testbench, silicon: simulate(testbench, silicon, rtol=tolerance)
@@ -129,6 +141,6 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
 
 
 def print_stimuli(choice: Choice) -> None:
-    """Say what the testbench applied."""
+    """Print the stimuli that the testbench of a block applied."""
     stimuli = (f"{s.name}={quantity_cell(choice.stimuli[s.name], s.unit)}" for s in choice.block.stimuli)
     print_line(f"stimuli: {', '.join(stimuli) or 'none'}")

@@ -1,4 +1,4 @@
-"""The verb `simulate`: a transient of a block, its small signals, its noise; and which takes which option."""
+"""The verb `simulate` for transients, small signals and noise of a block, with the options of each."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
 
 
 def check_options(asked: Simulate) -> None:
-    """Raise `ParameterError` naming an option that the analysis does not take."""
+    """Raise `ParameterError` with the name of an option that the analysis does not take."""
     begin = asked.begin
     others = {
         "at_rest": begin.begin == "at_rest", "ic": bool(begin.held), "uic": begin.begin == "uic",

@@ -1,4 +1,4 @@
-"""`noctule simulate --analysis ac`: transfer from a source about the rest state of a block."""
+"""The verb `noctule simulate --analysis ac`: transfer from a source about the rest state of a block."""
 
 from __future__ import annotations
 
@@ -35,7 +35,10 @@ from system.plot import check_picture, save_picture
 
 
 def ac_command(asked: Simulate) -> None:
-    """Transfer from `--source` to all nodes, or to those of `--node`."""
+    """Print the transfer from the source `--source` to all nodes, or to those of `--node`.
+
+    Raises `ParameterError` where no source is named.
+    """
     source = asked.source
     if source is None:
         raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
@@ -87,14 +90,19 @@ def _ac_run(run: Run[Response]) -> dict[str, Any]:
 
 
 def phase_deg(transfer: C128) -> F64:
-    """Phase along the frequencies without jumps, degrees, float64[F, nodes]."""
+    """Give the phase of a transfer, degrees, float64[F, nodes], without jumps along the F frequencies."""
     return np.asarray(np.degrees(np.unwrap(np.angle(transfer), axis=0)))
 
 
 def corner_frequency(frequency: F64, magnitude: F64) -> float | None:
-    """First frequency at which the magnitude is 3 dB below that at the first one, Hz; None where it never is.
+    """Find the first frequency at which the magnitude is 3 dB below that at the first one, Hz.
 
-    Interpolated on logarithmic axes.
+    It is interpolated on logarithmic axes, and None where the magnitude never falls that far.
+
+    Parameters
+    ----------
+    frequency : float64[F], Hz, rising.
+    magnitude : float64[F], of the transfer to one node.
     """
     level = magnitude[0] / np.sqrt(2.0)
     below = np.flatnonzero(magnitude <= level)

@@ -1,4 +1,4 @@
-"""Pictures of small signals and of noise."""
+"""Pictures of small-signal transfers and of noise over frequency."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ _BARS = 8
 
 
 def draw_bode(runs: Sequence[tuple[str, Response]], nodes: Sequence[str], figure: Figure) -> None:
-    """Fill `figure` with magnitude and phase of the nodes over frequency; every run is a line."""
+    """Fill `figure` with the magnitude and the phase of the transfer to each of the nodes over frequency.
+
+    runs: label and response of each run, which is a line of its own.
+    """
     figure.set_size_inches(7.0, 5.5)
     top, bottom = figure.subplots(2, 1, sharex=True)
     first = runs[0][1]
@@ -42,7 +45,10 @@ def draw_bode(runs: Sequence[tuple[str, Response]], nodes: Sequence[str], figure
 
 
 def draw_noise(runs: Sequence[tuple[str, Noise]], figure: Figure) -> None:
-    """Fill `figure` with densities over frequency and the largest shares of the first run."""
+    """Fill `figure` with noise densities over frequency, and the largest shares of the first run.
+
+    runs: label and noise of each run.
+    """
     figure.set_size_inches(7.0, 6.0)
     top, bottom = figure.subplots(2, 1, height_ratios=(3, 2))
     for j, (_, answer) in enumerate(runs):

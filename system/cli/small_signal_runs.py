@@ -1,4 +1,4 @@
-"""What the analyses about a rest state share: their options, their runs over dies, their files."""
+"""Options, runs over dies and files that the analyses about a rest state share."""
 
 from __future__ import annotations
 
@@ -29,7 +29,15 @@ NOMINAL_DIE = -1  # in CSV and netCDF, where a number must stand
 
 @dataclass(frozen=True, slots=True)
 class Run(Generic[Answer]):
-    """One die at one temperature; `answer` is None with a reason where the circuit has no rest state."""
+    """Analysis of one die at one temperature.
+
+    Attributes
+    ----------
+    choice : block on its silicon.
+    stable : whether the rest state is stable.
+    answer : response or noise; None where the circuit has no rest state.
+    reason : why there is no answer; empty where there is one.
+    """
 
     choice: Choice
     stable: bool
@@ -38,20 +46,20 @@ class Run(Generic[Answer]):
 
     @property
     def die(self) -> int:
-        """Number of the die, -1 for the nominal one."""
+        """The number of the die, -1 for the nominal one."""
         number = self.choice.silicon.die.number
         return NOMINAL_DIE if number is None else number
 
 
 def grid_of(asked: Simulate) -> tuple[float, float, int]:
-    """Lowest and highest frequency (Hz), and how many a decade."""
+    """Give the lowest and the highest frequency, Hz, and the number of frequencies in a decade."""
     low = parse_quantity(asked.low or "1Hz", "Hz", "--from")
     high = parse_quantity(asked.high or "1MHz", "Hz", "--to")
     return low, high, 20 if asked.points is None else asked.points
 
 
 def frequencies_of(asked: Simulate) -> F64:
-    """Grid of the analysis, Hz."""
+    """Give the frequencies of the analysis, Hz, float64[F]."""
     return frequency_grid(*grid_of(asked))
 
 
@@ -70,7 +78,10 @@ def _silicons_of(asked: Simulate) -> list[SiliconChoice]:
 
 
 def read_dies(text: str) -> list[int]:
-    """Numbers of the dies in `1000-1019`, both ends included."""
+    """Read the numbers of dies from a text as `1000-1019`, both ends included.
+
+    Raises `ParameterError` for a text of another form.
+    """
     first, _, last = text.partition("-")
     if not (first.isdigit() and last.isdigit() and int(first) <= int(last) < int(first) + 100_000):
         raise ParameterError(f"--dies: {text}, must be FIRST-LAST, rising; write as 1000-1019")
@@ -78,7 +89,11 @@ def read_dies(text: str) -> list[int]:
 
 
 def runs_of(asked: Simulate, solve: Callable[[OperatingPoint, Choice], Answer]) -> list[Run[Answer]]:
-    """Solve on all silicon; raises the first reason where none has an answer."""
+    """Analyse the block on every die at every temperature that is asked for.
+
+    solve: analyses the block about its operating point. Raises the first `SolverError` where no die has an
+    answer.
+    """
     runs: list[Run[Answer]] = []
     errors: list[SolverError] = []
     with working(f"analysing {asked.block} (the first run compiles its kernels)"):
@@ -96,7 +111,7 @@ def runs_of(asked: Simulate, solve: Callable[[OperatingPoint, Choice], Answer]) 
 
 
 def head_of(asked: Simulate, runs: Sequence[Run[Any]]) -> dict[str, Any]:
-    """Return what all runs share, by the names that JSON has."""
+    """Give what all runs share, by the names that JSON has."""
     return {
         "block": runs[0].choice.block.name,
         "analysis": asked.analysis,
@@ -106,28 +121,35 @@ def head_of(asked: Simulate, runs: Sequence[Run[Any]]) -> dict[str, Any]:
 
 
 def place_of(run: Run[Any]) -> dict[str, Any]:
-    """Return where a run stands and how it went, by the names that JSON has."""
+    """Give the silicon of a run and how it went, by the names that JSON has."""
     return {**describe_silicon(run.choice.silicon), "stable": run.stable, "reason": run.reason or None}
 
 
 def label_of(run: Run[Any]) -> str:
-    """Temperature and die in words."""
+    """Give the temperature and the die of a run in words."""
     return f"{run.choice.silicon.temperature_c:g} °C, {run.choice.silicon.die}"
 
 
 def cell_of(text: str) -> str:
-    """Return a CSV cell."""
+    """Give a text as a CSV cell, quoted where it has a comma."""
     return f'"{text}"' if "," in text else text
 
 
 def row_of(run: Run[Any], frequency: float, numbers: Sequence[float] | F64) -> str:
-    """Return a CSV line: temperature, die, frequency, numbers."""
+    """Give a CSV line: temperature, degC, die, frequency, Hz, and the numbers.
+
+    A number that is NaN is an empty cell.
+    """
     texts = ["" if np.isnan(x) else f"{x:.12g}" for x in numbers]
     return ",".join([f"{run.choice.silicon.temperature_c:g}", str(run.die), f"{frequency:.12g}", *texts])
 
 
 def dataset_of(runs: Sequence[Run[Any]], parts: Mapping[str, tuple[tuple[str, ...], Any, str]]) -> xr.Dataset:
-    """Runs, the temperatures outside and the dies inside, as labelled arrays."""
+    """Give runs as labelled arrays over temperature and die.
+
+    parts: dimensions, values and unit of each array, by its name; values have a first axis over the runs,
+    whose dies vary fastest.
+    """
     temperatures = list(dict.fromkeys(run.choice.silicon.temperature_c for run in runs))
     dies = list(dict.fromkeys(run.die for run in runs))
     grid = (len(temperatures), len(dies))
@@ -146,7 +168,7 @@ def dataset_of(runs: Sequence[Run[Any]], parts: Mapping[str, tuple[tuple[str, ..
 
 
 def print_failures(runs: Sequence[Run[Any]]) -> None:
-    """Say why runs have no answer."""
+    """Print why runs have no answer, a line for each of them."""
     for run in runs:
         if run.answer is None:
             print_line(f"{label_of(run)}: {run.reason}")

@@ -1,4 +1,4 @@
-"""A study's samples as a JSON document, and as tables for the reader."""
+"""Output of a study: its samples as a JSON document, and as tables for a reader."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LISTED = 20  # failed samples that the reader sees
 
 
 def document(result: Result) -> dict[str, Any]:
-    """The study as JSON has it."""
+    """Give a study as members of a JSON document."""
     table, study = result.table, result.study
     silicon = study.subject.silicon
     found = list(groups(result))
@@ -98,13 +98,16 @@ def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
 
 
 def share_document(share: Proportion | Yield, kind: str) -> dict[str, Any]:
-    """How many samples passed as JSON has it; `kind`: of the interval of their share."""
+    """Give the share of the samples that pass as members of a JSON document.
+
+    kind: name of the kind of its interval.
+    """
     interval = asdict(share.estimate.interval)
     return {"passed": share.passed, "value": share.estimate.value, "interval": interval, "kind": kind}
 
 
 def print_study(result: Result) -> None:
-    """Print what was measured, by condition, and the samples that failed."""
+    """Print the statistics of a study by condition, and the samples that failed."""
     study, table = result.study, result.table
     last = study.plan.first + len(table) // len(study.conditions) - 1
     print_line(

@@ -60,7 +60,7 @@ class Montecarlo:
 
     @property
     def silicon(self) -> SiliconChoice:
-        """What all dies share."""
+        """The silicon that all dies share."""
         return replace(self.variation, lot=self.lot)
 
 
@@ -114,5 +114,5 @@ class Centre:
 
     @property
     def silicon(self) -> SiliconChoice:
-        """What all dies share."""
+        """The silicon that all dies share."""
         return replace(self.variation, temperature=self.temperature)

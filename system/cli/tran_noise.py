@@ -1,4 +1,4 @@
-"""`noctule simulate --analysis tran-noise`: transients of a block while its devices make noise."""
+"""The verb `noctule simulate --analysis tran-noise`: transients of a block while its devices make noise."""
 
 from __future__ import annotations
 
@@ -31,9 +31,17 @@ MOST_TRIALS = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What one trial came to; `waves`: time (s) and voltage (V) of the nodes that a picture shows.
+    """Result of one transient with noise.
 
-    `told`, `lines`: what it tells of its own accord, as data and in words.
+    Attributes
+    ----------
+    outcome : word for the outcome of the block.
+    spikes : float64[n], times of the spikes at each port, s.
+    measures : values of the block's measures, in SI units; None where one is not defined.
+    steps : number of accepted time steps.
+    waves : time, s, and voltage, V, float64[t] each, of the nodes that a picture shows.
+    told : what the run reports by itself, for JSON.
+    lines : the same as lines of text.
     """
 
     outcome: str
@@ -46,7 +54,7 @@ class Trial:
 
 
 def tran_noise_command(asked: Simulate) -> None:
-    """Run `--trials` transients with noise and print what varies from one to the next."""
+    """Run `--trials` transients with noise, and print what varies from one to the next."""
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     count = 1 if asked.trials is None else asked.trials
     if not 1 <= count <= MOST_TRIALS:
@@ -100,7 +108,10 @@ def _columns_of(trials: Sequence[Trial]) -> dict[str, list[float | None]]:
 
 
 def summary(trials: Sequence[Trial]) -> dict[str, dict[str, float]]:
-    """Number of trials, mean and standard deviation of every column; one trial has no deviation (NaN)."""
+    """Give the number of trials, the mean and the standard deviation of every measure and spike time.
+
+    The standard deviation over a single trial is NaN.
+    """
     found = {}
     for name, values in _columns_of(trials).items():
         kept = np.array([v for v in values if v is not None], dtype=np.float64)
@@ -164,7 +175,10 @@ def _draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure) 
 
 
 def deviations(trials: Sequence[Trial]) -> dict[str, F64]:
-    """What every time is away from its mean, s: measures in seconds and spikes that all trials have."""
+    """Give the deviation of every time from its mean over the trials, s, float64[trials] by name.
+
+    The times are measures in seconds and spikes, where all trials have them.
+    """
     found = {}
     for name, values in _columns_of(trials).items():
         times = np.array([v for v in values if v is not None], dtype=np.float64)

@@ -1,8 +1,8 @@
-"""A verb of the command line: a frozen dataclass whose docstring is its help, and whose fields its options.
+"""Verbs of the command line: dataclasses whose docstrings are the help, and whose fields are the options.
 
-A field states its option by `option` (`system.option`), `required` or `argument`, in the order of `--help`; a
-field that is a `part` has options of its own, which stand in its place. `verb` makes the command, which gives
-the verb's function one value of the dataclass. Nothing here is slow to import.
+A field states its option by `option` (`system.option`), `required` or `argument`; the fields stand in the
+order of `--help`. A field that is a `part` has options of its own, which stand in its place. `verb` makes the
+command, which calls the verb's function with one value of the dataclass. Nothing here is slow to import.
 """
 
 from __future__ import annotations
@@ -31,9 +31,12 @@ Command = Callable[..., None]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Options that stand together.
+    """Options of a dataclass that stand together in the place of one field.
 
-    kind : dataclass of the options, of which those `without` are left out.
+    Attributes
+    ----------
+    kind : dataclass of the options.
+    without : names of its options that are left out.
     made : makes the field's value of a value of that dataclass.
     """
 
@@ -43,17 +46,17 @@ class Part:
 
 
 def argument(metavar: str, about: str) -> Any:
-    """The field of what is given by its place, not by a name."""
+    """Make the field of a value that is given by its place; `about` is its help."""
     return field(metadata={OPTION: Option(help=about, metavar=metavar), ARGUMENT: True})
 
 
 def required(about: str, **stated: Any) -> Any:
-    """The field of an option that must be given."""
+    """Make the field of an option that must be given; `about` is its help."""
     return field(metadata={OPTION: Option(help=about, **stated)})
 
 
 def like(kind: type, name: str) -> Any:
-    """A field with the option and the default of another dataclass's."""
+    """Make a field with the option and the default that the field `name` of another dataclass has."""
     (found,) = (each for each in fields(kind) if each.name == name)
     return field(default=found.default, metadata=found.metadata)
 
@@ -64,18 +67,21 @@ def _itself(value: Any) -> Any:
 
 
 def part(kind: type, *without: str, made: Callable[[Any], Any] = _itself) -> Any:
-    """The field of a `Part`; its default is what is made where none of its options is given."""
+    """Make the field of a `Part`.
+
+    Its default is what is made where none of its options is given. Parameters are those of `Part`.
+    """
     return field(default_factory=lambda: made(kind()), metadata={PART: Part(kind, without, made)})
 
 
 def verb(place: str, options: type) -> Command:
-    """The command of a verb.
+    """Make the command of a verb.
 
     Parameters
     ----------
     place : function of the verb in `system.cli`, as `"module:function"`; it is loaded when it is called, and
         returns an exit status, None for that of success.
-    options : dataclass of the verb, the function's one argument.
+    options : dataclass of the verb, of which the function takes one value.
     """
 
     def command(**given: Any) -> None:
@@ -91,7 +97,10 @@ def _end_with(status: int | None) -> None:
 
 
 def with_parameters(command: Command, parameters: Iterator[inspect.Parameter], about: str) -> Command:
-    """The command with the parameters that the command line reads as its options, and with its help."""
+    """Give a command the parameters that the command line reads as its options, and its help.
+
+    The same function is returned.
+    """
     signature = inspect.Signature(list(parameters))
     command.__signature__ = signature  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in signature.parameters.values()}
@@ -100,7 +109,7 @@ def with_parameters(command: Command, parameters: Iterator[inspect.Parameter], a
 
 
 def parameters_of(options: type, without: Collection[str] = ()) -> Iterator[inspect.Parameter]:
-    """Parameters of a command with the options of a dataclass, but those `without`."""
+    """Yield the parameters of a command for the options of a dataclass, but those `without`."""
     hints = _hints(options)
     for each in fields(options):
         inner = each.metadata.get(PART)
@@ -119,12 +128,15 @@ def parameters_of(options: type, without: Collection[str] = ()) -> Iterator[insp
 
 
 def keyword(name: str, kind: Any, usual: Any) -> inspect.Parameter:
-    """A parameter that is given by its name."""
+    """Make a parameter that is given by its name, with its type and its default."""
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=usual)
 
 
 def flags_of(name: str, stated: Option, *, paired: bool) -> list[str]:
-    """Names of an option, as `--samples`, `-n`; `--process/--no-process` where yes and no are `paired`."""
+    """Give the names of an option, as `--samples` and `-n`.
+
+    Where `paired`, the name has an opposite, as `--process/--no-process`.
+    """
     option = option_of(stated.name or name)
     if paired or stated.opposite:
         option = f"{option}/{option_of(stated.opposite or f'no_{name}')}"
@@ -132,7 +144,7 @@ def flags_of(name: str, stated: Option, *, paired: bool) -> list[str]:
 
 
 def made_of(options: type, given: Mapping[str, Any], without: Collection[str] = ()) -> Any:
-    """The dataclass of what the command line has read for its options."""
+    """Make a value of the dataclass from what was read for its options, but those `without`."""
     found = {}
     for each in fields(options):
         inner = each.metadata.get(PART)
