@@ -39,6 +39,7 @@ SHORT = {
 GIVEN = {"--trips": "1"}  # and such as it gives
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
+FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
 DROPPED = ("--workers", "--contributions")
 # Verbs and arguments whose work no option makes short enough; `system/cli/test_show_rolls.py` shows a chip.
 LONG = frozenset({"reproduce", "characterise", "rolls"})
@@ -136,7 +137,7 @@ def shortened(command: Command, options: Iterable[str]) -> list[str]:
         del short["--duration"]
         params = _of_study(words[1])
     elif command.verb == ("reproduce",):
-        params = dict.fromkeys(load_experiment(words[1]).counts or (), "1")
+        params = {name: FEWEST_RUNS.get(name, "1") for name in load_experiment(words[1]).counts or ()}
     left_out = {*short, *DROPPED, *(f"--{name}" for name in params)}
     pairs = [*short.items(), *(("--param", f"{name}={value}") for name, value in params.items())]
     return [*_without(words, left_out), *(word for pair in pairs for word in pair)]

@@ -15,7 +15,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from system.approach import behavioural as behavioural_approach
-from system.approach import run as approach
+from system.approach import loop as approach_loop
 from system.approach.kernel import Scene
 from system.approach.kernel import echo_delay as compiled_delay
 from system.approach.run import run, run_in_loop
@@ -41,7 +41,7 @@ BASE = Scenario(SCENE, 1.0, level="behavioural")
 )
 def test_both_loops_give_the_same_run(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     # the general loop would thin the proximity to 1 mV
-    monkeypatch.setattr(approach, "AnalogWire", lambda *ends: AnalogWire(*ends[:4], 0.0))
+    monkeypatch.setattr(approach_loop, "AnalogWire", lambda *ends: AnalogWire(*ends[:4], 0.0))
     fast, slow = run(scenario), run_in_loop(scenario)
     assert fast.calls.shape == slow.calls.shape
     assert [n for _, n in fast.spikes] == [n for _, n in slow.spikes]

@@ -154,13 +154,13 @@ def test_ports_and_biases() -> None:
 
 def test_a_call_alone_gives_no_spike_and_a_peak_of_2_38_v() -> None:
     result = run(echo=None)
-    assert block.outcome(result) == "none"
+    assert block.BLOCK.outcome(result) == "none"
     assert measured(result, "v_mem_peak_V") == pytest.approx(2.38, abs=5e-3)  # the study's last digit
 
 
 def test_an_echo_alone_gives_5_mv_and_no_spike() -> None:
     result = run(call=None)
-    assert block.outcome(result) == "none"
+    assert block.BLOCK.outcome(result) == "none"
     rise = result["v_mem"].max() - result["v_mem"][0]
     assert rise == pytest.approx(5e-3, abs=2e-3)  # the study gives one digit
     measures = block.measures(result)
@@ -169,7 +169,7 @@ def test_an_echo_alone_gives_5_mv_and_no_spike() -> None:
 
 @pytest.mark.parametrize(("delay", "outcome"), [(3e-3, "none"), (6.4e-3, "one-spike"), (9e-3, "none")])
 def test_only_an_echo_at_the_best_delay_gives_a_spike(delay: float, outcome: str) -> None:
-    assert block.outcome(run(delay=delay)) == outcome
+    assert block.BLOCK.outcome(run(delay=delay)) == outcome
 
 
 def test_a_spike_comes_after_the_echo_and_resets_the_membrane() -> None:
@@ -239,7 +239,7 @@ def test_outcome_counts_spikes(spikes: int, word: str) -> None:
     result = replace(
         run(call=None, echo=None, duration=1e-4), spikes={"spike": np.linspace(0.0, 1e-3, spikes)}
     )
-    assert block.outcome(result) == word
+    assert block.BLOCK.outcome(result) == word
 
 
 def test_crossings() -> None:
