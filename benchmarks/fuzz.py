@@ -16,7 +16,7 @@ import time
 import warnings
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -75,22 +75,40 @@ class Tally:
         return f"{self.results} results, {self.refusals} refusals, {len(self.broken)} broken"
 
 
+def _resident() -> float:
+    """Memory of this process, MB."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
+class Work(NamedTuple):
+    """By which clock a reader is timed (s), and what its process holds that is not the reader's, MB."""
+
+    clock: Callable[[], float]
+    megabytes: Callable[[], float]
+
+
+ALONE = Work(time.perf_counter, lambda: 0.0)
+BESIDE_OTHERS = Work(time.thread_time, _resident)  # neither a busy machine nor earlier work is the reader's
+
+
 class Reader:
     """Reads the cases of one kind in a folder of its own."""
 
-    def __init__(self, kind: Input, seed: int, folder: Path) -> None:
+    def __init__(self, kind: Input, seed: int, folder: Path, work: Work = ALONE) -> None:
         """Put there what the kind needs."""
         self.kind, self.key = kind, (seed, zlib.crc32(kind.name.encode()))
-        self.seeds, self.begun = kind.begin(folder), _resident()
+        self.seeds, self.clock = kind.begin(folder), work.clock
+        self.begun = work.megabytes()
         self.path = folder / kind.file
         self.path.parent.mkdir(parents=True, exist_ok=True)
 
     def read(self, k: int) -> Reading:
-        """Make case k and read it; what counts is processor time, which other jobs do not lengthen."""
+        """Make case k and read it against the clock."""
         document, done = damaged((*self.key, k), self.seeds, self.kind.damage)
         self.path.write_bytes(document)
         refused, broken = False, None
-        before, start = _megabytes(), time.thread_time()
+        before, start = _megabytes(), self.clock()
         try:
             with warnings.catch_warnings(action="error"):  # a warning would be a second line
                 self.kind.read(self.path)
@@ -99,7 +117,7 @@ class Reader:
             broken = None if len(str(error).splitlines()) == 1 else f"not one line: {str(error)[:200]!r}"
         except Exception as error:  # noqa: BLE001 - any other exception at all breaks the claim
             broken = f"{type(error).__name__}: {' '.join(str(error)[:200].split())}"
-        seconds, peak = time.thread_time() - start, _megabytes()
+        seconds, peak = self.clock() - start, _megabytes()
         if broken is None and seconds > self.kind.seconds:
             broken = f"took {seconds:.1f} s"
         if broken is None and peak > before and peak - self.begun > self.kind.megabytes:
@@ -110,12 +128,6 @@ class Reader:
 def _megabytes(who: int = resource.RUSAGE_SELF) -> float:
     """Peak memory so far, MB: of this process, or of the largest of those that it ran."""
     return resource.getrusage(who).ru_maxrss / 1024
-
-
-def _resident() -> float:
-    """Memory of this process, MB: what else it has done, as the tests before, is no reader's."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * resource.getpagesize() / 2**20
 
 
 class Apart:
@@ -166,10 +178,10 @@ def _serve(cases: Connection, kind: str, seed: int, folder: str) -> None:
 
 
 def run(kind: str, cases: Iterable[int], seed: int) -> Tally:
-    """Read cases of a kind in this process."""
+    """Read cases of a kind in this process, whatever else it does."""
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
-        reader = Reader(INPUTS[kind], seed, Path(folder))
+        reader = Reader(INPUTS[kind], seed, Path(folder), BESIDE_OTHERS)
         for k in cases:
             tally.add(k, reader.read(k))
     return tally

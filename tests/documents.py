@@ -37,12 +37,12 @@ SHORT = {
     "--pings": "5",
 }
 GIVEN = {"--trips": "1"}  # and such as it gives
+FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
-FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
 DROPPED = ("--workers", "--contributions")
-# Verbs and arguments whose work no option makes short enough; `system/cli/test_show_rolls.py` shows a chip.
-LONG = frozenset({"reproduce", "characterise", "rolls"})
+# What no option makes short enough; `system/cli/test_show_rolls.py` shows a chip.
+LONG = (("reproduce",), ("characterise",), ("show", "rolls"))
 LETTERS = {"-n": "--samples", "-o": "--output"}
 WRITTEN = ("--output", "--plot", "--csv", "--raw", "--events", "--animate", "--pareto")
 
@@ -70,7 +70,7 @@ class Command:
     @property
     def long(self) -> bool:
         """Whether it is begun only."""
-        return not LONG.isdisjoint(self.words)
+        return any(self.words[1 : 1 + len(words)] == words for words in LONG)
 
     @property
     def placeholders(self) -> tuple[str, ...]:
