@@ -47,13 +47,19 @@ class SimulatorError(CircuitError, RuntimeError):
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """An error for an unknown `name`, with the nearest known one and, unless they are many, all of them."""
     names = sorted(known)
-    name = _shown_name(name)  # near names are sought in quadratic time
+    name = _shown_name(name)
     if not names:
         return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if name in n]
-    guess = f"; did you mean {near[0]}?" if near else ";"
+    near = nearest(name, names) or next((n for n in names if name in n), None)
+    guess = f"; did you mean {near}?" if near else ";"
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return UnknownNameError(f"{kind} {name}: unknown{guess} known are {', '.join(names[:_LISTED])}{more}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is spelled most like `name`, None where none is near."""
+    near = difflib.get_close_matches(_shown_name(name), list(known), n=1)  # in quadratic time
+    return near[0] if near else None
 
 
 def _shown_name(name: str) -> str:

@@ -7,14 +7,13 @@ a part's option is in the option's unit, one under a field's name in SI units. A
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from circuits.errors import ParameterError, UnknownNameError
+from circuits.errors import ParameterError, UnknownNameError, nearest
 from system.option import Option, Setting, listed, settings, without_none
 
 S = TypeVar("S")
@@ -107,8 +106,8 @@ def _in_si(one: Setting, value: Any) -> Any:
 
 
 def _not_taken(path: str, name: str, taken: list[str]) -> UnknownNameError:
-    near = difflib.get_close_matches(name, taken, n=1)
-    guess = f"; did you mean {near[0]}?" if near else ";"
+    near = nearest(name, taken)
+    guess = f"; did you mean {near}?" if near else ";"
     return UnknownNameError(f"{path}: unknown{guess} taken are {', '.join(sorted(taken))}")
 
 

@@ -20,14 +20,13 @@ Of a union the first type that the value can be is taken; None is never written,
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import MISSING, is_dataclass
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from circuits.checks import require_real
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, nearest
 from system.option import Setting, settings
 
 LARGEST = 1e9  # of a number, in its unit; ours: geometry overflows far beyond
@@ -123,8 +122,8 @@ def _can_be(kind: Any, value: Any) -> bool:
 
 
 def _unknown(path: str, name: str, known: Iterable[str]) -> ParameterError:
-    near = difflib.get_close_matches(name, known, n=1)
-    guess = f"; did you mean {near[0]}?" if near else f"; known are {', '.join(known)}"
+    near = nearest(name, known)
+    guess = f"; did you mean {near}?" if near else f"; known are {', '.join(known)}"
     return ParameterError(f"{path}: unknown key{guess}")
 
 
