@@ -1,1 +1,1 @@
-"""Text for other simulators, and running ngspice."""
+"""Netlists: circuits written as text for other simulators, netlists read back, and runs in ngspice."""

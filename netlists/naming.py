@@ -1,15 +1,16 @@
-"""Our node references and names as a dialect's names, and back; two different ones never become the same.
+"""How a dialect writes our names and node references, and how they are read back.
 
-A reference is a name with an index, `v_mem[3]`. Names have letters, digits and `_`.
+Two different names never become the same one. A reference is a name with an index, `v_mem[3]`. Our names have
+letters, digits and `_`. There are three styles:
 
     style         reference      index       reserved word    part of a device    other text
     hash          v_mem[1,2]     v_mem#1#2   gnd#             m1#gb               a#x20b
     underscore    v_mem[1,2]     v_mem__1__2 gnd__r           m1__gb              a__x20xb
     angle         v_mem[1,2]     v_mem<1><2> gnd<>            m1<gb>              a<x20>b
 
-`hash` is for ngspice, where `#` is a letter; `underscore` for dialects whose names are letters, digits and
+`hash` is for ngspice, where `#` is a letter. `underscore` is for dialects whose names are letters, digits and
 `_` everywhere: there a `_` of ours before another `_` or at the end of the name is written `__u`, so that
-`__` has one meaning; `angle` is the bus of CDL.
+`__` has one meaning. `angle` is the bus of CDL.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Dialects by name, loaded on use, and what each of them offers.
+"""The dialects by name, and what each of them offers; a dialect is loaded when it is first used.
 
-Users add theirs under the entry point `noctule.dialects`.
+A package outside this repository adds dialects under the entry point `noctule.dialects`.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Whether two circuits are the same."""
+"""Comparison of two circuits: whether they are the same, whatever their names and their order."""

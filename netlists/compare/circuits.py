@@ -1,14 +1,15 @@
-"""Are two circuits the same? Insensitive to order, to hierarchy and to the names of devices and inner nodes.
+"""Comparison of two circuits: whether they are the same, and where they differ.
 
-Both are flattened; ports are matched by name, case apart, an element `spike[3]` also with `spike#3`. Colour
-refinement (`netlists.compare.refinement`) tells devices and nodes apart by their surroundings. Nodes whose
-colour is theirs alone are matched by it; without them the circuits fall into pieces
-(`netlists.compare.pieces`), which networkx matches wherever a colour repeats inside a piece, so that "equal"
-is an isomorphism.
+The order of devices, the hierarchy, and the names of devices and inner nodes do not count. Both circuits are
+flattened. Ports are matched by name, without regard to case; an element `spike[3]` also matches `spike#3`.
+Colour refinement (`netlists.compare.refinement`) tells devices and nodes apart by their surroundings. A node
+whose colour no other node has is matched by it. Without these nodes the circuits fall into pieces
+(`netlists.compare.pieces`). Where a colour repeats inside a piece, networkx matches it, so that "equal" means
+that there is an isomorphism.
 
-Sizes and deviations are equal within `TOLERANCE` relative: values sorted over both circuits are one where
-neighbours are that close. Devices in parallel are not merged; stimuli and the kinds of ports do not
-count.
+Sizes and deviations are equal within `TOLERANCE`, relative: values are sorted over both circuits, and
+neighbours that are that close count as one value. Devices in parallel are not merged. Stimuli and the kinds
+of ports do not count.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Two circuits flattened side by side, as `netlists.compare.refinement` takes them."""
+"""Two circuits flattened side by side, the form in which `netlists.compare.refinement` takes them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Pieces of two circuits between nodes that are already matched, and whether they are the same.
+"""Pieces of two circuits between the nodes that are matched already, and whether the pieces are the same.
 
-A piece is what hangs together through nodes whose colour is not theirs alone. Where no colour repeats inside
-a piece, equal colours say all; else networkx looks for an isomorphism that keeps the colours (VF2++: Juttner
-and Madarasi, 2018).
+Take away every node whose colour no other node has, for these are matched. A piece is what still hangs
+together then. Where no colour repeats inside a piece, equal colours say that two pieces are the same.
+Elsewhere networkx looks for an isomorphism that keeps the colours (VF2++: Juttner and Madarasi, 2018).
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Colour refinement of two circuits side by side: what a device or node is told apart by its surroundings.
+"""Colour refinement of two circuits side by side: it tells devices and nodes apart by their surroundings.
 
-Both circuits are one set of arrays. A node begins with a colour of its own if it is a port or ground, a
-device with its kind; then, again and again, a device takes in the colours of its nodes and a node those of
-its devices, until no colour splits any more. Colours are 64-bit hashes, sums of hashes where order does not
-count.
+Both circuits are one set of arrays. A node begins with a colour of its own if it is a port or ground; a
+device begins with the colour of its kind. Then, again and again, a device takes in the colours of its nodes,
+and a node those of its devices, until no further colour splits. Colours are 64-bit hashes; where order does
+not count, hashes are summed.
 
 Symmetry. A device has sides, each with some terminals; sides of one name may be swapped. So drain and source
 of a transistor are alike, because its law and its capacitances are symmetric in them, as are the ends of a

@@ -1,1 +1,1 @@
-"""Dialects of netlists, one a file."""
+"""The dialects that netlists are written in, one in each file."""

@@ -1,8 +1,9 @@
-"""CDL, for layout versus schematic: what is drawn, and nothing else.
+"""The CDL dialect, for layout versus schematic: it has what is drawn in a layout, and nothing else.
 
-Transistors are M elements with W, L and M, bulk included, models `nmos` and `pmos`; capacitors and resistors
-have their values. There is no source, no analysis and no call of the top cell; `*.PININFO` gives the ports
-(`I` in, `O` out, `B` a supply). Ground is the global net `0`. Node arrays are buses, `v_mem<3>`.
+Transistors are M elements with W, L and M, bulk included, and their models are `nmos` and `pmos`. Capacitors
+and resistors have their values. There is no source, no analysis and no call of the top cell. `*.PININFO`
+gives the ports (`I` in, `O` out, `B` a supply). Ground is the global net `0`. Node arrays are buses,
+`v_mem<3>`.
 
 A die has no deviation here: all dies are drawn alike, so the nominal die is written whatever was asked for.
 What is not drawn as one device is a black box: an operational amplifier is a call of `black_box_amplifier`

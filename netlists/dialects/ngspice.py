@@ -1,4 +1,7 @@
-"""ngspice: one `.subckt` a definition, EKV transistors as B sources with constants folded, or BSIM3 cards.
+"""The ngspice dialect, which is also what the engine `ngspice` runs.
+
+Each definition is a `.subckt`. Transistors are B sources with the EKV law, its constants folded into numbers,
+or M elements with BSIM3 cards.
 
 Names. ngspice ignores case, and a node array has no form of its own: `v_mem[3]` is written `v_mem#3`,
 `w[1,2]` is `w#1#2`. Our names have no `#`, so nothing collides. Names that

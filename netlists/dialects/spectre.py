@@ -1,7 +1,8 @@
-"""Spectre, in its own language: `name (nodes) master parameter=value`, behavioural currents as `bsource`.
+"""The Spectre dialect, in Spectre's own language.
 
-Written to the Spectre Circuit Simulator Reference: the current of `bsource`, `isource` and `vccs` leaves the
-first node, passes the device and enters the second; powers are `**`, `ln` is the natural logarithm. Names are
+A line is `name (nodes) master parameter=value`, and a behavioural current is a `bsource`. Written to the
+Spectre Circuit Simulator Reference: the current of `bsource`, `isource` and `vccs` leaves the first node,
+passes the device and enters the second; powers are `**`, `ln` is the natural logarithm. Names are
 letters, digits and `_` (`netlists.naming`, style `underscore`); `//` begins a comment, `+` continues a
 line. Not run here.
 """

@@ -1,8 +1,9 @@
-"""What the SPICE family writes alike: devices, sources, definitions and calls; a `Syntax` says what differs.
+"""What all dialects of the SPICE family write alike; a `Syntax` says in what one of them differs.
 
-EKV transistors are behavioural currents with the constants folded, and their constant capacitances; a
-definition has literal numbers only. A device `mi5` is an element of its type's letter and its name, what it
-is made of has a tag (`netlists.naming`): its capacitances `gb`, its junctions' leakage `db`.
+They share devices, sources, definitions and calls. EKV transistors are behavioural currents, with the
+constants folded into numbers, beside their constant capacitances; a definition has literal numbers only. A
+device `mi5` is written as an element with its type's letter and its name. The elements that make it up have a
+tag (`netlists.naming`): its capacitances `gb`, its junctions' leakage `db`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Xyce: B sources with `{}` around expressions, `**` for powers, nodes of sub-circuits behind `:`.
+"""The Xyce dialect: transistors are B sources, with `{}` around expressions.
 
-Written to the Xyce Reference Guide (release 7): expressions know `ln`, `a ? b : c` and `max`; `^` is
-exclusive or. Temperature and gmin are options of the device package, tolerances of the time integrator.
-Not run here.
+Written to the Xyce Reference Guide (release 7). Powers are `**`, since `^` is exclusive or; expressions know
+`ln`, `a ? b : c` and `max`. Nodes of sub-circuits stand behind `:`. Temperature and gmin are options of the
+device package, tolerances of the time integrator. Not run here.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Circuits on the process of a foundry."""
+"""Circuits put on the process of a foundry."""

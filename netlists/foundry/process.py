@@ -1,4 +1,4 @@
-"""A foundry's process: the mapping file that puts our circuits on it, and its model cards.
+"""The process of a foundry: its model cards, and the mapping file that puts our circuits on it.
 
 A mapping is a TOML file (`netlists/foundry/mappings/gf180mcu.toml` is one, with its meaning in comments):
 

@@ -1,1 +1,1 @@
-"""Runs in ngspice."""
+"""Circuits run in ngspice, and the solver compared with it."""

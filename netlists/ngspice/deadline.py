@@ -1,4 +1,4 @@
-"""How long a run in ngspice may take unless it is told: ngspice itself goes on for ever."""
+"""How long a run in ngspice may take unless told, because ngspice itself would go on for ever."""
 
 from __future__ import annotations
 

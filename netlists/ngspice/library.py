@@ -1,8 +1,10 @@
-"""ngspice as a shared library, through PySpice's binding with its breaks mended.
+"""ngspice as a shared library in this process, through PySpice's binding.
 
-The library keeps all its state in C globals, so a process has one of it and a module lock lets one run in at
-a time: threads queue, worker processes run side by side. The process keeps the first library that it loaded.
-ngspice's manual, chapter "ngspice as shared library or dynamic link library", describes the calls used here.
+What keeps PySpice 1.5's binding from running a simulation reliably is mended here. The library keeps all its
+state in global variables of C. So a process has one such library, and a lock lets one run in at a time:
+threads wait for each other, while worker processes run side by side. A process keeps the first library that
+it loaded. The calls used here are described in ngspice's manual, chapter "ngspice as shared library or
+dynamic link library".
 """
 
 from __future__ import annotations
@@ -44,11 +46,14 @@ _lock = threading.Lock()
 
 
 class NoOperatingPointError(SimulatorError):
-    """ngspice's search for an operating point has ended without one."""
+    """Raised where ngspice's search for an operating point ends without one."""
 
 
 def find_library() -> Path | None:
-    """Return the ngspice library: `NGSPICE_LIBRARY_PATH`, else the linker's, else Debian's place, else None.
+    """Return the path of the ngspice library, or None where there is none.
+
+    The environment variable `NGSPICE_LIBRARY_PATH` comes first, then the file that the linker finds, then the
+    place where Debian installs it.
 
     Raises
     ------
@@ -65,7 +70,7 @@ def find_library() -> Path | None:
 
 
 def version() -> str | None:
-    """Return the version the library tells of itself (`39`), or None where there is no library.
+    """Return the library's version as it tells it itself (`39`), or None where there is no library.
 
     Raises
     ------
@@ -85,7 +90,24 @@ def version() -> str | None:
 
 @contextmanager
 def simulated(deck: str, deadline_s: float | None) -> Iterator[Any]:
-    """Give the library with the finished run of `deck` in it; nobody else has it meanwhile."""
+    """Run a deck and give the library with the finished run in it, for the length of a `with` block.
+
+    No other thread can use the library meanwhile. When the block ends, the run is removed from it.
+
+    Parameters
+    ----------
+    deck
+        Text of the deck, title line first.
+    deadline_s
+        Wall-clock time that the run may take, s; None for no limit.
+
+    Raises
+    ------
+    SimulatorError
+        There is no library, the run fails, or it takes longer than `deadline_s`.
+    NoOperatingPointError
+        The search for the operating point fails.
+    """
     path = find_library()
     if path is None:
         raise SimulatorError(f"ngspice: no library found; {_REMEDY}")
@@ -252,7 +274,10 @@ def _library_class(shared: Any, path: Path) -> Any:  # noqa: C901 - the sum over
 
 
 def _simulate(library: Any, deck: str, deadline_s: float | None) -> None:
-    """Load the deck and run it in ngspice's own thread, so that Ctrl-C and the deadline reach us here."""
+    """Load the deck and run it in ngspice's own thread.
+
+    So Ctrl-C and the deadline reach this thread while ngspice computes.
+    """
     library.clear_output()
     title, *rest = deck.splitlines()
     lines = [title.strip() or "*", *(line for line in rest if line.strip())]
@@ -284,7 +309,11 @@ def _halt(library: Any) -> None:
 
 
 def _clean(library: Any) -> None:
-    """Halt what still runs; free plots, circuit and command history, or renew a library that cannot go on."""
+    """Make the library ready for the next run.
+
+    What still runs is halted; plots, circuit and command history are freed. A library that cannot go on is
+    loaded anew.
+    """
     _halt(library)
     if library.broken:
         library.reload()

@@ -1,6 +1,7 @@
-"""Running decks in ngspice (`netlists.ngspice.library`).
+"""Decks run in ngspice, and their results as arrays.
 
-A deck is text (title, elements, `.options`, one of `.op`, `.dc`, `.tran`, `.end`); the answer is arrays.
+A deck is text: a title, elements, `.options`, one of `.op`, `.dc` and `.tran`, then `.end`. It is run in the
+library of `netlists.ngspice.library`.
 """
 
 from __future__ import annotations

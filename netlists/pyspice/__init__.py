@@ -1,1 +1,1 @@
-"""Circuits of PySpice, written and read."""
+"""Circuits written to PySpice and taken over from it."""

@@ -1,15 +1,20 @@
-"""PySpice circuit -> testbench: its devices as a circuit of ours, its sources as stimuli.
+"""A circuit that was built with PySpice, taken over as a testbench of ours.
 
-Taken over are R, C, M, X (of `SubCircuit`s), and V and I between ground and a node of the top: constant,
-`PulseVoltageSource` and `PieceWiseLinearVoltageSource` (and their current forms), or a `pwl(...)` of plain
-numbers as raw text. Everything else is refused by name: another element, raw text, a parameter, an include,
-a value that is an expression. A transistor takes its polarity from its `.model`; a card with figures of its
-own is refused unless `drop` names it, because here the process says what silicon is, as it does of the
-layout's (`ad as pd ps nrd nrs`), which stay behind.
+Its devices become a circuit, its sources the stimuli. These elements are taken over:
 
-Names. Case does not count, as in SPICE. A name that does not begin with a letter gets an `n` in front, any
-other character that a name of ours cannot have becomes `_`, and a name so taken twice gets a number. Elements
-keep PySpice's names, letter included (`R1`). Nodes with a source become ports.
+- R, C, M, and X of a `SubCircuit`;
+- V and I between ground and a node of the top: constant, `PulseVoltageSource`, `PieceWiseLinearVoltageSource`
+  and their current forms, or a `pwl(...)` of plain numbers as raw text.
+
+Everything else is refused by name: another element, raw text, a parameter, an include, a value that is an
+expression. A transistor takes its polarity from its `.model`. A model with figures of its own is refused
+unless `drop` names it, because here the process says what silicon is. The process also gives what belongs to
+the layout (`ad as pd ps nrd nrs`), so these values are left behind.
+
+Names. Upper and lower case do not differ, as in SPICE. A name that does not begin with a letter gets an `n`
+in front; any other character that a name of ours cannot have becomes `_`; where two names would become one,
+the second gets a number. Elements keep PySpice's names, letter included (`R1`). Nodes with a source become
+ports.
 """
 
 from __future__ import annotations
@@ -65,18 +70,18 @@ def from_pyspice(
     polarities: Mapping[str, Polarity] | None = None,
     drop: Iterable[str] = (),
 ) -> Testbench:
-    """Take over a PySpice circuit of R, C, V, I, M and X.
+    """Take over a PySpice circuit of R, C, V, I, M and X elements as a testbench.
 
     Parameters
     ----------
     circuit
-        `PySpice.Spice.Netlist.Circuit`.
+        The circuit, a `PySpice.Spice.Netlist.Circuit`.
     stop
         End of the run, s; periodic pulses go on until then.
     polarities
-        `n` or `p` by model name, for models whose `.model` is not in the circuit.
+        `n` or `p` by the name of a model, for models whose `.model` is not in the circuit.
     drop
-        Names of models whose figures may go, `.model` for those of all.
+        Names of models whose figures may be ignored; `.model` stands for all models.
 
     Raises
     ------

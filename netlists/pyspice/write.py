@@ -1,16 +1,18 @@
-"""Testbench -> PySpice circuit, and a simulator for PySpice circuits that works.
+"""A testbench written as a circuit of PySpice, and a simulator for circuits of PySpice.
 
-`to_pyspice` gives `PySpice.Spice.Netlist.Circuit`: a `SubCircuit` a definition, elements as PySpice's own
-objects, transistors as B sources with the expressions of the exported text (`netlists.dialects.ngspice`, from
-which names and values come, so that the two cannot differ). Numbers are plain floats: PySpice would write
-`1@u_F` as `1F`, and a current of a piecewise-linear source as `5.0A`: femto and atto to SPICE.
+`to_pyspice` gives a `PySpice.Spice.Netlist.Circuit`. Each definition is a `SubCircuit`, each element an
+object of PySpice's own. Transistors are B sources with the same expressions as in the exported text: names
+and values come from `netlists.dialects.ngspice`, so that the two cannot differ. Numbers are plain floats,
+because with units PySpice would write `1@u_F` as `1F`, and a current of a piecewise-linear source as `5.0A`:
+femto and atto to SPICE.
 
-`pyspice_simulator` mends what stops PySpice 1.5 from simulating: its search for `libngspice.so`, stderr
-lines that are no failures, `save` of a text. It runs any PySpice circuit; `.simulator()` of our circuits is
-this one, with tolerances that these circuits need. Results are PySpice's; `numpy.asarray` makes them arrays.
+`pyspice_simulator` gives a simulator for any PySpice circuit. It mends what stops PySpice 1.5 from
+simulating: its search for `libngspice.so`, its taking notes on stderr for failures, and `save` of a text.
+`.simulator()` of a circuit made here is the same one, with the tolerances that these circuits need. Results
+are PySpice's; `numpy.asarray` makes them arrays.
 
-`--engine ngspice` uses the exported text in the same library, which PySpice's `NgSpiceShared` binds
-(`netlists.ngspice.run`); it does not build PySpice's objects on the way.
+`--engine ngspice` runs the exported text in the same library (`netlists.ngspice.run`), which PySpice's
+`NgSpiceShared` binds; it builds no objects of PySpice on the way.
 """
 
 from __future__ import annotations
@@ -71,14 +73,22 @@ class TestbenchCircuit(Circuit):  # type: ignore[misc]
         self.uic = testbench.begin == "uic"
 
     def simulator(self, *, reltol: float = DEFAULT_RELTOL, **options: object) -> Simulator:
-        """Simulator at the circuit's temperature; `options` are ngspice's and override `OPTIONS`."""
+        """Make a simulator at the circuit's temperature.
+
+        Parameters
+        ----------
+        reltol
+            Relative tolerance of ngspice, dimensionless.
+        options
+            Options of ngspice by name, which override `OPTIONS`.
+        """
         made = pyspice_simulator(self, self.temperature_c, **{**OPTIONS, "reltol": reltol, **options})
         made.node_set(**self.start)
         made.initial_condition(**self.held)
         return made
 
     def transient(self) -> Any:
-        """Run to `stop` in steps of a 2000th of it at most and return PySpice's transient analysis."""
+        """Run to `stop`, in steps of a 2000th of it at most, and return PySpice's transient analysis."""
         step = self.stop / POINTS
         return self.simulator().transient(
             step_time=step, end_time=self.stop, max_time=step, use_initial_condition=self.uic
@@ -86,13 +96,21 @@ class TestbenchCircuit(Circuit):  # type: ignore[misc]
 
 
 class Simulator(NgSpiceCircuitSimulator):  # type: ignore[misc]
-    """PySpice's simulator on our binding of ngspice's shared library; analyses are PySpice's methods."""
+    """PySpice's simulator on our binding of ngspice's shared library; its analyses are PySpice's own methods.
+
+    Parameters
+    ----------
+    circuit
+        Any `PySpice.Spice.Netlist.Circuit`.
+    options
+        Options of PySpice's simulator, such as `temperature` (degC).
+    """
 
     def __init__(self, circuit: Any, **options: Any) -> None:
         super().__init__(circuit, pipe=False, **options)
 
     def save(self, *nodes: Any) -> None:
-        """Save these nodes only; texts, nodes, or lists of them."""
+        """Keep the voltages of these nodes only; `nodes` are texts, nodes of PySpice, or lists of them."""
         for node in nodes:
             self._saved_nodes |= {str(n) for n in (node if isinstance(node, list | tuple | set) else [node])}
 
@@ -105,12 +123,12 @@ class Simulator(NgSpiceCircuitSimulator):  # type: ignore[misc]
 
 
 def pyspice_simulator(circuit: Any, temperature_c: float = 27.0, **options: object) -> Simulator:
-    """Simulator of any PySpice circuit that works with Debian's library and with numpy 2.
+    """Make a simulator of any PySpice circuit, one that works with Debian's library and with numpy 2.
 
     Parameters
     ----------
     circuit
-        `PySpice.Spice.Netlist.Circuit`.
+        A `PySpice.Spice.Netlist.Circuit`.
     temperature_c
         Temperature and nominal temperature, degC.
     options
@@ -122,7 +140,14 @@ def pyspice_simulator(circuit: Any, temperature_c: float = 27.0, **options: obje
 
 
 def to_pyspice(testbench: Testbench, silicon: Silicon) -> TestbenchCircuit:
-    """Build the PySpice circuit of a testbench with its sources, on the die and at the temperature given.
+    """Build the PySpice circuit of a testbench, with its sources.
+
+    Parameters
+    ----------
+    testbench
+        The circuit and its stimuli.
+    silicon
+        The die and the temperature (degC) that its values are for.
 
     Raises
     ------

@@ -1,4 +1,8 @@
-"""Cards about a run: `.tran .op .dc .ic .nodeset .temp .options`, and those that are only noted."""
+"""The cards of a netlist that are about a run.
+
+`.tran`, `.op`, `.dc`, `.ic`, `.nodeset`, `.temp` and `.options` are taken over into the testbench; others are
+only noted.
+"""
 
 from __future__ import annotations
 

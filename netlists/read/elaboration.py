@@ -1,11 +1,11 @@
-"""Sections -> circuits: every sub-circuit once for each set of parameter values that it is called with.
+"""The third step of reading a netlist: its sections become circuits.
 
-Sources stand at the top level only: a circuit has no stimuli. The top level becomes a circuit `top` whose
-ports are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one
-call of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing
-drives are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the
-circuit. A current source between two nodes becomes two, one at each. Global nodes become ports all the way
-up.
+Every sub-circuit becomes a circuit once for each set of parameter values that it is called with. Sources
+stand at the top level only, since a circuit has no stimuli. The top level becomes a circuit `top` whose ports
+are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one call
+of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing drives
+are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the circuit. A
+current source between two nodes becomes two, one at each. Global nodes become ports all the way up.
 """
 
 from __future__ import annotations

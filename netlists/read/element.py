@@ -1,4 +1,4 @@
-"""Element cards -> devices.
+"""The element cards of a netlist and the devices that they become.
 
     Rname a b value          Cname a b value [IC=]    Gname n+ n- c+ c- value
     Mname d g s b model W= L= [M=] [AD= AS= PD= PS= ...] [DELVTO=] [MULU0=]

@@ -1,4 +1,7 @@
-"""How much a netlist may ask of its reader: an error names each limit before memory or time runs out."""
+"""Limits on how much a netlist may ask of its reader.
+
+An error names the limit before memory or time runs out.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Netlist -> circuit and testbench: what `noctule import` reads."""
+"""A netlist read from a file or a text: the circuit and the testbench that it describes.
+
+The command `noctule import` reads with it.
+"""
 
 from __future__ import annotations
 

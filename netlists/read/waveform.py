@@ -1,4 +1,4 @@
-"""Source cards -> waveforms.
+"""The source cards of a netlist and the waveforms that they become.
 
     Vname n+ n- [[DC] value] [AC ...] [PULSE(low high delay rise fall width period [count])]
                                       [PWL(t v t v ...)] [SIN(offset amplitude frequency delay damping phase)]

@@ -1,10 +1,11 @@
 """The laws of devices as Verilog-A modules: transistors of both polarities, amplifier, linear devices.
 
 A transistor's module has the process's figures as defaults of its parameters and applies the temperature laws
-itself; `temperature_c` is the temperature of the netlist, below absolute zero that of the simulator. `gamma`
-above 0 chooses the law with body effect (`ekv-gamma`), 0 the one with a constant kappa. `delta_v_t0` and
-`delta_beta` are the deviations of one device from the nominal. Equations: `circuits.devices.transistor` and
-`circuits.devices.operational_amplifier`; every charge is a capacitance times a voltage, under `ddt`.
+itself. `temperature_c` is the temperature of the netlist (degC); a value below absolute zero stands for the
+temperature of the simulator. `gamma` above 0 chooses the law with body effect (`ekv-gamma`), 0 the one with a
+constant kappa. `delta_v_t0` and `delta_beta` are the deviations of one device from the nominal. Equations:
+`circuits.devices.transistor` and `circuits.devices.operational_amplifier`; every charge is a capacitance
+times a voltage, under `ddt`.
 """
 
 from __future__ import annotations

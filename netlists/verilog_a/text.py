@@ -1,6 +1,7 @@
-"""Verilog-A: the laws of the devices that are used as modules, a module a circuit, and one of the testbench.
+"""The Verilog-A dialect: modules for the laws of devices, for circuits, and for the testbench.
 
-Circuits are structural: their devices and instances are instances of modules, with literal parameters. All
+There is a module for each device law in use and for each circuit. Circuits are structural: their devices and
+instances are instances of modules, with literal parameters. All
 devices have notes, their values and names as we have them. The module `testbench` drives the circuit: a
 source with vertices holds its last one and its slope, renewed by a timer at each. Ground is `gnd`, declared
 `ground` in each module that has it. A testbench's start voltages and its analysis have no text here but the

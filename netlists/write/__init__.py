@@ -1,1 +1,1 @@
-"""From a testbench to the lines that all dialects share."""
+"""The way from a testbench to the lines of a netlist, as far as all dialects share it."""

@@ -1,12 +1,13 @@
-"""Structured comments of a netlist: what simulators need not know and a reader needs to give our data back.
+"""Structured comments of a netlist, called notes, from which our own data can be read back.
 
-A note is a comment that begins with `% ` right after the dialect's comment sign (`*% ` in the SPICE family,
-`//% ` in Spectre and Verilog-A); `%+ ` continues the note before it:
+A simulator skips them. A reader needs them for what the lines of a netlist do not say: names, arrays, kinds
+of biases, the die. A note is a comment that begins with `% ` right after the dialect's comment sign (`*% ` in
+the SPICE family, `//% ` in Spectre and Verilog-A). `%+ ` continues the note before it:
 
     note   = kind field*
 
-A note holds one frozen dataclass (`KINDS`), its fields in order; `netlists.write.field_text` has their
-grammar. Notes in the order of a netlist:
+A note holds one frozen dataclass, which its kind names (`KINDS`), with the fields in order.
+`netlists.write.field_text` has the grammar of fields. These notes stand in a netlist, in this order:
 
     noctule       format version, dialect, transistor models                            (`Header`)
     process, variation, nmos, pmos, silicon, die, plan: the `Silicon` of the netlist    (`silicon_notes`)
@@ -23,13 +24,14 @@ grammar. Notes in the order of a netlist:
     parasitic     the next line is a capacitance from a layout, no part of the circuit
     biased        the next line sets a bias port as the circuit's `bias` says, at the silicon's temperature
 
-Resistors, capacitors and linear controlled sources need no note: their line says all. Where it does not, as
-in Verilog-A, or in CDL for a controlled source, there are `resistor`, `capacitor` and `transconductor`.
+Resistors, capacitors and linear controlled sources need no note, because their line says all. Where it does
+not, as in Verilog-A, or in CDL for a controlled source, there are `resistor`, `capacitor` and
+`transconductor`.
 
-Reading. A definition's circuit has the devices as they are written; an instance's circuit is that of the
-definition of its first call, with each parameter of the instance set to its `base` (a dotted key reaches into
-instances). The notes hold only if writing what was read gives the lines that were read; a line edited under
-its note is refused, not believed.
+Reading. The circuit of a definition has the devices as they are written. The circuit of an instance is that
+of the definition of its first call, with each parameter of the instance set to its `base`; a dotted key
+reaches into instances. The notes are believed only if writing what was read gives the lines that were read. A
+line that was edited under its note is refused.
 """
 
 from __future__ import annotations
@@ -69,7 +71,17 @@ _EXPLICIT = frozenset({"variation", "nmos", "pmos"})  # a later default must not
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a netlist is: version of this format, dialect, models of the transistors."""
+    """The first note: what a netlist is.
+
+    Attributes
+    ----------
+    version : int
+        Version of the format of the notes.
+    dialect : str
+        Name of the dialect that the netlist is written in.
+    models : str
+        Name of the transistor models that it uses.
+    """
 
     version: int
     dialect: str
@@ -78,7 +90,21 @@ class Header:
 
 @dataclass(frozen=True, slots=True)
 class ProcessFigures:
-    """Figures of a `Process` beside its transistors and its variation."""
+    """Figures of a `Process` beside its transistors and its variation.
+
+    Attributes
+    ----------
+    name : str
+        Name of the process.
+    v_dd : float
+        Supply voltage, V.
+    pair_a_vt : float
+        Pelgrom coefficient of the threshold difference of a pair, V m.
+    pair_a_beta : float
+        Pelgrom coefficient of the relative current factor of a pair, m.
+    nominal_temperature_c : float
+        Temperature that the transistors' figures are for, degC.
+    """
 
     name: str
     v_dd: float
@@ -89,7 +115,15 @@ class ProcessFigures:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """Temperature (degC) and place of a `Silicon`."""
+    """Temperature and place of a `Silicon`.
+
+    Attributes
+    ----------
+    temperature_c : float
+        Temperature, degC.
+    place : Place or None
+        Where the circuit stands on the die: names with their indices; None for a place of its own.
+    """
 
     temperature_c: float
     place: Place | None = None
@@ -97,7 +131,21 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True)
 class DieNote:
-    """A `Die` without its plan."""
+    """A `Die` without its plan of samples.
+
+    Attributes
+    ----------
+    lot : str
+        Name of the lot.
+    number : int or None
+        Number of the die in the lot, or None for the nominal die.
+    corner : str
+        Corner of the process, one of `circuits.silicon.die.CORNERS`.
+    mismatch : bool
+        Whether its devices deviate from one another.
+    process : bool
+        Whether it has a process deviation of its own.
+    """
 
     lot: str
     number: int | None = None
@@ -108,7 +156,15 @@ class DieNote:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What a sampling plan sets on this die: standard normals by label."""
+    """What a sampling plan sets on this die.
+
+    Attributes
+    ----------
+    name : str
+        Name of the plan.
+    draws : tuple of (str, float)
+        Standard normal, dimensionless, of each label.
+    """
 
     name: str
     draws: NumberPairs
@@ -116,14 +172,28 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class CircuitName:
-    """Name of the circuit that a definition writes."""
+    """The circuit that a definition writes.
+
+    Attributes
+    ----------
+    name : str
+        Name of the circuit.
+    """
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class LocalDeviation:
-    """What its place on the die adds to the next device: V_T0 (V, of the magnitude) and relative beta."""
+    """What its place on the die adds to the next device.
+
+    Attributes
+    ----------
+    v_t0 : float
+        Added to the magnitude of the threshold voltage, V.
+    beta : float
+        Relative change of the current factor, dimensionless.
+    """
 
     v_t0: float
     beta: float
@@ -131,7 +201,15 @@ class LocalDeviation:
 
 @dataclass(frozen=True, slots=True)
 class InstanceNote:
-    """An `Instance`; `connections` are (port, reference)."""
+    """An `Instance` without its circuit and its parameters.
+
+    Attributes
+    ----------
+    name : str
+        Name of the instance.
+    connections : tuple of (str, str)
+        Port of its circuit, and the node of the calling circuit on it.
+    """
 
     name: str
     connections: Pairs
@@ -139,7 +217,17 @@ class InstanceNote:
 
 @dataclass(frozen=True, slots=True)
 class ArrayNote:
-    """An `InstanceArray`; `connections` are (port, reference)."""
+    """An `InstanceArray` without its circuit and its parameters.
+
+    Attributes
+    ----------
+    name : str
+        Name of the array.
+    shape : tuple of int
+        How many instances it has along each axis.
+    connections : tuple of (str, str)
+        Port of its circuit, and the node or node array of the calling circuit on it.
+    """
 
     name: str
     shape: Shape
@@ -148,7 +236,19 @@ class ArrayNote:
 
 @dataclass(frozen=True, slots=True)
 class ParameterNote:
-    """A parameter of an instance: `values` of `shape` row-major, `base` in the instance's own circuit."""
+    """A parameter of the instance or array of the note before it.
+
+    Attributes
+    ----------
+    key : str
+        Device and parameter, such as `m1.width`; a dotted name reaches into instances.
+    values : tuple of float
+        Value of every element in row-major order, in the SI unit of the parameter.
+    base : float
+        Value in the circuit of the instance itself, in the same unit.
+    shape : tuple of int
+        Shape of `values`; () for one number.
+    """
 
     key: str
     values: tuple[float, ...]
@@ -158,7 +258,23 @@ class ParameterNote:
 
 @dataclass(frozen=True, slots=True)
 class BenchNote:
-    """A `Testbench` without its circuit and sources; `start` and `initial` are (path, V)."""
+    """A `Testbench` without its circuit and its sources.
+
+    Attributes
+    ----------
+    title : str
+        Title of the netlist.
+    stop : float
+        End of the run, s.
+    watch : tuple of str
+        Ports whose events are watched.
+    start : tuple of (str, float)
+        Voltages (V) by path, from which the operating point is sought.
+    initial : tuple of (str, float)
+        Voltages (V) by path that hold at time 0.
+    begin : str
+        How a run begins, as `Testbench.begin` says it.
+    """
 
     title: str
     stop: float
@@ -170,7 +286,17 @@ class BenchNote:
 
 @dataclass(frozen=True, slots=True)
 class SourceNote:
-    """A `Source` without its waveform."""
+    """A `Source` without its waveform.
+
+    Attributes
+    ----------
+    name : str
+        Name of the source.
+    node : str
+        Node that it drives against ground.
+    quantity : str
+        `voltage` or `current`.
+    """
 
     name: str
     node: str
@@ -179,14 +305,26 @@ class SourceNote:
 
 @dataclass(frozen=True, slots=True)
 class Biased:
-    """The next line sets `node`, a bias port or an element of it."""
+    """The next line sets a bias.
+
+    Attributes
+    ----------
+    node : str
+        A bias port, or an element of it.
+    """
 
     node: str
 
 
 @dataclass(frozen=True, slots=True)
 class Parasitic:
-    """The next line is a capacitance from a layout, no part of the circuit; `name` is the line's own."""
+    """The next line is a capacitance from a layout and no part of the circuit.
+
+    Attributes
+    ----------
+    name : str
+        Name of the line's own element.
+    """
 
     name: str
 
@@ -228,14 +366,30 @@ _WAVEFORMS = {kind: name for name, kind in KINDS.items() if kind in get_args(Wav
 
 
 class Annotation(NamedTuple):
-    """A kind of `KINDS` and a value of its dataclass."""
+    """One note of a netlist.
+
+    Attributes
+    ----------
+    kind : str
+        A key of `KINDS`.
+    value : object
+        A value of the dataclass that `KINDS` has under that key.
+    """
 
     kind: str
     value: Any
 
 
 def format_annotation(note: Annotation, comment: str = "*") -> list[str]:
-    """Comment lines of a note; `comment` is the dialect's sign."""
+    """Write a note as lines of comment.
+
+    Parameters
+    ----------
+    note
+        The note.
+    comment
+        The dialect's comment sign.
+    """
     lines, line = [], f"{comment}{_BEGINS}{note.kind}"
     for word in format_fields(note.value, all_fields=note.kind in _EXPLICIT):
         if len(line) + len(word) >= _WIDTH:
@@ -247,12 +401,12 @@ def format_annotation(note: Annotation, comment: str = "*") -> list[str]:
 
 
 def parse_annotation(text: str) -> Annotation:
-    """Read a note: its lines without comment signs and marks, joined by spaces.
+    """Read a note from its text: its lines without comment signs and marks, joined by spaces.
 
     Raises
     ------
     DataError
-        No such kind or field, a field that is missing or twice there, or a value that is none of its type.
+        There is no such kind or field, a field is missing or twice there, or a value is none of its type.
     """
     kind, *words = text.split() or [""]
     if kind not in KINDS:
@@ -261,7 +415,7 @@ def parse_annotation(text: str) -> Annotation:
 
 
 def silicon_notes(silicon: Silicon) -> list[Annotation]:
-    """Notes of process, temperature, place and die."""
+    """Make the notes of a `silicon`: its process, its temperature, its place and its die."""
     process = silicon.process
     figures = {f.name: getattr(process, f.name) for f in fields(ProcessFigures)}
     return [
@@ -275,7 +429,15 @@ def silicon_notes(silicon: Silicon) -> list[Annotation]:
 
 
 def to_silicon(notes: Iterable[Annotation]) -> Silicon:
-    """The silicon of its notes; raises `DataError` where one is missing, `ParameterError` for a value."""
+    """Make the silicon that its `notes` describe.
+
+    Raises
+    ------
+    DataError
+        A note is missing.
+    ParameterError
+        A value breaks a rule of the silicon.
+    """
     found = {note.kind: note.value for note in notes}
     missing = next(
         (k for k in ("process", "variation", "nmos", "pmos", "silicon", "die") if k not in found), ""
@@ -293,7 +455,7 @@ def to_silicon(notes: Iterable[Annotation]) -> Silicon:
 
 
 def circuit_notes(circuit: Circuit) -> list[Annotation]:
-    """Notes of a circuit's name, ports, node arrays and biases."""
+    """Make the notes of a circuit: its name, its ports, its node arrays and its biases."""
     return [
         Annotation("circuit", CircuitName(circuit.name)),
         *(Annotation("port", port) for port in circuit.ports),
@@ -303,7 +465,7 @@ def circuit_notes(circuit: Circuit) -> list[Annotation]:
 
 
 def instance_notes(instance: Instance | InstanceArray) -> list[Annotation]:
-    """Notes of an instance or array and of its parameters."""
+    """Make the notes of an instance or an array of instances, and of its parameters."""
     connections = tuple(instance.connections.items())
     head = (
         Annotation("instance", InstanceNote(instance.name, connections))
@@ -314,7 +476,10 @@ def instance_notes(instance: Instance | InstanceArray) -> list[Annotation]:
 
 
 def device_notes(device: Device, deviation: Deviation) -> list[Annotation]:
-    """Notes of a device whose lines do not say all of it, on a die with what its place adds; else none."""
+    """Make the notes of a device whose lines do not say all of it; there are none for any other device.
+
+    `deviation` is what the device's place on the die adds to it: a note of its own, unless it is zero.
+    """
     kind = _DEVICES.get(type(device))
     if kind is None:
         return []
@@ -325,7 +490,7 @@ def device_notes(device: Device, deviation: Deviation) -> list[Annotation]:
 
 
 def bench_note(testbench: Testbench) -> Annotation:
-    """Note of a testbench's title, stop time, watched ports and where its runs begin."""
+    """Make the note of a testbench: its title, stop time, watched ports, and where its runs begin."""
     start, initial = tuple(testbench.start.items()), tuple(testbench.initial.items())
     return Annotation(
         "testbench",
@@ -334,18 +499,24 @@ def bench_note(testbench: Testbench) -> Annotation:
 
 
 def source_notes(source: Source) -> list[Annotation]:
-    """Notes of a source and of its waveform."""
+    """Make the notes of a source and of its waveform."""
     head = Annotation("source", SourceNote(source.name, source.node, source.quantity))
     return [head, Annotation(_WAVEFORMS[type(source.waveform)], source.waveform)]
 
 
 def to_source(source: SourceNote, waveform: Waveform) -> Source:
-    """The source of its notes."""
+    """Make the source that its note and its waveform describe."""
     return Source(source.name, source.node, waveform, source.quantity)
 
 
 def to_parameters(notes: Iterable[ParameterNote]) -> dict[str, Any]:
-    """Parameters of an instance: numbers, or nested tuples where the note has a shape."""
+    """Make the parameters of an instance from its notes: numbers, or nested tuples where a note has a shape.
+
+    Raises
+    ------
+    DataError
+        A note has too few or too many values for its shape.
+    """
     return {n.key: _nested(n.values, n.shape) for n in notes}
 
 

@@ -1,7 +1,7 @@
-"""The walk that all dialects share: design -> lines, definitions first, then the testbench.
+"""The walk that writes a netlist in any dialect: the definitions first, then the testbench.
 
-A dialect is a `Writer`: how it opens and closes a definition, calls one, writes a device, and what it says
-at the end. Notes (`netlists.write.annotation`) stand where their module says.
+A dialect brings a `Writer`: how it opens and closes a definition, how it calls one, how it writes a device,
+and what it says at the end. Notes (`netlists.write.annotation`) stand where their module says.
 """
 
 from __future__ import annotations

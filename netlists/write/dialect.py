@@ -1,4 +1,4 @@
-"""How a dialect is put together: a formatter of its devices, and what writes its netlists."""
+"""How a dialect is put together, from a formatter of its devices and what writes its netlists."""
 
 from __future__ import annotations
 

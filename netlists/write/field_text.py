@@ -1,4 +1,4 @@
-"""Fields of a frozen dataclass as words of text, and back: the grammar of a netlist's notes.
+"""The fields of a frozen dataclass as words of text, and back: the grammar of a netlist's notes.
 
     field  = key "=" word | key "=(" word* ")"
     word   = letters, digits and `_ . , [ ] / + -` as they are; other text as a JSON string without spaces

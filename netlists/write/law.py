@@ -1,9 +1,8 @@
-"""The devices' nonlinear laws as expression text, constants folded to literal numbers.
+"""The nonlinear laws of devices as text of expressions, with constants folded into literal numbers.
 
 The equations are those of `circuits.devices.transistor` and `circuits.devices.operational_amplifier` at one
-temperature; a dialect says how it writes the voltage between two nodes. What the dialects at hand share:
-`+ - * / ^`, `a?b:c`, `ln exp sqrt abs max min tanh`;
-those that write `**` or `log` change the text.
+temperature; a dialect says how it writes the voltage between two nodes. All dialects here share
+`+ - * / ^`, `a?b:c` and `ln exp sqrt abs max min tanh`; those that write `**` or `log` change the text.
 
 ngspice's `exp` saturates at 1e99 and `ln(1 + y)` loses its digits for small y, so that `ln(1 + e^x)` has
 branches: `e^x (1 - e^x / 2)` below -12 (relative error e^-24 / 3 = 1e-11) and `x` above 37 (error e^-37).

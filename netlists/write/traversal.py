@@ -1,9 +1,10 @@
-"""Testbench -> definitions, calls and sources in the order in which a netlist lists them; no dialect's text.
+"""A testbench as the definitions, calls and sources of a netlist, in the order in which it lists them.
 
-Every circuit becomes one definition for each distinct content: an instance whose parameters or transistors
-differ gets its own definition, and two circuits of equal content share one. So the nominal die has one
-definition a circuit, and every other die one an instance. Arrays become one call an element. Values are
-literal: a definition has no parameters. Names are ours (`v_mem[3]`); a dialect turns them into its own.
+No dialect's text is in it. Every circuit becomes one definition for each distinct content: an instance whose
+parameters or transistors differ gets its own definition, and two circuits of equal content share one. So the
+nominal die has one definition for each circuit, and every other die one for each instance. Arrays become one
+call for each element. Values are literal, because a definition has no parameters. Names are ours
+(`v_mem[3]`); a dialect turns them into its own.
 """
 
 from __future__ import annotations

@@ -34,18 +34,49 @@ SPEED_OF_FACTOR = 0.7  # m/s a unit of the speed factor at full drive, from 0.1 
 
 @dataclass(frozen=True, slots=True)
 class Pushbot:
-    """Numbers of the robot, in SI units, with angles in rad."""
+    """The numbers of the Pushbot's body; all are in SI units, and angles are in rad.
 
-    wheel_distance: float = 0.086  # m
-    wheel_radius: float = 0.019  # m
-    top_speed: float = 1.0  # m/s of a track at a command of 100; the paper's fastest, its command is ours
-    slip: float = 1.8  # effective over real wheel distance; ours: 1.5 to 2 is usual of tracks as long as wide
-    lag: float = 0.05  # s, time constant of a motor under its own controller; ours
-    latency: float = 8e-3  # s, of events to the controller and of commands back, each; ours, below 10 ms
-    dropped: float = 0.8  # share of the events that are dropped at random; the paper's
-    gyro_range: float = math.radians(2000.0)  # rad/s, either way, in 16 bits
-    gyro_noise: float = math.radians(0.1)  # rad/s, sigma of a sample; ours
-    gyro_period: float = 8e-3  # s; 125 Hz, as the lab's own software asks for
+    Attributes
+    ----------
+    wheel_distance : float
+        Distance of the two tracks, m; the robot's code.
+    wheel_radius : float
+        Radius of a wheel, m; the robot's code.
+    top_speed : float
+        Speed of a track at a command of 100, m/s. It is the fastest of the paper; that 100 gives it is ours.
+    slip : float
+        Effective over real wheel distance in turns, dimensionless. Ours: 1.5 to 2 is usual of tracks as long
+        as they are wide.
+    lag : float
+        Time constant of a motor under its own controller, s; ours.
+    latency : float
+        Time that events take to the controller, and commands back, s each; ours, the paper has below 10 ms.
+    dropped : float
+        Share of the events that are dropped at random, from 0 to below 1; the paper's.
+    gyro_range : float
+        Largest turn rate that the gyro tells, in either direction, rad/s; it is divided into 16 bits (eDVS
+        manual).
+    gyro_noise : float
+        Standard deviation of one sample of the gyro, rad/s; ours.
+    gyro_period : float
+        Time between two samples of the gyro, s; the 125 Hz that the lab's own software asks for.
+
+    Raises
+    ------
+    ParameterError
+        A number breaks its rule.
+    """
+
+    wheel_distance: float = 0.086
+    wheel_radius: float = 0.019
+    top_speed: float = 1.0
+    slip: float = 1.8
+    lag: float = 0.05
+    latency: float = 8e-3
+    dropped: float = 0.8
+    gyro_range: float = math.radians(2000.0)
+    gyro_noise: float = math.radians(0.1)
+    gyro_period: float = 8e-3
 
     def __post_init__(self) -> None:
         """Check the numbers."""

@@ -21,31 +21,90 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class Rover:
-    """Numbers of a rover's body and senses, in SI units, with angles in rad."""
+    """The numbers of a rover's body, its senses and its surroundings; SI units, angles in rad.
 
-    reach: float = 10.0  # m from a waypoint, when the next one is taken; the paper's
-    speed: float = 1.0  # m/s; ours
-    track: float = 0.25  # m between the wheels of both sides; ours, of the order of the chassis
-    slip: float = 1.8  # effective over real track; ours
-    turn_gain: float = 1.0  # 1/s, turn rate per angle between bearing and heading; ours
-    turn_rate: float = 0.8  # rad/s at most; ours
-    wheel_spread: float = 0.03  # sigma of the relative speed of a side, fixed in a run; ours
-    control_period: float = 0.1  # s; ours
-    gps_period: float = 1.0  # s; ours, usual for phones
-    gps_drift: float = 3.0  # m, sigma an axis; ours: phones under open sky are off by about 5 m
-    gps_drift_time: float = 60.0  # s, correlation time of the drift; ours
-    gps_noise: float = 0.5  # m, sigma an axis of each fix by itself; ours
-    outage_rate: float = 1.0 / 600.0  # 1/s under open sky; ours
-    outage_rate_covered: float = 1.0 / 60.0  # 1/s more where trees stand all around; ours
-    outage_length: float = 10.0  # s, mean; ours
-    declination: float = math.radians(12.0)  # east of true north; ours, about that of Irvine in 2016
-    compass_bias: float = math.radians(5.0)  # sigma, fixed in a run: iron near the phone; ours
-    compass_noise: float = math.radians(3.0)  # sigma of each reading; ours
-    half_width: float = 0.15  # m; ours, of the order of the chassis
-    sonar_range: float = 254 * 0.0254  # m; the paper's
-    sonar_angle: float = math.radians(45.0)  # half of the field that three sonars see; ours
-    sonar_margin: float = 2.0  # m, nearer than which the rover turns away; ours
-    redirection_time: float = 15.0  # s that an operator takes to lead it around an obstacle; ours
+    Two are the paper's, as marked; the others are ours.
+
+    Attributes
+    ----------
+    reach : float
+        Distance from a waypoint at which the next one is taken, m; the paper's.
+    speed : float
+        Speed ahead, m/s.
+    track : float
+        Distance between the wheels of both sides, m; of the order of the chassis.
+    slip : float
+        Effective over real track in turns, dimensionless.
+    turn_gain : float
+        Turn rate for each rad between bearing and heading, 1/s.
+    turn_rate : float
+        Largest turn rate, rad/s.
+    wheel_spread : float
+        Standard deviation of the relative speed of a side, dimensionless; drawn once in a run.
+    control_period : float
+        Time between two commands to the wheels, s.
+    gps_period : float
+        Time between two fixes of the GPS, s; usual for phones.
+    gps_drift : float
+        Standard deviation of the slow error of the GPS on each axis, m. Phones under open sky are off by
+        about 5 m.
+    gps_drift_time : float
+        Correlation time of that error, s.
+    gps_noise : float
+        Standard deviation of the error of each fix by itself, on each axis, m.
+    outage_rate : float
+        Outages of the GPS in a second under open sky, 1/s.
+    outage_rate_covered : float
+        Outages in a second more where trees stand all around, 1/s.
+    outage_length : float
+        Mean length of an outage, s.
+    declination : float
+        Angle of magnetic north east of true north, rad; about that of Irvine in 2016.
+    compass_bias : float
+        Standard deviation of the compass's constant error, rad; it is drawn once in a run, as from iron
+        nearby.
+    compass_noise : float
+        Standard deviation of the error of each reading of the compass, rad.
+    half_width : float
+        Half of the rover's width, m; of the order of the chassis.
+    sonar_range : float
+        Distance that the sonars see, m; the paper's 254 inches.
+    sonar_angle : float
+        Half of the field that the three sonars see together, rad.
+    sonar_margin : float
+        Distance of an obstacle below which the rover turns away, m.
+    redirection_time : float
+        Time that an operator takes to lead the rover around an obstacle, s.
+
+    Raises
+    ------
+    ParameterError
+        A length, a speed or a period is not above 0.
+    """
+
+    reach: float = 10.0
+    speed: float = 1.0
+    track: float = 0.25
+    slip: float = 1.8
+    turn_gain: float = 1.0
+    turn_rate: float = 0.8
+    wheel_spread: float = 0.03
+    control_period: float = 0.1
+    gps_period: float = 1.0
+    gps_drift: float = 3.0
+    gps_drift_time: float = 60.0
+    gps_noise: float = 0.5
+    outage_rate: float = 1.0 / 600.0
+    outage_rate_covered: float = 1.0 / 60.0
+    outage_length: float = 10.0
+    declination: float = math.radians(12.0)
+    compass_bias: float = math.radians(5.0)
+    compass_noise: float = math.radians(3.0)
+    half_width: float = 0.15
+    sonar_range: float = 254 * 0.0254
+    sonar_angle: float = math.radians(45.0)
+    sonar_margin: float = 2.0
+    redirection_time: float = 15.0
 
     def __post_init__(self) -> None:
         for name in ("reach", "speed", "track", "slip", "control_period", "gps_period", "gps_drift_time"):

@@ -1,1 +1,1 @@
-"""Expressions of netlists: arithmetic, and the parameters in reach."""
+"""Expressions of a netlist: their arithmetic, and the parameters that they can use."""

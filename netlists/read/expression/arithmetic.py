@@ -1,7 +1,8 @@
-"""What expressions are made of: numbers, sums of node voltages, and functions of parameters' values.
+"""What the arithmetic of a netlist is made of: numbers, sums of node voltages, and functions of them.
 
-A parsed expression is a function of a lookup of parameters. A value is a number, or linear in node voltages,
-`c + sum of g v(node)`; what is not linear is refused where it arises.
+An expression that has been parsed is a function. It takes a lookup, which gives a parameter's value by name,
+and returns the expression's value. A value is a number, or linear in node voltages: `c + sum of g v(node)`.
+What is not linear is refused where it arises.
 """
 
 from __future__ import annotations
@@ -29,12 +30,20 @@ Lookup = Callable[[str], "float | None"]
 
 
 class ExpressionError(ValueError):
-    """What is wrong with an expression, without its place in a file."""
+    """Says what is wrong with an expression; the caller adds the place in the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """`constant + sum of slopes[node] v(node)`."""
+    """A value that is linear in node voltages: `constant + sum of slopes[node] v(node)`.
+
+    Attributes
+    ----------
+    constant : float
+        The part without voltages, in the unit of the whole expression.
+    slopes : mapping of str to float
+        Factor of the voltage of each node, per V.
+    """
 
     constant: float
     slopes: Mapping[str, float] = field(default_factory=dict)
@@ -49,7 +58,7 @@ VOLTAGE = "v(): must name one or two nodes, as in v(out) or v(a,b)"
 
 
 def constant(value: Value) -> Expression:
-    """Function that always is `value`."""
+    """Make the expression that is always `value`."""
 
     def same(lookup: Lookup) -> Value:
         return value
@@ -58,7 +67,15 @@ def constant(value: Value) -> Expression:
 
 
 def voltage(inside: str) -> Expression:
-    """`v(node)` or `v(node, node)`: nodes are not expressions, any characters may be in their names."""
+    """Make the expression of a node voltage, `v(node)`, or of a difference of two, `v(node, node)`.
+
+    `inside` is the text between the brackets. Nodes are no expressions: a name may have any characters in it.
+
+    Raises
+    ------
+    ExpressionError
+        `inside` does not name one or two nodes.
+    """
     nodes = [part.strip() for part in inside.split(",")]
     if not (len(nodes) <= 2 and all(_NODE.fullmatch(node) for node in nodes)):
         raise ExpressionError(VOLTAGE)
@@ -69,7 +86,10 @@ def voltage(inside: str) -> Expression:
 
 
 def parameter(name: str) -> Expression:
-    """Value of a parameter, or of a constant of `_CONSTANTS`."""
+    """Make the expression that is the value of the parameter `name`, or of a constant such as `pi`.
+
+    The expression raises `ExpressionError` where its lookup does not know the name.
+    """
 
     def value(lookup: Lookup) -> Value:
         found = lookup(name)
@@ -83,7 +103,7 @@ def parameter(name: str) -> Expression:
 
 
 def choice(condition: Expression, yes: Expression, no: Expression) -> Expression:
-    """`condition ? yes : no`; both must have a value."""
+    """Make the expression `condition ? yes : no`; both `yes` and `no` must have a value."""
 
     def value(lookup: Lookup) -> Value:
         pair = yes(lookup), no(lookup)
@@ -93,7 +113,15 @@ def choice(condition: Expression, yes: Expression, no: Expression) -> Expression
 
 
 def joined(first: Expression, operands: list[tuple[Operator, Expression]]) -> Expression:
-    """Operands of one rank, from left to right."""
+    """Make the expression of operands that operators of one rank join, applied from left to right.
+
+    Parameters
+    ----------
+    first
+        The leftmost operand.
+    operands
+        Each operator with the operand on its right.
+    """
 
     def value(lookup: Lookup) -> Value:
         found = first(lookup)
@@ -105,7 +133,7 @@ def joined(first: Expression, operands: list[tuple[Operator, Expression]]) -> Ex
 
 
 def signed(operand: Expression, signs: list[str]) -> Expression:
-    """Signs before an operand, the one next to it first."""
+    """Make the expression of an `operand` with `signs` (`-` or `!`) before it, the one next to it first."""
 
     def value(lookup: Lookup) -> Value:
         found = operand(lookup)
@@ -117,7 +145,11 @@ def signed(operand: Expression, signs: list[str]) -> Expression:
 
 
 def applied(name: str, function: Callable[..., float], given: list[Expression]) -> Expression:
-    """A function of numbers."""
+    """Make the expression of a `function` of numbers, applied to the values of `given`.
+
+    `name` is the function's name for an error's text. The expression raises `ExpressionError` where an
+    argument is outside the function's range.
+    """
 
     def value(lookup: Lookup) -> Value:
         return _call(name, function, tuple(_number(each(lookup)) for each in given))

@@ -1,4 +1,6 @@
-"""Arithmetic of `.param`, of element values and of B sources: recursive descent, never Python's own.
+"""A parser for the arithmetic of a netlist: of `.param` cards, of element values and of B sources.
+
+The text is parsed by recursive descent and never handed to Python's own `eval`. This is its grammar:
 
     expression := or [ ? expression : expression ]
     or := and { || and }      and := comparison { && comparison }
@@ -8,9 +10,9 @@
     unary := { + - ! } power        power := atom [ (^ **) unary ]
     atom := number | name | function ( expression , ... ) | v ( node [ , node ] ) | ( expression )
 
-A value is linear in node voltages, `c + sum of g v(node)`: what is not linear is refused where it arises.
-`log` is natural, as in ngspice. Text is limited in length, brackets in depth. A text is parsed once: what
-comes of it is a function of the parameters' values.
+A value is a number, or linear in node voltages: `c + sum of g v(node)`. What is not linear is refused where
+it arises. `log` is the natural logarithm, as in ngspice. The length of a text and the depth of its brackets
+are limited. A text is parsed once, into a function of the parameters' values.
 """
 
 from __future__ import annotations
@@ -55,10 +57,19 @@ _END = _Token("", "")
 
 
 def number_of(expression: Expression, lookup: Lookup) -> float:
-    """Finite value of a parsed expression without node voltages.
+    """Evaluate a parsed expression whose value must be a finite number.
 
-    `lookup` gives a parameter's value, None for one that it does not know. Raises `ExpressionError` for an
-    unknown name, a node voltage, or a value that is not finite.
+    Parameters
+    ----------
+    expression
+        What `parse` gave.
+    lookup
+        Gives a parameter's value by name, and None for one that it does not know.
+
+    Raises
+    ------
+    ExpressionError
+        A name is unknown, the value has a node voltage in it, or it is not finite.
     """
     found = expression(lookup)
     if isinstance(found, Linear):
@@ -69,7 +80,20 @@ def number_of(expression: Expression, lookup: Lookup) -> float:
 
 
 def linear_of(expression: Expression, lookup: Lookup) -> Linear:
-    """Finite value of a parsed expression that is linear in node voltages; raises as `number_of` does."""
+    """Evaluate a parsed expression whose value may be linear in node voltages.
+
+    Parameters
+    ----------
+    expression
+        What `parse` gave.
+    lookup
+        Gives a parameter's value by name, and None for one that it does not know.
+
+    Raises
+    ------
+    ExpressionError
+        A name is unknown, the value is not linear, or a number in it is not finite.
+    """
     found = expression(lookup)
     linear = found if isinstance(found, Linear) else Linear(found)
     for number in (linear.constant, *linear.slopes.values()):
@@ -78,9 +102,19 @@ def linear_of(expression: Expression, lookup: Lookup) -> Linear:
 
 
 def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
-    """Parse a text into a function of the parameters' values.
+    """Parse a text into an expression, which is a function of the parameters' values.
 
-    Raises `ExpressionError` for what is no expression, or is too long or too deep.
+    Parameters
+    ----------
+    text
+        The text, without the braces or quotes around it.
+    limits
+        How long the text may be, and how deep its brackets.
+
+    Raises
+    ------
+    ExpressionError
+        The text is no expression, or is too long or too deep.
     """
     if len(text) > limits.expression:
         raise ExpressionError(

@@ -1,7 +1,8 @@
-"""Parameters in reach of a section, and the values of words that use them.
+"""Which parameters a section of a netlist can use, and the values of the words that use them.
 
-A parameter may be used before the card that defines it, as in SPICE: definitions wait until what they need
-has its value, without recursion. A section sees its own parameters, then those of the top level.
+A section uses its own parameters first, then those of the top level. As in SPICE, a parameter may be used
+before the card that defines it. So a definition waits until everything that it needs has a value; this is
+done by a loop, without recursion.
 """
 
 from __future__ import annotations
@@ -24,7 +25,19 @@ Definition = tuple[str, Card]  # text of the value, and where it stands
 
 @dataclass(slots=True)
 class Expressions:
-    """Expressions of a netlist of `cards` cards, each text parsed once; `read`: characters so far."""
+    """The expressions of one netlist; a text that occurs again is not parsed again.
+
+    Attributes
+    ----------
+    limits : Limits
+        How much arithmetic the netlist may have.
+    cards : int
+        Number of the netlist's cards: a longer netlist may have more arithmetic.
+    read : int
+        Characters so far; a text that was parsed before counts an eighth.
+    parsed : dict of str to Expression or None
+        The parsed expression by its text, None until the text has come a second time.
+    """
 
     limits: Limits
     cards: int = 0
@@ -32,7 +45,13 @@ class Expressions:
     parsed: dict[str, Expression | None] = field(default_factory=dict)  # None until its second time
 
     def get(self, text: str) -> Expression:
-        """Parsed text; raises `ExpressionError`, also where all expressions together are too long."""
+        """Return the parsed expression of `text`.
+
+        Raises
+        ------
+        ExpressionError
+            The text is no expression, or all expressions of the netlist together are too long.
+        """
         found = self.parsed.get(text)
         self.read += len(text) if found is None else len(text) // _AGAIN + 1
         most = max(self.limits.arithmetic, _A_CARD * self.cards)
@@ -46,7 +65,19 @@ class Expressions:
 
 @dataclass(slots=True)
 class Scope:
-    """Values by name; `parent` is the top level's, None for the top level itself."""
+    """The parameters of one section of a netlist, with their values.
+
+    Attributes
+    ----------
+    limits : Limits
+        How much arithmetic is allowed.
+    parent : Scope or None
+        The scope of the top level; None for the top level itself.
+    values : dict of str to float
+        Value of each parameter by name, in the SI unit of what it is used for.
+    expressions : Expressions or None
+        The parsed expressions of the netlist: those of the parent unless given.
+    """
 
     limits: Limits
     parent: Scope | None = None
@@ -63,12 +94,27 @@ class Scope:
         return expressions.get(_bare(text))
 
     def lookup(self, name: str) -> float | None:
-        """Value of a parameter, None where there is none."""
+        """Return the value of the parameter `name`, here or in the parent; None where there is none."""
         value = self.values.get(name)
         return self.parent.lookup(name) if value is None and self.parent is not None else value
 
     def number(self, card: Card, what: str, word: str) -> float:
-        """Finite value of a word: a number, a parameter, or an expression in braces or quotes."""
+        """Return the finite value of a word: a number, a parameter, or an expression in braces or quotes.
+
+        Parameters
+        ----------
+        card
+            The card that the word is of, for an error's place.
+        what
+            What the word is of it, for an error's text.
+        word
+            The word.
+
+        Raises
+        ------
+        DataError
+            The word has no value, or one that is not finite.
+        """
         value = read_number(word)
         if value is None:
             try:
@@ -80,14 +126,38 @@ class Scope:
         return value
 
     def linear(self, card: Card, what: str, text: str) -> Linear:
-        """Value of an expression that may be linear in node voltages."""
+        """Return the value of an expression that may be linear in node voltages.
+
+        Parameters
+        ----------
+        card
+            The card that the expression is of, for an error's place.
+        what
+            What the expression is of it, for an error's text.
+        text
+            The expression.
+
+        Raises
+        ------
+        DataError
+            The text is no expression, or its value is not linear and finite.
+        """
         try:
             return linear_of(self._parsed(text), self.lookup)
         except ExpressionError as error:
             raise card.error(f"{what}: {error}") from None
 
     def define(self, definitions: Mapping[str, Definition]) -> None:
-        """Evaluate definitions in the order that they need; raises `DataError` for a cycle among them."""
+        """Give parameters their values, in the order in which they need one another.
+
+        `definitions` has the text and the card of each parameter by its name. A parameter that has a value
+        already keeps it.
+
+        Raises
+        ------
+        DataError
+            A parameter is defined by itself, or has no finite value.
+        """
         waiting = {name: d for name, d in definitions.items() if name not in self.values}
         for name in list(waiting):
             self._define(name, waiting)

@@ -1,1 +1,1 @@
-"""Notes in netlists that were written here, and circuits made from them."""
+"""The notes in netlists that were written here, and the circuits that are made from them."""

@@ -1,6 +1,7 @@
-"""Netlists that we wrote -> circuit, testbench and silicon, by their structured comments.
+"""Netlists that were written here, read back by their structured comments.
 
-The notes (`netlists.write.annotation`) say what circuit each definition writes, down to arrays and kinds of
+They give the circuit, the testbench and the silicon. The notes (`netlists.write.annotation`) say what circuit
+each definition writes, down to arrays and kinds of
 biases; resistors, capacitors and linear controlled sources are read from their lines. What was read is then
 written again, and card after card must be the same text but for the last digits of numbers (1e-9), so that a
 line that was edited under its note is refused with its place instead of being believed. Cards about the run

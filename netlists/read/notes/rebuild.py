@@ -1,4 +1,7 @@
-"""Definitions with their notes -> circuits, down to arrays and the parameters of their instances."""
+"""Circuits made from the definitions of a netlist and their notes.
+
+They have the arrays, and the parameters of instances, of the circuits that were written.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Are the lines of a netlist those that its notes write? Card after card, numbers to their last digits."""
+"""The check that a netlist's lines are those that its notes write.
+
+They are compared card after card; numbers may differ in their last digits.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From the text of a netlist to its cards and sections."""
+"""The text of a netlist and the cards and sections that it consists of."""

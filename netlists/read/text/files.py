@@ -1,4 +1,8 @@
-"""Files that a netlist consists of: never outside its root folder, regular, UTF-8, and within the limits."""
+"""The files that a netlist consists of, read safely and within the limits of the reader.
+
+A netlist may include other files. A file is read only if it lies inside the root folder, is a regular file,
+is encoded as UTF-8, and fits what `netlists.read.limits.Limits` allows.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,25 @@ _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 
 @dataclass(slots=True)
 class Files:
-    """What has been read so far, against the limits; `open` is the chain of files inside one another."""
+    """What has been read of a netlist so far; every function of this module that reads adds to it.
+
+    Attributes
+    ----------
+    root : Path or None
+        Folder that every included file must lie in, with links resolved; None where no file may be included.
+    limits : Limits
+        How many files, lines and bytes the netlist may have.
+    notes : Notes
+        What the reader has to tell its user.
+    size : int
+        Bytes that were read.
+    lines : int
+        Lines that were read.
+    names : list of str
+        Names of the files that were read, in that order and without their folders.
+    open : list of Path
+        The files that are being read: each one was included by the one before it.
+    """
 
     root: Path | None
     limits: Limits
@@ -29,7 +51,13 @@ class Files:
 
 
 def root_folder(folder: Path) -> Path:
-    """Return the root folder with links resolved; raises `DataError` unless it is a folder."""
+    """Resolve the links in the path of the folder that included files must lie in.
+
+    Raises
+    ------
+    DataError
+        `folder` is no folder.
+    """
     resolved = folder.resolve()
     if not resolved.is_dir():
         raise DataError(f"{shown(str(folder))}: no folder, the root must be one; name a folder that exists")
@@ -37,7 +65,22 @@ def root_folder(folder: Path) -> Path:
 
 
 def inside(path: Path, root: Path, name: str, place: str) -> Path:
-    """Return `path` with links resolved; raises `DataError` unless it lies inside `root`."""
+    """Resolve the links in `path` and return the result, which lies inside `root`.
+
+    Parameters
+    ----------
+    path
+        Path of a file, as the netlist names it.
+    root
+        Folder that it must lie in, with links resolved.
+    name, place
+        The file's name as written, and the file and line that name it: both for an error's text.
+
+    Raises
+    ------
+    DataError
+        There is no such file, or it lies outside `root`.
+    """
     try:
         resolved = path.resolve()
     except (OSError, RuntimeError, ValueError):  # a loop of links, or a NUL in the name
@@ -48,7 +91,22 @@ def inside(path: Path, root: Path, name: str, place: str) -> Path:
 
 
 def contents(files: Files, path: Path, place: str) -> str:
-    """Text of a regular file; raises `DataError` for what cannot be read or exceeds the limits."""
+    """Read the text of a file and count it against the limits.
+
+    Parameters
+    ----------
+    files
+        What has been read so far; it is brought up to date.
+    path
+        The file, with links resolved.
+    place
+        File and line that name it, for an error's text.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, is no regular file, is not UTF-8, or exceeds a limit.
+    """
     limits = files.limits
     if len(files.names) == limits.files:
         raise DataError(f"{place}: more than {limits.files} files, the limit; join some")
@@ -75,7 +133,22 @@ def contents(files: Files, path: Path, place: str) -> str:
 
 
 def count(files: Files, text: str, name: str) -> None:
-    """Count a text against the limits; raises `DataError` for one that is too long, empty or no text."""
+    """Count a text against the limits of how much is read.
+
+    Parameters
+    ----------
+    files
+        What has been read so far; it is brought up to date.
+    text
+        The text of one file.
+    name
+        The file's name, for an error's text.
+
+    Raises
+    ------
+    DataError
+        The limit of bytes or lines is exceeded, the text is empty, or it has control characters.
+    """
     limits = files.limits
     files.size += len(text) if text.isascii() else len(text.encode("utf-8", "replace"))
     files.lines += text.count("\n") + 1

@@ -1,11 +1,16 @@
-"""Lines of a netlist -> cards: comments dropped, continuation lines joined, included files in their place.
+"""The first step of reading a netlist: its lines become cards.
+
+A card is one statement of a netlist, such as an element or a `.param`. Comments are dropped, a line that
+continues the one before it is joined to it, and an included file stands where it was included.
 
 Files. `.include FILE` and `.lib FILE SECTION` name files relative to the one they stand in. Links are
-resolved before a file is opened, and what then lies outside the root folder is refused, as is a file inside
-itself. Lines. The first line of the outermost file is the title, whatever it says. `*` begins a comment line,
-` ;`, ` $ ` and ` //` the rest of a line, `+` continues a card; `*%` lines, which carry what SPICE cannot say,
-are cards. `.end` ends a file; what stands between `.control` and `.endc` would be run by a simulator and is
-left out.
+resolved before a file is opened. A file that then lies outside the root folder is refused, and so is a file
+that includes itself.
+
+Lines. The first line of the outermost file is the title, whatever it says. `*` begins a line of comment;
+` ;`, ` $ ` and ` //` make the rest of a line a comment; `+` continues a card. Lines that begin with `*%` are
+cards: they carry what SPICE cannot say (`netlists.write.annotation`). `.end` ends a file. What stands between
+`.control` and `.endc` would be run by a simulator, and is left out.
 """
 
 from __future__ import annotations
@@ -36,7 +41,19 @@ ReadLine = Callable[[str], tuple[str, str]]
 
 @dataclass(slots=True)
 class Text:
-    """Cards of a netlist in order, its title, the files that they came from, and the language."""
+    """A netlist as its first reader leaves it.
+
+    Attributes
+    ----------
+    title : str
+        The first line.
+    cards : list of Card
+        The statements in order, those of included files where they were included.
+    files : tuple of str
+        Names of the files that were read, in order; empty for a text without a file.
+    language : str
+        `spice`, `spectre` or `verilog-a`, as told from the first lines.
+    """
 
     title: str
     cards: list[Card]
@@ -47,10 +64,25 @@ class Text:
 def read_text(
     source: Path | str, root: Path | None, limits: Limits, notes: Notes, *, has_title: bool = True
 ) -> Text:
-    """Read a file, or a text without a file name.
+    """Read a netlist from a file, or from a text without a file name.
 
-    root: folder that included files must lie in; the file's own unless given, none for a text. Raises
-    `DataError` naming file and line.
+    Parameters
+    ----------
+    source
+        The file's path, or the text itself.
+    root
+        Folder that included files must lie in. Unless given it is the file's own; a text then includes none.
+    limits
+        How much may be read.
+    notes
+        What the reader has to tell; it is added to.
+    has_title
+        Whether the first line is a title, which no one reads, as in SPICE.
+
+    Raises
+    ------
+    DataError
+        What cannot be read, with its file and line.
     """
     if isinstance(source, Path):
         folder = root_folder(source.parent if root is None else root)
@@ -100,7 +132,24 @@ def _cards(files: Files, text: str, name: str, first: int) -> Iterator[Card]:
 
 
 def joined(text: str, name: str, first: int, most: int, read: ReadLine | None = None) -> Iterator[Card]:
-    """Cards of a text whose first line has the number `first`, of at most `most` characters each."""
+    """Yield the cards of one text, with the lines that continue a card joined to it.
+
+    Parameters
+    ----------
+    text
+        The text.
+    name, first
+        The file's name and the number of the text's first line, which the cards keep for error texts.
+    most
+        Characters that a card may have at most.
+    read
+        What tells a line's kind; `spice_line` unless given.
+
+    Raises
+    ------
+    DataError
+        A line continues nothing, or a card is too long.
+    """
     read = spice_line if read is None else read
     parts: list[str] = []
     begin = size = 0
@@ -127,7 +176,11 @@ def joined(text: str, name: str, first: int, most: int, read: ReadLine | None = 
 
 
 def spice_line(raw: str) -> tuple[str, str]:
-    """What a line is, with its text: ` ` a new card, `+` more of one, `%` more of a `*%`, empty nothing."""
+    """Tell what kind of line `raw` is in SPICE, and return the kind with the line's text.
+
+    The kind is one character: a space for a new card, `+` for more of a card, `%` for more of a `*%` card. It
+    is empty for a line that says nothing, such as a comment.
+    """
     line = raw.strip()
     if not line:
         return "", ""
@@ -143,7 +196,10 @@ def spice_line(raw: str) -> tuple[str, str]:
 
 
 def spectre_line(raw: str) -> tuple[str, str]:
-    """The same for Spectre, whose comments begin with `//`; a structured one becomes a `*%` card."""
+    """Tell what kind of line `raw` is in Spectre, as `spice_line` does for SPICE.
+
+    Spectre's comments begin with `//`, and one that begins with `//%` becomes a `*%` card.
+    """
     line = raw.strip()
     if line.startswith("//%+"):
         return "%", line[4:].strip()
@@ -155,7 +211,10 @@ def spectre_line(raw: str) -> tuple[str, str]:
 
 
 def verilog_line(raw: str) -> tuple[str, str]:
-    """The same for Verilog-A, whose lines are cards as they stand."""
+    """Tell what kind of line `raw` is in Verilog-A, as `spice_line` does for SPICE.
+
+    Every line that is no comment is a card as it stands.
+    """
     line = raw.strip()
     if line.startswith("//"):
         return spectre_line(raw)
@@ -215,7 +274,7 @@ def _file_cards(files: Files, card: Card, name: str) -> Iterator[Card]:
 
 
 def _section(card: Card, cards: Iterator[Card], wanted: str) -> Iterator[Card]:
-    """Cards between `.lib WANTED` and `.endl`."""
+    """Yield the cards between `.lib WANTED` and `.endl`, the section of a library that a netlist asks for."""
     is_inside = found = False
     for each in cards:
         words = each.text.lower().split(maxsplit=2)

@@ -1,14 +1,12 @@
-"""Names of a netlist -> names that a circuit allows, so that two names never become one.
+"""Names of a netlist turned into names that a circuit allows, and back.
 
-A circuit's names are letters, digits and `_`, without a digit in front; case does not count in either world,
-and lower case is kept. The rule, in this order:
+Two different names never become the same one. A circuit's names are letters, digits and `_`, without a digit
+in front. Upper and lower case do not differ in either world, and lower case is kept. The rule, in this order:
 
 1. every other character becomes `_x` + its code in hexadecimal + `_`: `net-3` is `net_x2d_3`, `v_mem#3` is
    `v_mem_x23_3`; an `_` that already begins such an escape (`_x2d`) is escaped itself, `_x5f_x2d`;
 2. a name that begins with a digit, or with `_`s and then a digit, gets one `_` in front: `1` is `_1`, `_1` is
    `__1`; an empty name cannot occur.
-
-`original_name` is the inverse.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ _DIGIT_FIRST = re.compile(r"_*[0-9]")
 
 @lru_cache(maxsize=100_000)
 def circuit_name(name: str) -> str:
-    """Name in a circuit of `name` in a netlist."""
+    """Return the name that `name` of a netlist has in a circuit, by the rule of this module."""
     lower = name.lower()
     if _PLAIN.fullmatch(lower):
         return lower
@@ -33,6 +31,6 @@ def circuit_name(name: str) -> str:
 
 
 def original_name(name: str) -> str:
-    """Name in the netlist, in lower case, of a name that `circuit_name` made."""
+    """Return the netlist's own name, in lower case, of a `name` that `circuit_name` made."""
     stripped = name[1:] if name.startswith("_") and _DIGIT_FIRST.match(name) else name
     return _ESCAPE.sub(lambda found: chr(int(found.group(1), 16)), stripped)

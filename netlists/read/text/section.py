@@ -1,9 +1,13 @@
-"""Cards -> sections: the top level and each `.subckt`, with its elements, parameters and models.
+"""The second step of reading a netlist: its cards are sorted into sections.
+
+A section is the top level or a sub-circuit (`.subckt`), with its elements, parameters and models. These cards
+make and fill sections:
 
     .subckt NAME port ... [PARAMS:] [name=value ...]      .ends [NAME]
     .param name=value ...      .model NAME type [(name=value ...)]      .global node ...
 
-Sections may stand in one another; a name is looked up from the inside out.
+A section may stand inside another one. What a section names is looked up in itself first, then in the section
+around it, and so on outwards.
 """
 
 from __future__ import annotations
@@ -21,7 +25,19 @@ _NESTING = 16  # sections inside sections
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A `.model` card: its type (`nmos`) and its parameters as written."""
+    """A `.model` card, which gives a name to a kind of device.
+
+    Attributes
+    ----------
+    name : str
+        The model's name, in lower case.
+    type : str
+        Kind of device, such as `nmos`.
+    parameters : dict of str to str
+        The card's parameters by name, as text.
+    card : Card
+        The card itself, for an error's place.
+    """
 
     name: str
     type: str
@@ -31,7 +47,29 @@ class Model:
 
 @dataclass(slots=True, eq=False)
 class Section:
-    """The top level (no parent) or a sub-circuit, everything in lower case."""
+    """The top level of a netlist or one of its sub-circuits; all names are in lower case.
+
+    Attributes
+    ----------
+    name : str
+        Name of the sub-circuit; empty for the top level.
+    card : Card
+        The card that opened it.
+    parent : Section or None
+        The section around it; None for the top level.
+    ports : tuple of str
+        Names of its ports in order.
+    defaults : dict of str to str
+        Parameters of its `.subckt` card, as text.
+    parameters : dict of str to (str, Card)
+        Value, as text, and card of each `.param` in it.
+    elements : list of Card
+        Its devices, sources and calls, in order.
+    models : dict of str to Model
+        Its models by name.
+    children : dict of str to Section
+        The sub-circuits that are defined in it, by name.
+    """
 
     name: str
     card: Card
@@ -61,7 +99,19 @@ class Section:
 
 @dataclass(slots=True)
 class Deck:
-    """Sections of a netlist under its top level, global nodes, and the cards that are neither (`.tran`)."""
+    """A whole netlist in sections.
+
+    Attributes
+    ----------
+    top : Section
+        The top level; the sub-circuits are its children, and theirs.
+    size : int
+        Number of cards.
+    global_nodes : dict of str to None
+        Nodes that `.global` cards name, in order.
+    controls : list of Card
+        Cards that belong to no section, such as `.tran`.
+    """
 
     top: Section
     size: int  # cards
@@ -70,7 +120,23 @@ class Deck:
 
 
 def read_deck(title: str, cards: Sequence[Card], notes: Notes) -> Deck:
-    """Sort cards into sections; raises `DataError` for a section that is not closed or a name given twice."""
+    """Sort the cards of a netlist into sections.
+
+    Parameters
+    ----------
+    title
+        The netlist's first line.
+    cards
+        Its cards in order (`netlists.read.text.lines`).
+    notes
+        What the reader has to tell; it is added to.
+
+    Raises
+    ------
+    DataError
+        A section is not closed, a name is given twice, or a card would change the circuit and is not
+        supported.
+    """
     first = Card(title, "netlist", 1)
     deck = Deck(Section("", first, None), len(cards))
     here = deck.top
@@ -163,5 +229,5 @@ _DECLARATIONS: dict[str, _Declaration] = {
 
 
 def duplicate(card: Card, name: str, other: Card) -> DataError:
-    """Error for an element whose name another one of its section has."""
+    """Make the error for an element `name` of `card` whose name the element of card `other` has already."""
     return card.error(f"{shown(name)}: duplicate name, also at {other.place}; rename one")

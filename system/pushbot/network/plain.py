@@ -30,9 +30,21 @@ TARGET_NEURONS = 128
 
 @dataclass(frozen=True, slots=True)
 class PushbotLayout:
-    """Sizes: neurons of OR, OL, DR, DL and sp each, of exc, and of the target field's unconnected centre.
+    """How many neurons the populations of the Pushbot's network have.
 
-    population : neurons of OR, OL, DR, DL and sp each.
+    Attributes
+    ----------
+    population : int
+        Neurons of OR, OL, DR, DL and sp, each.
+    exc : int
+        Neurons of exc.
+    centre : int
+        Neurons in the middle of the target field that drive nothing; even, so that both sides have one size.
+
+    Raises
+    ------
+    ParameterError
+        `centre` is odd or leaves no side.
     """
 
     population: int = 16
@@ -53,7 +65,36 @@ NOTEBOOK = PushbotLayout(exc=8, centre=20)  # target on neurons 88 to 215
 
 @dataclass(frozen=True, slots=True)
 class PushbotLevels:
-    """Weight levels, ours; a target drives less than an obstacle, as section 2.4.2 asks."""
+    """The weight levels of the Pushbot's network, and its fan-out from the sensor.
+
+    Levels are whole numbers from -4 to 4. The paper gives none, so they are ours; the module says from what.
+    A target drives less than an obstacle, as section 2.4.2 asks. A positive level excites, a negative one
+    inhibits.
+
+    Attributes
+    ----------
+    obstacle_to_drive : int
+        From an obstacle population to the drive that turns away.
+    obstacle_to_speed : int
+        From both obstacle populations to the speed population.
+    drive_to_drive : int
+        From each drive population to the other.
+    drive_to_obstacle : int
+        From each drive population to both obstacle populations.
+    exc_to_exc : int
+        From the constantly firing group to itself.
+    exc_to_speed : int
+        From the constantly firing group to the speed population.
+    target_to_drive : int
+        From a side of the target field to the drive on that side.
+    field_near : tuple of int
+        In the target field: from a neuron to itself, to its next neighbour and to the one after, on either
+        side.
+    field_far : int
+        In the target field: from a neuron to all further ones.
+    dvs_synapses : int
+        Virtual synapses of a neuron that an event of the sensor goes to; the robot's code stimulates 0 to 3.
+    """
 
     obstacle_to_drive: int = 3
     obstacle_to_speed: int = -1
@@ -62,9 +103,9 @@ class PushbotLevels:
     exc_to_exc: int = 4
     exc_to_speed: int = 4
     target_to_drive: int = 2
-    field_near: tuple[int, ...] = (2, 3, 3)  # itself, two neighbours on either side
+    field_near: tuple[int, ...] = (2, 3, 3)
     field_far: int = -2
-    dvs_synapses: int = 4  # virtual ones an event goes to; found: the robot's code stimulates 0 to 3
+    dvs_synapses: int = 4
 
 
 def pushbot_network(

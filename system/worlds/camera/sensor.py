@@ -49,31 +49,88 @@ _compiled = compiled()
 
 @dataclass(frozen=True, slots=True)
 class Dvs:
-    """Numbers of a sensor in SI units; thresholds are in natural log light."""
+    """The numbers of a dynamic vision sensor, in SI units.
+
+    A threshold is a change of the natural logarithm of light, which is dimensionless. The module names the
+    sources; what is not marked as the paper's, the robot's code's or v2e's is ours.
+
+    Attributes
+    ----------
+    columns, rows : int
+        How many pixels there are across and down; the paper's. `rows` is even.
+    field : float
+        Angle that the columns see together, rad; the paper's.
+    height : float
+        Height of the sensor above the floor, m: between the tracks' top and the LED.
+    ahead : float
+        Distance of the sensor before the robot's middle, m; negative behind it.
+    blur : float
+        Standard deviation of the picture of a point of light, in pixels: lens, focus, and carriers that
+        diffuse.
+    threshold_on : float
+        Threshold of ON events, dimensionless; from the biases of the robot's code.
+    threshold_off : float
+        Threshold of OFF events, dimensionless; from the biases of the robot's code.
+    threshold_sigma : float
+        Standard deviation of a threshold from pixel to pixel, dimensionless; v2e's default.
+    follower : float
+        Bandwidth of a pixel in bright light, Hz; v2e's default.
+    per_lux : float
+        Bandwidth of a pixel for each lux that falls on it, Hz/lux: about 3 kHz at 1 klux.
+    dark : float
+        Light that the dark current counts as, lux.
+    leak : float
+        Rate of ON events of a pixel in still light, Hz; 0.05 to 0.1 is usual.
+    leak_sigma : float
+        Standard deviation of that rate from pixel to pixel, in decades; v2e's.
+    noise : float
+        Rate of noise events of a pixel in the dark, Hz; v2e's noisy preset.
+    noise_lux : float
+        Light on a pixel that halves its noise, lux.
+    refractory : float
+        Time that a pixel is silent after an event, s; v2e's default.
+    hot_share : float
+        Share of hot pixels, from 0 to below 1.
+    hot_rate : float
+        Rate of events of a hot pixel, Hz.
+    bus_rate : float
+        Events that the bus carries in a second, 1/s: 12 Mbit/s over a serial line with 6 bytes an event.
+    bus_depth : int
+        How many events wait for the bus at most.
+    step : float
+        Time between two pictures of the scene, s.
+    pixels_a_step : float
+        By how many pixels a picture may turn at most, before the time between pictures is made shorter.
+
+    Raises
+    ------
+    ParameterError
+        A number breaks its rule.
+    """
 
     columns: int = 128
     rows: int = 128
-    field: float = math.radians(60.0)  # across the columns; the paper's
-    height: float = 0.075  # m above the floor; ours: between the tracks' top and the LED
-    ahead: float = 0.04  # m before the robot's middle; ours
-    blur: float = 0.8  # pixels, sigma of a point of light; ours: lens, focus and carriers that diffuse
-    threshold_on: float = 0.242  # from the biases of the robot's code
+    field: float = math.radians(60.0)
+    height: float = 0.075
+    ahead: float = 0.04
+    blur: float = 0.8
+    threshold_on: float = 0.242
     threshold_off: float = 0.211
-    threshold_sigma: float = 0.03  # v2e's default
-    follower: float = 300.0  # Hz, bandwidth in bright light; v2e's default
-    per_lux: float = 3.0  # Hz/lux; ours: about 3 kHz at 1 klux
-    dark: float = 0.1  # lux, as which the dark current counts; ours
-    leak: float = 0.05  # Hz, of ON events in still light; ours: 0.05 to 0.1 is usual
-    leak_sigma: float = 0.1  # decades; v2e's
-    noise: float = 5.0  # Hz of noise events in the dark; v2e's noisy preset
-    noise_lux: float = 0.5  # lux on a pixel that halves it; ours
-    refractory: float = 5e-4  # s; v2e's default
-    hot_share: float = 2e-4  # of pixels; ours
-    hot_rate: float = 50.0  # Hz; ours
-    bus_rate: float = 200e3  # 1/s; 12 Mbit/s over a serial line, 6 bytes an event
-    bus_depth: int = 256  # events that wait at most; ours
-    step: float = 5e-3  # s between pictures; ours
-    pixels_a_step: float = 1.0  # that a picture may turn by; ours
+    threshold_sigma: float = 0.03
+    follower: float = 300.0
+    per_lux: float = 3.0
+    dark: float = 0.1
+    leak: float = 0.05
+    leak_sigma: float = 0.1
+    noise: float = 5.0
+    noise_lux: float = 0.5
+    refractory: float = 5e-4
+    hot_share: float = 2e-4
+    hot_rate: float = 50.0
+    bus_rate: float = 200e3
+    bus_depth: int = 256
+    step: float = 5e-3
+    pixels_a_step: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -88,7 +145,17 @@ class Dvs:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A stretch of way: duration (s), speed ahead (m/s) and turn rate (rad/s, counter-clockwise)."""
+    """A stretch of way at constant speed and turn rate.
+
+    Attributes
+    ----------
+    duration : float
+        How long it takes, s.
+    speed : float
+        Speed ahead, m/s.
+    turn : float
+        Turn rate, counter-clockwise, rad/s.
+    """
 
     duration: float
     speed: float = 0.0
