@@ -1,6 +1,7 @@
 # make run     the main job, on a fresh machine with python3
 # make test    its own set-up, then lint, types, import layers and tests
 # make lint    the checks alone
+# make docs    the site in build/docs, with every notebook and command of its pages run; docs-pages: without
 # make bench   every benchmark (BENCH_FLAGS=--quick for the short ones)
 # make clean   remove everything that make made
 
@@ -30,14 +31,16 @@ LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 	ctypes.CDLL(os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice") or "libngspice.so.0")' \
 	2>/dev/null
 
-.PHONY: run test lint ngspice bench clean
+SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -b html
+
+.PHONY: run test lint ngspice docs docs-pages bench clean
 .DELETE_ON_ERROR:
 
 run: $(RUN_READY)
 	$(BIN)/noctule run approach --plot $(PICTURE)
 	@echo "The picture is $(CURDIR)/$(PICTURE)"
 
-test: ngspice lint
+test: ngspice lint docs-pages
 	$(PYTEST)
 
 lint: $(TEST_READY)
@@ -55,6 +58,14 @@ ngspice: $(TEST_READY)
 			"or set NGSPICE_LIBRARY_PATH to the full path of libngspice.so" >&2; \
 		if [ "$$CI" = true ]; then echo "in CI this is a failure" >&2; exit 1; fi; \
 		echo "going on: what needs ngspice is skipped" >&2; }
+
+docs: ngspice
+	$(BIN)/noctule run approach --plot docs/approach.png
+	$(SITE) -D noctule_run=1 -D nb_execution_mode=cache -d build/docs-read docs build/docs
+	@echo "The site is $(CURDIR)/build/docs/index.html"
+
+docs-pages: $(TEST_READY)
+	$(SITE) -d build/docs-pages-read docs build/docs-pages
 
 bench: $(TEST_READY)
 	@for script in $(sort $(filter-out benchmarks/_%,$(wildcard benchmarks/*.py))); do \
