@@ -16,6 +16,16 @@ settings.register_profile("untimed", deadline=None)  # first calls compile, and 
 settings.load_profile("untimed")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """How much of the documents is run."""
+    parser.addoption(
+        "--documents",
+        choices=("sample", "all"),
+        default="sample",
+        help="what tests/test_documents.py runs: the README and a sample of the other pages, or all pages",
+    )
+
+
 @pytest.fixture(scope="session")
 def ngspice_library() -> None:
     """Skip without the library on a desk; fail in CI, where the set-up must have installed it."""

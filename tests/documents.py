@@ -1,35 +1,56 @@
 """Commands and code blocks of the documents, found in their text, and the short form in which they are run.
 
-A command is a line of a block, or `code` in a sentence, that begins with `noctule`, `make` or `.venv/bin/`.
+Documents are the README, CONTRIBUTING and every page of `docs/`, in folders of it too. A command is a line
+of an indented block or of one of a shell's language, or `code` in a sentence, that begins with `noctule `,
+`make ` or `.venv/bin/`, or the argument of a directive `{command}` that is to end well. Where a block has
+lines with a prompt `$ `, all others are output; a line that ends with a backslash goes on in the next. Blocks
+inside a page's notes, tabs and such are blocks of the page.
+Code cells of an executed page are none: building the site runs them.
 Words in capitals (`BLOCK`, `--bias-set NAME`) stand for the reader's own and make it a fragment.
 """
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shlex
-from collections.abc import Iterable, Iterator
+import subprocess
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
+
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
 
 from circuits.errors import ParameterError
 from system.registry import load_experiment, load_system, system_names
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-DOCUMENTS = (
-    ROOT / "README.md",
-    ROOT / "CONTRIBUTING.md",
-    *sorted((ROOT / "docs").glob("evidence/*.md")),
-    ROOT / "docs/reference/commands.md",
-)
+README = ROOT / "README.md"
+PAGES = sorted(page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.relative_to(ROOT).parts)
+DOCUMENTS = (README, ROOT / "CONTRIBUTING.md", *PAGES)
 
-BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
-INDENTED = re.compile(r"(?<=\n\n)(?: {4}.*\n)+")
-CODE = re.compile(r"`([^`]+)`")
-COMMAND = re.compile(r"(?:noctule|make) |\.venv/bin/")
+T = TypeVar("T")
+
+MARKDOWN = MarkdownIt("commonmark").enable("table")
+SHELL = ("sh", "bash", "console")
+PROMPT = "$ "
+DIRECTIVE = re.compile(r"\{([\w:-]+)\}\s*(.*)")
+CODE_DIRECTIVES = ("code-block", "code", "sourcecode")  # their argument is a language
+RUN_DIRECTIVE = "command"  # `docs/_extension/command.py`: its argument is a command
+FAILS = re.compile(r"^:status: *[1-9]", re.MULTILINE)
+PROSE_DIRECTIVES = (  # whose content is Markdown
+    *("note", "tip", "hint", "important", "warning", "caution", "admonition", "seealso", "dropdown"),
+    *("tab-set", "tab-item", "grid", "grid-item", "grid-item-card", "card", "details", "div"),
+)
+OPTION_LINES = re.compile(r"\A(?::[\w-]+:.*\n)+")  # of a directive, before its content
+ROLE = re.compile(r"\{[\w:+-]+\}\Z")  # before `code`, which is then a reference
+COMMAND = re.compile(r"(?:noctule|make|\.venv/bin/\S+) ")
 PLACEHOLDER = re.compile(r"[A-Z][A-Z,]*")
 
 # What makes a long command short: options that it has, whether it gives them or not.
@@ -57,7 +78,7 @@ class Command:
     """Words of a command as a document has it, and its comment."""
 
     words: tuple[str, ...]
-    comment: str = ""
+    comment: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         return shlex.join(self.words)
@@ -90,34 +111,55 @@ class Command:
 
 
 def fenced(text: str) -> list[tuple[str, str]]:
-    """Language and text of fenced blocks, in order."""
-    return BLOCK.findall(text)
+    """Language and text of fenced blocks, in order; of a directive `{name}` the language is `{name}`."""
+    return [_language_and_text(token) for token in _tokens(text) if token.type == "fence"]
 
 
 def indented(text: str) -> list[str]:
     """Lines of indented blocks."""
-    found = INDENTED.findall(BLOCK.sub("", text))
+    found = [token.content for token in _tokens(text) if token.type == "code_block"]
     return [line.strip() for block in found for line in block.splitlines()]
 
 
 def codes(text: str) -> list[str]:
-    """Code in sentences, with spaces for its line breaks."""
-    found = CODE.findall(INDENTED.sub("\n", BLOCK.sub("", text)))
-    return [" ".join(code.split()) for code in found]
+    """Code in sentences, with spaces for its line breaks; no references such as {doc}`page`."""
+    found = []
+    for token in _tokens(text):
+        before = ""
+        for child in token.children or ():
+            if child.type == "code_inline" and not ROLE.search(before):
+                found.append(" ".join(child.content.split()))
+            before = child.content
+    return found
+
+
+def shell_lines(text: str) -> list[str]:
+    """Command lines of a shell's block, without their prompts and with continued lines joined."""
+    lines = text.replace("\\\n", " ").splitlines()
+    prompted = [line.removeprefix(PROMPT) for line in lines if line.startswith(PROMPT)]
+    return [line.strip() for line in prompted or lines]
 
 
 def commands(text: str) -> list[Command]:
     """Commands of a text, each once: those of blocks in order, then those in sentences."""
-    shell = [
-        line.strip() for language, block in fenced(text) if language == "sh" for line in block.splitlines()
-    ]
+    shell = [line for language, block in fenced(text) if language in SHELL for line in shell_lines(block)]
     lines = [line for line in (*indented(text), *shell, *codes(text)) if COMMAND.match(line)]
     found = {}
     for line in lines:
         words, _, comment = line.partition("  # ")
-        command = Command(tuple(shlex.split(words, comments=True)), comment)
+        first, *rest = shlex.split(words, comments=True)
+        command = Command(("noctule" if first == ".venv/bin/noctule" else first, *rest), comment)
         found.setdefault(command.words, command)
     return list(found.values())
+
+
+def chosen(found: Sequence[T], count: int, always: Callable[[T], bool]) -> list[T]:
+    """Those that are always taken and `count` of the others, by a hash of them and of the commit.
+
+    The same commit has the same ones on every machine, the next has others.
+    """
+    others = sorted((each for each in found if not always(each)), key=_rank)[:count]
+    return [each for each in found if always(each) or each in others]
 
 
 def chains(found: Iterable[Command]) -> list[tuple[Command, ...]]:
@@ -166,3 +208,37 @@ def _without(words: list[str], options: set[str]) -> Iterator[str]:
     for k, (word, _) in enumerate(pairs):
         if names[k] not in options and (k == 0 or names[k - 1] not in options):
             yield word
+
+
+def _tokens(text: str) -> Iterator[Token]:
+    """Tokens of a page, for a directive of prose those of its content."""
+    for token in MARKDOWN.parse(text):
+        directive = DIRECTIVE.match(token.info) if token.type == "fence" else None
+        if directive is not None and directive[1] in PROSE_DIRECTIVES:
+            yield from _tokens(OPTION_LINES.sub("", token.content))
+        else:
+            yield token
+
+
+def _language_and_text(fence: Token) -> tuple[str, str]:
+    directive = DIRECTIVE.match(fence.info)
+    if directive is None:
+        return fence.info.partition(" ")[0], fence.content
+    if directive[1] == RUN_DIRECTIVE and not FAILS.search(fence.content):
+        return SHELL[0], directive[2]
+    if directive[1] in CODE_DIRECTIVES:
+        return directive[2], OPTION_LINES.sub("", fence.content)
+    return f"{{{directive[1]}}}", fence.content
+
+
+def _rank(each: object) -> str:
+    return hashlib.sha256(f"{_commit()} {each}".encode()).hexdigest()
+
+
+@cache
+def _commit() -> str:
+    """Hash of the checkout's commit, empty where there is none."""
+    with suppress(FileNotFoundError):  # git
+        command = ["git", "rev-parse", "HEAD"]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout
+    return ""

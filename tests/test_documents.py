@@ -1,8 +1,10 @@
 """Every command and code block of the documents does what it is there for; `--help` names no other commands.
 
 They are found in the texts by `tests.documents`, so that a new one is taken up without being listed. Each
-command is parsed as it stands and then run in its short form; one that has none is begun in a process of its
-own and interrupted as by Ctrl-C.
+command is parsed as it stands. Then it is run in its short form; one that has none is begun in a process of
+its own and interrupted as by Ctrl-C. So are all commands of the README and those that `--help` names; of the
+other pages it is a sample by a hash of the commit: the same commit has the same sample on every machine, and
+the next has another. `pytest tests/test_documents.py --documents=all` runs those of every page.
 """
 
 from __future__ import annotations
@@ -11,11 +13,13 @@ import json
 import os
 import pkgutil
 import re
+import shlex
 import signal
 import subprocess
 import sys
+import tomllib
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -31,9 +35,12 @@ from tests.documents import (
     DOCUMENTS,
     EXAMPLES,
     LETTERS,
+    README,
     ROOT,
+    SHELL,
     Command,
     chains,
+    chosen,
     codes,
     commands,
     fenced,
@@ -44,7 +51,9 @@ from tests.walks import without_walks
 
 ENOUGH = 0.5  # s of processor time after which a long command is interrupted; ours
 TEXTS = {path: without_walks(path.read_text(encoding="utf-8")) for path in (*DOCUMENTS, *EXAMPLES)}
-BLOCKS = [(path, k) for path in DOCUMENTS for k in range(len(fenced(TEXTS[path])))]
+PYTHON = [path for path in DOCUMENTS if any(language == "python" for language, _ in fenced(TEXTS[path]))]
+SHOWN = ("yaml", "spice", "verilog", "csv")  # languages of blocks that are not checked, besides directives
+SAMPLED = 4  # of each kind of thing on pages other than the README; ours: all together take a minute
 PATH = re.compile(r"(?:[\w.*-]+/)+[\w.*-]*")
 NAME = re.compile(r"(?:circuits|chips|netlists|system)(?:\.\w+)+")
 OPTION = re.compile(r"--[a-z][a-z-]+")
@@ -74,13 +83,100 @@ def options_of(verb: tuple[str, ...]) -> frozenset[str]:
     return frozenset(OPTION.findall(help_of(verb).partition("Options:")[2]))
 
 
-FOUND = [command for path in TEXTS for command in commands(TEXTS[path])]
-EACH = list({command.words: command for command in FOUND}.values())
+FOUND = {path: commands(text) for path, text in TEXTS.items()}
+EACH = list({command.words: command for found in FOUND.values() for command in found}.values())
 OURS = [command for command in EACH if command.program == "noctule"]
 FRAGMENTS = [command for command in OURS if command.placeholders]
 WHOLE = [command for command in OURS if not command.placeholders]
-BEGUN = list({command.words[:3]: command for command in WHOLE if command.long}.values())
-CHAINS = chains(command for command in WHOLE if not command.long)
+BEGUN = list({command.words[:3]: command for command in reversed(WHOLE) if command.long}.values())
+OTHERS = [command for command in EACH if command.program != "noctule"]
+
+
+def chains_of_pages() -> list[tuple[Command, ...]]:
+    """Chains of each page, without those whose commands earlier pages have."""
+    found, seen = [], set[Command]()
+    for each in FOUND.values():
+        short = [command for command in each if command in WHOLE and not command.long]
+        found += [chain for chain in chains(short) if not seen.issuperset(chain)]
+        seen.update(short)
+    return found
+
+
+CHAINS = chains_of_pages()
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """What is run of the documents: all of it, or the README and a sample."""
+
+    def give(name: str, found: Sequence[object], in_readme: Callable[..., bool]) -> None:
+        if name in metafunc.fixturenames:
+            everything = metafunc.config.getoption("documents") == "all"
+            taken = found if everything else chosen(found, SAMPLED, in_readme)
+            metafunc.parametrize(name, taken, ids=_name)
+
+    first = FOUND[README]
+    give("chain", CHAINS, lambda chain: chain[0] in first)
+    give("begun", BEGUN, lambda command: command in first)
+    give("other", OTHERS, lambda command: command in first)
+    give("page", PYTHON, lambda path: path == README)
+
+
+def _name(each: object) -> str:
+    if isinstance(each, Path):
+        return str(each.relative_to(ROOT))
+    return str(each) if isinstance(each, Command) else " + ".join(map(str, each))
+
+
+PAGE = """
+To see them, `noctule list` (that is `.venv/bin/noctule`); {doc}`noctule show` is a reference. Then:
+
+```console
+$ noctule simulate axon-delay \\
+    --die 3
+noctule: output, not a command
+$ .venv/bin/noctule doctor  # what is missing
+```
+
+````{tip}
+:class: wide
+
+```{code-block} sh
+:caption: all of it
+noctule export axon-delay -o a.cir
+```
+````
+
+```{command} noctule op axon-delay --csv devices.csv
+:lines: 12
+```
+
+```{command} noctule op no-such-block
+:status: 2
+```
+
+```{code-cell} ipython3
+noctule = 1
+```
+"""
+
+
+def test_commands_of_a_page_are_those_that_its_reader_types() -> None:
+    assert [str(command) for command in commands(PAGE)] == [
+        "noctule simulate axon-delay --die 3",
+        "noctule doctor",
+        "noctule export axon-delay -o a.cir",
+        "noctule op axon-delay --csv devices.csv",
+        "noctule list",
+    ]
+    assert [language for language, _ in fenced(PAGE)] == ["console", "sh", "sh", "{command}", "{code-cell}"]
+
+
+def test_a_sample_has_what_is_always_taken_and_the_same_others_each_time() -> None:
+    taken = chosen(range(1000), 10, lambda number: number < 5)
+    assert taken == chosen(range(1000), 10, lambda number: number < 5)
+    assert len(taken) == 15
+    assert taken[:5] == [*range(5)]
+    assert chosen(range(3), 10, lambda number: number < 0) == [0, 1, 2]
 
 
 def test_what_the_documents_have_is_found() -> None:
@@ -94,11 +190,13 @@ def test_what_the_documents_have_is_found() -> None:
     assert [code for code in spans if " " in code and code.split()[0] in first] == []  # begins with noctule
 
 
-def test_commands_that_help_names_are_among_those_of_the_documents() -> None:
-    """They are run with them, and help is not read before tests are collected."""
+def test_commands_that_help_names_are_among_those_of_the_documents_and_run() -> None:
+    """Help is not read before tests are collected, so those that the README has not are run here."""
     said = {text for verb in ((), *verbs()) for text in re.findall(r"see (noctule \w+)", help_of(verb))}
     assert said
     assert said <= {str(command) for command in OURS}
+    for text in said - {str(command) for command in FOUND[README]}:
+        assert main(shlex.split(text)[1:]) == 0
 
 
 @pytest.mark.parametrize("command", OURS, ids=str)
@@ -124,7 +222,6 @@ def test_the_command_is_parsed_as_it_stands(command: Command, monkeypatch: pytes
     assert set(OPTION.findall(command.comment)) <= options_of(command.verb)
 
 
-@pytest.mark.parametrize("chain", CHAINS, ids=lambda chain: " + ".join(map(str, chain)))
 def test_the_command_runs(
     chain: Sequence[Command],
     tmp_path: Path,
@@ -142,17 +239,16 @@ def test_the_command_runs(
         _check_output(command, said.out)
 
 
-@pytest.mark.parametrize("command", BEGUN, ids=str)
-def test_the_long_command_begins(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_long_command_begins(begun: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    arguments = shortened(command, options_of(command.verb))
+    arguments = shortened(begun, options_of(begun.verb))
     status, out, err = _begun(arguments)
     if status == INTERRUPTED:
         assert err == "noctule: interrupted\n"
         return
     # few runs of a campaign may well disagree with the paper
     assert status == 0 or (status == 1 and "--param" in arguments), err
-    _check_output(command, out)
+    _check_output(begun, out)
 
 
 def _begun(arguments: Sequence[str]) -> tuple[int, str, str]:
@@ -185,31 +281,46 @@ def _need_ngspice() -> None:
         pytest.skip("no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH")
 
 
-@pytest.mark.parametrize("command", [command for command in EACH if command.program != "noctule"], ids=str)
-def test_the_command_of_another_program_is_known_to_it(command: Command) -> None:
-    dry = [*DRY[command.program], *command.words[1:]]
+def test_the_command_of_another_program_is_known_to_it(other: Command) -> None:
+    dry = [*DRY[other.program], *other.words[1:]]
     done = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
 
 
-@pytest.mark.parametrize("path", [p for p, k in BLOCKS if k == 0], ids=lambda path: path.name)
-def test_the_code_blocks_run(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = ""
+def test_the_code_blocks_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of a page one after the other, as its reader runs them; the last prints."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "__main__"}
+    printed, before = "", ""
+    for language, block in fenced(TEXTS[page]):
+        if language == "python":
+            exec(compile(block, str(page), "exec"), names)  # noqa: S102 - our own
+            printed = capsys.readouterr().out
+        elif (language, before) == ("text", "python"):
+            assert block == printed
+        before = language
+    assert printed
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=_name)
+def test_blocks_are_of_a_language_that_is_checked(path: Path) -> None:
     for language, block in fenced(TEXTS[path]):
         match language:
+            case "toml":
+                tomllib.loads(block)
+            case "json":
+                json.loads(block, parse_constant=pytest.fail)
             case "python":
-                exec(compile(block, str(path), "exec"), {"__name__": "__main__"})  # noqa: S102 - our own
-                printed = capsys.readouterr().out
-                assert printed
-            case "text":  # what the block before it prints
-                assert block == printed
+                compile(block, str(path), "exec")
             case _:
-                assert language == "sh", f"{path.name}: {language} blocks are not checked"
+                assert language.startswith("{") or language in {"text", *SHELL, *SHOWN}, block
 
 
 def test_the_circuit_of_the_readme_has_the_lines_it_says() -> None:
-    text = TEXTS[ROOT / "README.md"]
+    text = TEXTS[README]
     said = re.search(r"circuit in (\d+) lines", text)
     assert said is not None
     code = next(block for language, block in fenced(text) if language == "python")
@@ -222,7 +333,7 @@ def test_every_command_has_help_and_json(verb: tuple[str, ...]) -> None:
     assert verb == ("run",) or "--json" in options_of(verb)
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", DOCUMENTS, ids=_name)
 def test_options_files_and_names_in_sentences_exist(path: Path) -> None:
     spans = codes(TEXTS[path])
     known = frozenset().union(*(options_of(verb) for verb in verbs()))

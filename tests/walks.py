@@ -13,8 +13,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.documents import fenced
+
 _WALK = re.compile(r"^### ([^\n]+)\n(.*?)(?=^#{2,3} |\Z)", re.DOTALL | re.MULTILINE)
-_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 _FILE = re.compile(r"# (\S+\.py)\n")
 DISTRIBUTION = "walked-1.dist-info"
 
@@ -59,7 +60,7 @@ def install(found: Iterable[Walk], folder: Path) -> None:
 
 
 def _walk(title: str, body: str) -> Walk:
-    blocks = _BLOCK.findall(body)
+    blocks = fenced(body)
     texts = [text for language, text in blocks if language == "python"]
     tables = [tomllib.loads(text) for language, text in blocks if language == "toml"]
     lines = [line for language, text in blocks if language == "sh" for line in text.splitlines()]
