@@ -43,6 +43,7 @@ nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True
+nb_execution_in_temp = True  # files that a notebook writes do not lie among the pages
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
