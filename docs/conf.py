@@ -22,6 +22,7 @@ extensions = [
     "_extension.mathml",
     "_extension.command",
     "_extension.reference",
+    "_extension.rows",
 ]
 exclude_patterns = ["_extension"]
 

@@ -1,0 +1,121 @@
+"""The site's own directives: rows of experiments with links to them, tables from the code."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from collections.abc import Iterator
+from io import StringIO
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from sphinx.application import Sphinx
+from sphinx.util.docutils import docutils_namespace
+
+from tests.documents import ROOT
+
+REPORT = {
+    "rows": [
+        {
+            "name": "best_delay_s",
+            "paper": 0.02,
+            "ours": 0.0201234,
+            "rule": "within 5 %",
+            "tolerance": 0.05,
+            "fitted": True,
+            "agrees": True,
+        },
+        {
+            "name": "spikes",
+            "paper": None,
+            "ours": "none at all",
+            "rule": "some",
+            "tolerance": None,
+            "fitted": False,
+            "agrees": False,
+        },
+    ],
+    "notes": ["One of `two` notes."],
+}
+PAGE = """# A page
+
+```{rows} cheely2003-fig4
+```
+
+Not so: {row}`its spikes <cheely2003-fig4/spikes>`, as {row}`cheely2003-fig4/best_delay_s`.
+"""
+
+
+@pytest.fixture
+def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """The module that runs commands, found as the site's configuration finds it."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    yield importlib.import_module("_extension.running")
+    for name in [name for name in sys.modules if name.partition(".")[0] == "_extension"]:
+        del sys.modules[name]
+
+
+def built(folder: Path, page: str, *, run: bool) -> tuple[str, str]:
+    """Page of a site of one page, and the warnings of its build."""
+    (folder / "index.md").write_text(page, encoding="utf-8")
+    settings = {
+        "extensions": ["myst_parser", "_extension.command", "_extension.rows"],
+        "noctule_run": run,
+        "noctule_folder": str(folder / "commands"),
+    }
+    said = StringIO()
+    with docutils_namespace():
+        app = Sphinx(
+            folder, None, folder / "out", folder / "read", "html", settings, status=None, warning=said
+        )
+        app.build()
+    return (folder / "out" / "index.html").read_text(encoding="utf-8"), said.getvalue()
+
+
+def test_rows_of_an_experiment_are_a_table_to_whose_rows_claims_link(
+    running: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = importlib.import_module("_extension.rows")
+    lines = []
+
+    def done(line: str, *_: object, **__: object) -> object:
+        lines.append(line)
+        return running.Done(1, json.dumps(REPORT), "", "")
+
+    monkeypatch.setattr(rows, "done", done)
+    html, said = built(tmp_path, PAGE, run=True)
+    assert lines == ["noctule reproduce cheely2003-fig4 --json"]
+    assert said == ""
+    for text in ("0.02012", "within 5 %", ">fitted<", ">predicted<", "none at all", ">two<"):
+        assert text in html
+    for anchor in ("rows-cheely2003-fig4-spikes", "rows-cheely2003-fig4-best-delay-s"):
+        assert f'id="{anchor}"' in html
+        assert html.count(f'href="#{anchor}"') == 2
+
+
+def test_a_claim_about_a_row_that_is_none_is_told(
+    running: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = importlib.import_module("_extension.rows")
+    monkeypatch.setattr(rows, "done", lambda *_, **__: running.Done(0, json.dumps(REPORT), "", ""))
+    _, said = built(tmp_path, PAGE.replace("/spikes", "/sparks"), run=True)
+    assert "undefined label: 'rows-cheely2003-fig4-sparks'" in said
+
+
+def test_without_a_run_claims_link_to_the_experiment(running: ModuleType, tmp_path: Path) -> None:
+    assert running
+    html, said = built(tmp_path, PAGE, run=False)
+    assert said == ""
+    assert html.count('href="#rows-cheely2003-fig4"') == 2
+    assert 'id="rows-cheely2003-fig4"' in html
+
+
+def test_a_refused_command_shows_what_it_says(running: ModuleType, tmp_path: Path) -> None:
+    assert running
+    page = "# A page\n\n```{command} noctule op nothing\n:status: 2\n```\n"
+    html, said = built(tmp_path, page, run=True)
+    assert said == ""
+    assert "unknown" in html
+    assert "[status 2]" in html
