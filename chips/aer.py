@@ -118,7 +118,7 @@ def _serve(times: F64, service: float, depth: int, delivered: F64, kept: Bools, 
 
 
 def write_events(path: Path, events: Events) -> None:
-    """Write an event file, with times rounded to whole microseconds.
+    """Write `events` to a file at `path`, with times rounded to whole microseconds.
 
     Raises `ParameterError` for a time that is not finite or does not fit in an int64.
     """
@@ -133,7 +133,7 @@ def write_events(path: Path, events: Events) -> None:
 
 
 def read_events(path: Path) -> Events:
-    """Read an event file; raises `DataError` for a file that is not one, or whose times decrease."""
+    """Read the event file at `path`; raises `DataError` for one that is none, or whose times decrease."""
     content = path.read_bytes()
     if not content.startswith(MAGIC):
         raise DataError(

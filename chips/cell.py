@@ -39,10 +39,27 @@ class CellState:
 class Cell:
     """A circuit that is simulated while a system runs, with its supply and biases, its other inputs driven.
 
-    analog: ports or nodes whose waveforms are reported. sampled: input ports that take samples, by their rate
-    in Hz. held: voltages of analog inputs until something drives them, V. rtol: relative tolerance of the
-    solver. start: voltages near the rest state that is meant, V by node, where a circuit has several rest
-    states.
+    Parameters
+    ----------
+    circuit
+        The circuit.
+    silicon
+        Process, temperature and die.
+    analog
+        Ports or nodes whose waveforms are reported.
+    sampled
+        Input ports that take samples, by their rate in Hz.
+    held
+        Voltages (V) of analog inputs until something drives them, by port.
+    rtol
+        Relative tolerance of the solver, dimensionless.
+    start
+        Voltages (V) by node near the rest state that is meant, where a circuit has several.
+
+    Raises
+    ------
+    SolverError
+        The circuit has no rest state.
     """
 
     def __init__(
@@ -97,9 +114,9 @@ class Cell:
         return CellState(self.runner.begin(self._rest, time))
 
     def drive(self, state: CellState, lines: Mapping[str, Polyline]) -> CellState:
-        """Return the state with polylines (time in s, voltage in V) on analog inputs.
+        """Return the state with new polylines on analog inputs, in force until others replace them.
 
-        They are in force until others replace them.
+        lines: times (s) and voltages (V), float64[T] each, by input.
         """
         names = self.machine.source_names
         held = list(state.solver.lines)
@@ -108,11 +125,11 @@ class Cell:
         return replace(state, solver=replace(state.solver, lines=tuple(held)))
 
     def next_time(self, state: CellState) -> float:
-        """Return inf: a circuit does not know its next event before it is simulated."""
+        """Return inf (s) for every `state`: a circuit does not know its next event before it is simulated."""
         return np.inf
 
     def voltages(self, state: CellState) -> F64:
-        """Return the present voltages of the analog ports, V, float64[ports]."""
+        """Return the voltages of the analog ports in `state`, V, float64[ports]."""
         return np.asarray(state.solver.voltage[0][self._columns])
 
     def advance(

@@ -19,6 +19,8 @@ class SiliconNoise:
 
     Two runs of one die with the same `seed` and `trial` have the same noise. flicker: the flicker noise of
     the devices, that of the process if None, `circuits.devices.noise.WHITE_ONLY` for white noise alone.
+
+    Raises `ParameterError` for a seed or a trial below 0.
     """
 
     seed: int = 0

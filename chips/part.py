@@ -34,7 +34,7 @@ class Advanced(Protocol):
 
     @property
     def time(self) -> F64:
-        """Times of the analog points, s."""
+        """Times of the analog points, s, float64[T]."""
 
     @property
     def voltage(self) -> F64:
@@ -43,10 +43,16 @@ class Advanced(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What a part did: its output events in order, and its analog ports over the stretch.
+    """What a part did over a stretch of time.
 
-    time: of the analog points, the start included, s, float64[T]; voltage: at these times, V, float64[T,
-    ports], in the order of the part's `analog`.
+    Attributes
+    ----------
+    events : tuple of (str, float)
+        Its output events in order: port and time (s) each.
+    time : array
+        Times of the analog points, the start included, float64[T], s.
+    voltage : array
+        Voltages at these times, float64[T, ports], V, in the order of the part's `analog`.
     """
 
     events: tuple[Event, ...]
@@ -65,14 +71,27 @@ class Part(Protocol[State]):
         """Return the state at `time` s; states are values that pickle and are never written to."""
 
     def next_time(self, state: State) -> float:
-        """Return the next moment at which the part acts by itself, s, inf where it cannot know."""
+        """Return when the part next acts by itself from its `state`, s, inf where it cannot know."""
 
     def advance(
         self, state: State, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[State, float, Advanced]:
-        """Advance to `until` s or to the first output event.
+        """Advance to a time, or to the first output event.
 
-        Return the state, the time reached (s) and the output.
+        Parameters
+        ----------
+        state
+            Where the part stands.
+        until
+            Time to advance to, s.
+        events
+            Events that come in: port and time (s) each, in order.
+        analog
+            Voltages (V) that come in, by port, as polylines; None where nothing changes.
+
+        Returns
+        -------
+        The new state, the time that was reached (s), and the output.
         """
 
 

@@ -59,9 +59,23 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     """Voltages that a bias puts on its port at the silicon's temperature, V, float64 of the port's shape.
 
     A `gate` bias is computed on the nominal device at the bias's reference temperature, a `generator` bias on
-    the die's own copy of the device at the silicon's temperature, and a `voltage` bias is its value. Raises
-    `TopologyError` where the values do not fit the port's shape or the device is no transistor, and
-    `ParameterError` for a current that needs a gate beyond the supply.
+    the die's own copy of the device at the silicon's temperature, and a `voltage` bias is its value.
+
+    Parameters
+    ----------
+    circuit
+        The circuit that has the bias.
+    bias
+        The bias.
+    silicon
+        Process, temperature and die.
+
+    Raises
+    ------
+    TopologyError
+        The values do not fit the port's shape, or the device is no transistor.
+    ParameterError
+        A current needs a gate beyond the supply.
     """
     values = np.asarray(bias.value, dtype=np.float64)
     shape = circuit.port(bias.port).shape

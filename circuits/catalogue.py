@@ -46,11 +46,14 @@ class Catalogue(Generic[T]):
         return [*self.table, *sorted(self._users().keys() - self.table.keys())]
 
     def load(self, name: str) -> T:
-        """Load one by its name.
+        """Load the thing that is called `name`.
 
-        Raises `UnknownNameError`, which suggests near names, for a name that nobody registered. Raises
-        `ParameterError` where a user's own cannot be loaded or is not of the kind that the catalogue asks
-        for.
+        Raises
+        ------
+        UnknownNameError
+            Nobody registered the name; the text suggests near ones.
+        ParameterError
+            A user's own cannot be loaded, or is not of the kind that the catalogue asks for.
         """
         if name in self.table:
             found: T = loaded(self.table[name])

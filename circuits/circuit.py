@@ -30,6 +30,7 @@ from circuits.devices.device import Device
 from circuits.errors import ParameterError, TopologyError, unknown_name
 
 GROUND = "0"
+"""Name of the ground node in every circuit: `0`."""
 
 PortKind = Literal["event", "analog", "bias", "supply"]
 Direction = Literal["in", "out"]
@@ -63,12 +64,24 @@ class Node:
 class Port:
     """A node, or an array of nodes, that the outside of a circuit can reach.
 
-    kind: what crosses it: `event` for pulses of the full supply, `analog` for voltages and currents, `bias`
-    for a bias voltage, `supply`. direction: seen from the circuit: the outside drives `in` and the circuit
-    drives `out`. shape: how many nodes it has along each axis, () for one. threshold: the voltage (V) that an
-    event rises through; half of the supply that the circuit is wired to unless given.
+    Attributes
+    ----------
+    name : str
+        Name of the port, and of its node.
+    kind : str
+        What crosses it: `event` for pulses of the full supply, `analog` for voltages and currents, `bias` for
+        a bias voltage, `supply`.
+    direction : str
+        Seen from the circuit: the outside drives `in`, the circuit drives `out`.
+    shape : tuple of int
+        How many nodes it has along each axis; () for one.
+    threshold : float or None
+        Voltage that an event rises through, V; half of the supply that the circuit is wired to unless given.
 
-    Raises `ParameterError` for a kind or direction that is not known.
+    Raises
+    ------
+    ParameterError
+        A kind or direction is not known, or a value is of the wrong type.
     """
 
     name: str
@@ -97,19 +110,38 @@ class Port:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """What a bias port is set to, and by what means; `name` is what a designer sets, such as `i_inh_tau`.
+    """What a bias port is set to, and by what means.
 
-    port: the port that is set. kind: one of three. A `gate` bias is an ideal gate voltage: the one at which
-    the nominal `device` carries `value` (A) in saturation at the reference temperature; it stays there at
-    every temperature. A `generator` bias is an ideal current of `value` (A) at the reference temperature,
-    proportional to absolute temperature, into a diode-connected copy of `device` on the same die. A `voltage`
-    bias is `value` in volt. value: one number, or one for each element of the port; 0 A is a bias that is
-    off. place: where the generator's copy stands on the die, for a block that shares its chip's biases
-    (`circuits.place`); inside the circuit itself unless given.
+    Attributes
+    ----------
+    name : str
+        What a designer sets, such as `i_inh_tau`.
+    port : str
+        The port that is set.
+    kind : str
+        One of three. A `gate` bias is an ideal gate voltage: the one at which the nominal `device` carries
+        `value` in saturation at the reference temperature; it stays there at every temperature. A `generator`
+        bias is an ideal current of `value` at the reference temperature, proportional to absolute
+        temperature, into a diode-connected copy of `device` on the same die. A `voltage` bias is `value`
+        itself.
+    value : float or tuple of float
+        One number, or one for each element of the port: A, or V for the kind `voltage`. 0 A is a bias that is
+        off.
+    device : str or None
+        Path of the biased transistor in the circuit; None for the kind `voltage`.
+    reference_temperature_c : float
+        Temperature at which `value` holds, degC.
+    place : tuple or None
+        Where the generator's copy stands on the die, for a block that shares its chip's biases
+        (`circuits.place`); inside the circuit itself unless given.
+    allow_implausible : bool
+        Whether a value outside of what silicon has is meant.
 
-    Raises `ParameterError` for a kind that is not known, for a value that is no number, and for an
-    implausible value (`circuits.checks`) unless `allow_implausible`; of several values the largest is
-    checked.
+    Raises
+    ------
+    ParameterError
+        A kind is not known, a value is no number, or it is implausible (`circuits.checks`) and that is not
+        allowed; of several values the largest is checked.
     """
 
     name: str
@@ -138,8 +170,16 @@ class Bias:
 class Instance:
     """One circuit inside another.
 
-    connections: the node of the parent to which each port of `circuit` is connected, by port. parameters:
-    devices' parameters that differ from those of `circuit`, by `"device.attribute"`, SI.
+    Attributes
+    ----------
+    name : str
+        Name of the instance, which no other part of the parent has.
+    circuit : Circuit
+        The circuit that stands there.
+    connections : mapping of str to str
+        Node of the parent that each port of `circuit` is connected to, by the port's name.
+    parameters : mapping of str to float
+        Parameters of devices that differ from those of `circuit`, by `"device.attribute"`, in SI units.
     """
 
     name: str
@@ -160,11 +200,21 @@ class Instance:
 class InstanceArray:
     """An array of instances of one circuit, which is never expanded into objects.
 
-    shape: how many instances it has along each axis. connections: the node of the parent to which each port
-    is connected; either one node that all instances share, or an array of nodes that broadcasts to `shape`
-    followed by the port's own shape. parameters: devices' parameters that differ from those of `circuit`, by
-    `"device.attribute"` with dots through inner instances; each is one number or an array (nested tuples or
-    numpy) that broadcasts to `shape`, SI.
+    Attributes
+    ----------
+    name : str
+        Name of the array, which no other part of the parent has.
+    circuit : Circuit
+        The circuit of each instance.
+    shape : tuple of int
+        How many instances it has along each axis.
+    connections : mapping of str to str
+        Node of the parent that each port is connected to, by the port's name: either one node that all
+        instances share, or an array of nodes that broadcasts to `shape` followed by the port's own shape.
+    parameters : mapping of str to object
+        Parameters of devices that differ from those of `circuit`, by `"device.attribute"` with dots through
+        inner instances; each is one number or an array (nested tuples or numpy) that broadcasts to `shape`,
+        in SI units.
     """
 
     name: str
@@ -182,9 +232,28 @@ class InstanceArray:
 class Circuit:
     """A circuit: its ports, devices, instances of other circuits, arrays of nodes, and biases.
 
-    Raises `TopologyError` for a name that is malformed or stands twice, for a node called `gnd` instead of
-    `0`, and for connections that are missing or lead nowhere. Raises `ParameterError` for a part that is none
-    of a circuit's.
+    Attributes
+    ----------
+    name : str
+        Name of the circuit.
+    ports : tuple of Port
+        Nodes that the outside can reach.
+    devices : tuple of Device
+        Its own devices.
+    instances : tuple of Instance or InstanceArray
+        Other circuits inside it.
+    nodes : tuple of Node
+        Its arrays of nodes; single nodes need no declaration.
+    biases : tuple of Bias
+        What its bias ports are set to.
+
+    Raises
+    ------
+    TopologyError
+        A name is malformed or stands twice, a node is called `gnd` instead of `0`, or a connection is missing
+        or leads nowhere.
+    ParameterError
+        A part is none of a circuit's.
     """
 
     name: str
@@ -233,11 +302,29 @@ class Circuit:
         return {p.name: p.name for p in self.ports} | others
 
     def instance(self, name: str, **others: str) -> Instance:
-        """One of this circuit inside another, each port at the node of its name or at that in `others`."""
+        """Make an instance of this circuit, for use inside another one.
+
+        Parameters
+        ----------
+        name
+            Name of the instance.
+        others
+            Node of a port by the port's name, for ports whose node has another name than themselves.
+        """
         return Instance(name, self, self.wired(**others))
 
     def array(self, name: str, shape: Shape, **others: str) -> InstanceArray:
-        """An array of this circuit inside another, its ports connected as those of an `instance`."""
+        """Make an array of this circuit, for use inside another one.
+
+        Parameters
+        ----------
+        name
+            Name of the array.
+        shape
+            How many instances it has along each axis.
+        others
+            Node of a port by the port's name, for ports whose node has another name than themselves.
+        """
         return InstanceArray(name, self, shape, self.wired(**others))
 
     def shapes(self) -> dict[str, Shape]:

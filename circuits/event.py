@@ -47,5 +47,9 @@ def rising_crossing(time: F64, v: F64, level: float) -> float | None:
 
 
 def falling_crossing(time: F64, v: F64, level: float) -> float | None:
-    """First time (s) at which a waveform falls through a level, or None; as `rising_crossing` otherwise."""
+    """First time (s) at which a waveform falls through a level, or None where it never does.
+
+    time: float64[T], s. v: float64[T], in the unit of `level`. Between points the waveform is a straight
+    line.
+    """
     return rising_crossing(time, -v, -level)

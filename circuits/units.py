@@ -66,9 +66,16 @@ _SIGNIFICANT_DIGITS = 6
 
 
 def quantity(default: Any, unit: str) -> Any:
-    """A field of a dataclass whose number, or numbers, are in `unit`; empty for a plain number.
+    """Make a field of a dataclass whose number, or numbers, are in one unit.
 
     The unit stands in the field's metadata, where the edges look for it.
+
+    Parameters
+    ----------
+    default
+        Value of the field unless another is given.
+    unit
+        SI unit of the field; empty for a plain number.
     """
     return field(default=default, metadata={"unit": unit})
 

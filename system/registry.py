@@ -122,7 +122,15 @@ experiment_names, load_experiment = _experiments.names, _experiments.load
 
 
 def load_system(name: str) -> System[Any, Any]:
-    """Load a system; raises `UnknownNameError`, `ParameterError` for an entry point that leads to none."""
+    """Load the system that is called `name`.
+
+    Raises
+    ------
+    UnknownNameError
+        No system has the name.
+    ParameterError
+        It is an entry point that leads to no system.
+    """
     _check_name("system", name)
     return _systems.load(name)
 

@@ -20,8 +20,18 @@ Values = Mapping[str, float | None]
 class Stimulus:
     """A knob of a block's testbench.
 
-    unit: its SI unit, empty for a plain number. default: its value unless another is given. can_be_off:
-    whether it may be switched off; None is its value then.
+    Attributes
+    ----------
+    name : str
+        Name of the knob.
+    unit : str
+        Its SI unit; empty for a plain number.
+    default : float or None
+        Its value unless another is given, in SI units.
+    summary : str
+        A line about what it does.
+    can_be_off : bool
+        Whether it may be switched off; None is its value then.
     """
 
     name: str
@@ -36,7 +46,19 @@ DURATION = Stimulus("duration", "s", None, "length of the run", can_be_off=True)
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """A quantity by an equation of a paper, as printed and as corrected, SI; None where the print holds."""
+    """A quantity that an equation of a paper gives.
+
+    Attributes
+    ----------
+    equation : int
+        Number of the equation in the paper.
+    name : str
+        Name of the quantity, which ends with its unit.
+    printed : float
+        Its value by the equation as printed, in SI units.
+    corrected : float or None
+        Its value by the equation as corrected, in SI units; None where the print holds.
+    """
 
     equation: int
     name: str
@@ -115,5 +137,8 @@ class Block:
         return self.testbench(built, self.defaults | stimuli, self.process.v_dd)
 
     def measured(self, result: Result) -> dict[str, float | None]:
-        """All numbers of a run by name, SI: what the block measures, and the mean power of its sources, W."""
+        """All numbers of the run `result` by name, in SI units.
+
+        They are what the block measures, and `supply_power_W`, the mean power of its sources.
+        """
         return {**self.measures(result), "supply_power_W": supply_power(result)}

@@ -28,8 +28,8 @@ class Metric:
     yes_no
         Whether the metric is 1 or 0, for yes or no.
     shown
-        Knobs of the block's testbench that show what was measured, where the measurement makes runs of its
-        own.
+        Knobs of the block's testbench, in SI units, that show what was measured, where the measurement makes
+        runs of its own.
     """
 
     name: str

@@ -10,20 +10,21 @@ from collections.abc import Iterable
 from circuits.circuit import Bias, Port
 
 SUPPLY = Port("vdd", "supply")
+"""The port `vdd`, at which a block gets its supply."""
 
 
 def event_in(*names: str) -> tuple[Port, ...]:
-    """Ports at which events come in, as pulses of the full supply."""
+    """Make ports with these `names` at which events come in, as pulses of the full supply."""
     return tuple(Port(name, "event") for name in names)
 
 
 def event_out(*names: str) -> tuple[Port, ...]:
-    """Ports at which the circuit gives events, as pulses of the full supply."""
+    """Make ports with these `names` at which the circuit gives events, as pulses of the full supply."""
     return tuple(Port(name, "event", "out") for name in names)
 
 
 def analog_in(*names: str) -> tuple[Port, ...]:
-    """Ports at which voltages or currents come in."""
+    """Make ports with these `names` at which voltages or currents come in."""
     return tuple(Port(name, "analog") for name in names)
 
 
@@ -33,7 +34,7 @@ def analog_out(*names: str) -> tuple[Port, ...]:
 
 
 def bias_in(*names: str) -> tuple[Port, ...]:
-    """Ports that biases set."""
+    """Make ports with these `names` that biases set."""
     return tuple(Port(name, "bias") for name in names)
 
 

@@ -11,10 +11,21 @@ from circuits.devices.device import Device, require_finite, require_positive
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Capacitor(Device):
-    """A capacitor of `capacitance` farad between the nodes `a` and `b`.
+    """A capacitor between two nodes.
 
-    ic: the voltage v_a - v_b (V) at the beginning of every run; None leaves it to the rest of the circuit.
-    Raises `ParameterError` unless the capacitance is above zero and of a plausible size.
+    Attributes
+    ----------
+    a, b : str
+        The nodes.
+    capacitance : float
+        Capacitance, F.
+    ic : float or None
+        Voltage v_a - v_b at the beginning of every run, V; None leaves it to the rest of the circuit.
+
+    Raises
+    ------
+    ParameterError
+        The capacitance is not above zero, or not of a plausible size.
     """
 
     name: str

@@ -10,10 +10,24 @@ from circuits.devices.device import Device, require_finite
 
 @dataclass(frozen=True, slots=True)
 class ControlledSource(Device):
-    """A linear transconductance of `transconductance` siemens, SPICE's G element.
+    """A linear transconductance, which is SPICE's G element.
 
     The current `g (v_control_positive - v_control_negative)` leaves the node `positive`, passes the source
-    and enters the node `negative`. Raises `ParameterError` unless the transconductance is finite.
+    and enters the node `negative`.
+
+    Attributes
+    ----------
+    positive, negative : str
+        Nodes that the current leaves and enters.
+    control_positive, control_negative : str
+        Nodes whose voltage controls the current.
+    transconductance : float
+        Current for each volt of control, S; it may have either sign.
+
+    Raises
+    ------
+    ParameterError
+        The transconductance is not finite.
     """
 
     name: str

@@ -13,11 +13,20 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True)
 class Device(ABC):
-    """A frozen dataclass with a name, terminals (names of nodes) and parameters in SI units.
+    """A device: a frozen dataclass with a name, terminals (names of nodes) and parameters in SI units.
 
-    allow_implausible: whether sizes outside of what silicon has are meant (`circuits.checks`). Raises
-    `ParameterError`, which names the device, for a value that breaks a rule of `check`, and for an
-    implausible size unless it is allowed.
+    Attributes
+    ----------
+    name : str
+        Name of the device, which no other part of its circuit has.
+    allow_implausible : bool
+        Whether sizes outside of what silicon has are meant (`circuits.checks`).
+
+    Raises
+    ------
+    ParameterError
+        A value breaks a rule of `check`, or a size is implausible and that is not allowed. The text names the
+        device.
     """
 
     name: str

@@ -39,9 +39,19 @@ _SHARE, _WEIGHT = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True, slots=True)
 class NoiseModel:
-    """Flicker noise of a process: K_F of both polarities (V^2 F) and the exponent AF of frequency.
+    """Flicker noise of the transistors of a process.
 
-    Raises `ParameterError` for a K_F outside 0 to 1e-18 V^2 F and for an exponent outside 0.5 to 1.5.
+    Attributes
+    ----------
+    flicker_n, flicker_p : float
+        K_F of nFETs and of pFETs, V^2 F: 0 for none.
+    exponent : float
+        Exponent AF of frequency, dimensionless.
+
+    Raises
+    ------
+    ParameterError
+        K_F is outside 0 to 1e-18 V^2 F, or the exponent outside 0.5 to 1.5.
     """
 
     flicker_n: float
@@ -61,6 +71,7 @@ class NoiseModel:
 
 
 WHITE_ONLY = NoiseModel(0.0, 0.0)
+"""Noise without flicker: what a run takes whose devices have thermal and shot noise alone."""
 
 # Ours, unverified: no run of these lines publishes its noise. Textbooks give 1e-25 to 1e-23 V^2 F for nFETs
 # and a tenth or less for buried pFETs of the 1.5 um generation; surface pFETs of 0.18 um come nearer.

@@ -24,10 +24,27 @@ LEAST_HEADROOM = 1e-6  # V, keeps the law finite while a solver passes unpowered
 
 @dataclass(frozen=True, slots=True)
 class OperationalAmplifier(Device):
-    """An operational amplifier between its supplies `vdd` and `vss`.
+    """An operational amplifier between its supplies.
 
-    gain: open-loop gain, V/V. output_resistance: Ohm. offset: input offset voltage, V. Raises
-    `ParameterError` unless gain and resistance are above zero and the offset is finite.
+    Attributes
+    ----------
+    positive, negative : str
+        Nodes of the inputs.
+    output : str
+        Node of the output.
+    vdd, vss : str
+        Nodes of the supplies.
+    gain : float
+        Open-loop gain, V/V.
+    output_resistance : float
+        Resistance of the output, Ohm.
+    offset : float
+        Input offset voltage, V.
+
+    Raises
+    ------
+    ParameterError
+        Gain or resistance is not above zero, or the offset is not finite.
     """
 
     name: str

@@ -100,7 +100,7 @@ class Source(Device):
         return (self.node,)
 
     def parameters(self) -> Mapping[str, float]:
-        """No numbers: a waveform is no parameter."""
+        """No numbers, because a waveform is no parameter in SI units."""
         return {}
 
     def check(self) -> None:

@@ -88,7 +88,31 @@ class Sources(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A testbench on its silicon, ready for the solver, with the way back from arrays to names."""
+    """A testbench on its silicon, ready for the solver, with the way back from arrays to names.
+
+    Attributes
+    ----------
+    testbench : Testbench
+        What was lowered.
+    silicon : Silicon
+        Where it was lowered.
+    flat : FlatCircuit
+        The circuit without its hierarchy.
+    kernel : Kernel
+        The circuit as the solver's arrays.
+    polylines : tuple of (array, array)
+        Times (s) and values (V or A) of each source, float64[T] each.
+    sampled : tuple of bool
+        Whether the points of a source are samples to follow, not corners to stop at.
+    source_names, source_quantities : tuple of str
+        Name of each source, and whether it is a `voltage` or a `current`.
+    source_charge, source_conductance : triplets
+        C (F) and G (S) at the sources' own nodes: rows and columns of the voltage vector.
+    column : array
+        Position of each node in the voltage vector, int64[nodes].
+    names : tuple of str
+        Path of each node.
+    """
 
     testbench: Testbench
     silicon: Silicon
@@ -98,13 +122,13 @@ class Machine:
     sampled: tuple[bool, ...]
     source_names: tuple[str, ...]
     source_quantities: tuple[str, ...]
-    source_charge: Triplets  # C and G at the sources' own nodes: rows and columns of the voltage vector
+    source_charge: Triplets
     source_conductance: Triplets
-    column: I64  # [nodes] position of each node in the voltage vector
+    column: I64
     names: tuple[str, ...] = field(repr=False)
 
     def column_of(self, node: str) -> int:
-        """Position of the node at a path in the voltage vector.
+        """Position of the node at the path `node` in the voltage vector.
 
         Raises `UnknownNameError` where there is no such node.
         """

@@ -38,6 +38,7 @@ Place = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, index), ...): one pla
 
 Corner = Literal["random", "typical", "ss", "ff", "sf", "fs"]
 CORNERS: tuple[Corner, ...] = ("random", "typical", "ss", "ff", "sf", "fs")
+"""Corners that a die can have: `random` draws it, the others are 3 sigma of both polarities either way."""
 CORNER_SIGMAS = 3.0
 # Direction of (n, p) at each corner: slow is a higher |V_T0| and a lower beta.
 _SLOW = {"typical": (0, 0), "ss": (1, 1), "ff": (-1, -1), "sf": (1, -1), "fs": (-1, 1)}
@@ -87,6 +88,7 @@ class Die:
 
 
 NOMINAL = Die()
+"""The nominal die, on which nothing deviates."""
 
 
 class Shift(NamedTuple):

@@ -29,26 +29,57 @@ Law = Literal["ekv", "ekv-gamma"]
 
 @dataclass(frozen=True, slots=True)
 class TransistorModel:
-    """Parameters of one polarity at the nominal temperature, all of them magnitudes.
+    """Parameters of the transistors of one polarity at the nominal temperature, all of them magnitudes.
 
-    law: `ekv` keeps kappa constant, as the equations of the papers do; `ekv-gamma` lets it follow the
-    pinch-off voltage (body effect), where `kappa` is its value at v_p = 0.
+    Attributes
+    ----------
+    v_t0 : float
+        Threshold voltage at v_p = 0, V.
+    kappa : float
+        Gate coupling, dimensionless; under `ekv-gamma` its value at v_p = 0.
+    mu_cox : float
+        Mobility times oxide capacitance, A/V^2.
+    law : str
+        `ekv` keeps kappa constant, as the equations of the papers do; `ekv-gamma` lets it follow the
+        pinch-off voltage (body effect).
+    surface_potential : float
+        Surface potential 2 phi_F, V; used by `ekv-gamma` only. Ours: that of 1e16 cm^-3.
+    early : float
+        Relative change of the current for each volt of drain voltage, 1/V; off by default (ours).
+    oxide_capacitance : float
+        Capacitance of the gate oxide, F/m^2.
+    gate_bulk_fraction : float
+        Share of the oxide's capacitance over W L that is seen from gate to bulk, dimensionless.
+    overlap_capacitance : float
+        Capacitance between gate and drain, and between gate and source, for each metre of width, F/m.
+    junction_capacitance : float
+        Capacitance between drain and bulk, and between source and bulk, for each metre of width, F/m.
+    junction_leakage : float
+        Leakage of drain and source to the bulk for each metre of width at the nominal temperature, A/m; off
+        by default (ours).
+    leakage_doubling : float
+        Rise of temperature that doubles the leakage, K; 8 to 10 are usual, unverified.
+    v_t0_drift : float
+        Change of the threshold with temperature, V/K.
+    mobility_exponent : float
+        Exponent of absolute temperature in the mobility, dimensionless; that of the MOSIS default card, not
+        extracted.
     """
 
-    v_t0: float  # V
-    kappa: float  # 1
-    mu_cox: float  # A/V^2
+    v_t0: float
+    kappa: float
+    mu_cox: float
     law: Law = "ekv"
-    surface_potential: float = 0.7  # V; ours, 2 phi_F at 1e16 cm^-3, used by ekv-gamma only
-    early: float = 0.0  # 1/V; off by default (ours)
-    oxide_capacitance: float = 1.1e-3  # F/m^2
-    gate_bulk_fraction: float = 0.5  # share of Cox W L seen from gate to bulk
-    overlap_capacitance: float = 0.2e-9  # F/m of width, gate-drain and gate-source
-    junction_capacitance: float = 1.5e-9  # F/m of width, drain-bulk and source-bulk
-    junction_leakage: float = 0.0  # A/m of width at the nominal temperature; off by default (ours)
-    leakage_doubling: float = 9.0  # K; the facts give 8 to 10, unverified
-    v_t0_drift: float = -1e-3  # V/K
-    mobility_exponent: float = -1.5  # 1; the MOSIS default card value, not extracted
+    surface_potential: float = 0.7
+    early: float = 0.0
+    oxide_capacitance: float = 1.1e-3
+    gate_bulk_fraction: float = 0.5
+    overlap_capacitance: float = 0.2e-9
+    junction_capacitance: float = 1.5e-9
+    junction_leakage: float = 0.0
+    leakage_doubling: float = 9.0
+    v_t0_drift: float = -1e-3
+    mobility_exponent: float = -1.5
 
     def __post_init__(self) -> None:
         require_choice("transistor_model.law", self.law, get_args(Law))
@@ -68,22 +99,47 @@ class Variation:
 
     The numbers are ours: 3 sigma of V_T0 is 0.1 V (two published runs of this line differ by 0.12 V), and 3
     sigma of beta is 12 %.
+
+    Attributes
+    ----------
+    sigma_v_t0 : float
+        Of the threshold voltage, V.
+    sigma_beta : float
+        Of the current factor, relative.
     """
 
-    sigma_v_t0: float = 33e-3  # V
-    sigma_beta: float = 0.04  # 1
+    sigma_v_t0: float = 33e-3
+    sigma_beta: float = 0.04
 
 
 @dataclass(frozen=True, slots=True)
 class Process:
-    """A fabrication process: both transistor models, the supply (V), matching of a pair, spread of dies."""
+    """A fabrication process: its transistors, its supply, and how far devices and dies differ.
+
+    Attributes
+    ----------
+    name : str
+        Name of the process.
+    n, p : TransistorModel
+        Models of nFETs and pFETs.
+    v_dd : float
+        Supply voltage, V.
+    pair_a_vt : float
+        Standard deviation of the difference of V_T in a pair, times sqrt(W L), V m.
+    pair_a_beta : float
+        Standard deviation of the relative difference of beta in a pair, times sqrt(W L), m.
+    nominal_temperature_c : float
+        Temperature at which the models' numbers hold, degC.
+    variation : Variation
+        Spread from die to die.
+    """
 
     name: str
     n: TransistorModel
     p: TransistorModel
-    v_dd: float  # V
-    pair_a_vt: float  # V m: sigma of a pair's V_T difference times sqrt(W L)
-    pair_a_beta: float  # m: sigma of a pair's relative beta difference times sqrt(W L)
+    v_dd: float
+    pair_a_vt: float
+    pair_a_beta: float
     nominal_temperature_c: float = 27.0
     variation: Variation = Variation()
 
@@ -111,6 +167,7 @@ AMI_1500 = Process(
     pair_a_vt=28e-9,
     pair_a_beta=0.02e-6,
 )
+"""The AMI 1.5 um process with a supply of 5 V, in which the sonar's circuits are designed."""
 
 # A 0.18 um process of 1.8 V like that of ROLLS, whose own figures are not public. kappa: software models of
 # these circuits (teili). V_T0: ours, so that a square device's current at V_G = 0 is their I_0, 0.5 pA. mu
@@ -131,8 +188,10 @@ ROLLS_180 = Process(
     pair_a_beta=0.01e-6,
     variation=Variation(sigma_v_t0=15e-3, sigma_beta=0.04),
 )  # fmt: skip
+"""A 0.18 um process with a supply of 1.8 V, like that of ROLLS, whose own figures are not public."""
 
 PROCESSES = {p.name: p for p in (AMI_1500, ROLLS_180)}
+"""The processes that noctule has, by name."""
 
 
 def check_temperature(temperature_c: float) -> None:
@@ -151,7 +210,7 @@ def kelvin(temperature_c: float) -> float:
 
 
 def thermal_voltage(temperature_c: float) -> float:
-    """`U_T = k T / q`, V, at a temperature in degC."""
+    """Thermal voltage `U_T = k T / q` at `temperature_c` (degC), V."""
     return BOLTZMANN * kelvin(temperature_c) / ELEMENTARY_CHARGE
 
 

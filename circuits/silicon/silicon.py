@@ -22,7 +22,15 @@ from circuits.silicon.process import (
 
 
 class Deviation(NamedTuple):
-    """Local deviations of transistors: V_T0 (V, of the magnitude) and relative beta, float64[count] or 0."""
+    """Local deviations of transistors.
+
+    Attributes
+    ----------
+    v_t0 : float or array
+        Added to the magnitude of the threshold voltage, V: float64[count], or 0 for none.
+    beta : float or array
+        Relative change of the current factor, dimensionless: float64[count], or 0 for none.
+    """
 
     v_t0: F64 | float
     beta: F64 | float
@@ -30,10 +38,24 @@ class Deviation(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Silicon:
-    """A process at a temperature (degC) on a die.
+    """A process at a temperature, on a die.
 
-    place: where a circuit that is simulated by itself stands on its chip, ((chip, ()), (instance, index),
-    ...), so that it has the chip's devices. A circuit without a place stands by itself under its own name.
+    Attributes
+    ----------
+    process : Process
+        Process in which the circuit is made.
+    temperature_c : float
+        Temperature, degC.
+    die : Die
+        The die, which decides how every device deviates; the nominal one unless given.
+    place : tuple or None
+        Where a circuit that is simulated by itself stands on its chip, ((chip, ()), (instance, index), ...),
+        so that it has the chip's devices. A circuit without a place stands by itself under its own name.
+
+    Raises
+    ------
+    ParameterError
+        The temperature is outside of what the laws hold for, or a part is of the wrong type.
     """
 
     process: Process = AMI_1500
@@ -68,11 +90,16 @@ class Silicon:
     def deviation(self, circuit: str, path: Path, area: F64 | float) -> Deviation:
         """Local deviations of the transistors at `path` in a circuit called `circuit`.
 
-        path: ((instance name, shape), ..., (device name, ())). area: m W L of each or of all, m^2.
+        path: ((instance name, shape), ..., (device name, ())). area: m W L of each, float64[count], or of
+        all, m^2.
         """
         return self.deviations(circuit, (path,), area)
 
     def deviations(self, circuit: str, paths: Sequence[Path], area: F64 | float) -> Deviation:
-        """Local deviations of the transistors at several paths, one after the other, as of `deviation`."""
+        """Local deviations of the transistors at several paths in a circuit, one after the other.
+
+        circuit: its name. paths: each as of `deviation`. area: m W L of each transistor, float64[count], or
+        of all, m^2.
+        """
         place = ((circuit, ()),) if self.place is None else self.place
         return Deviation(*mismatch(self.die, self.process, place, paths, area))

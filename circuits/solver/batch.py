@@ -27,7 +27,17 @@ _AHEAD = 4  # dies a worker that are handed out before they are asked for
 
 @dataclass(frozen=True, slots=True)
 class Sample(Generic[T]):
-    """What a function returned on one die, or None and the `reason` where it failed."""
+    """What a function returned on one die.
+
+    Attributes
+    ----------
+    die : Die
+        The die.
+    value : object
+        What was returned; None where the function failed.
+    reason : str
+        Why it failed; empty unless it did.
+    """
 
     die: Die
     value: T | None
@@ -70,7 +80,21 @@ def map_dies(
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Sample[T]]:
-    """All samples in the order of `dies`; `progress` is called with the number of those that are done."""
+    """Call a function on many dies, and return all samples in the order of the dies.
+
+    Parameters
+    ----------
+    function
+        Called on several threads at once, each with a machine of its own.
+    machine
+        A lowered testbench; each die gets it as if it were lowered there.
+    dies
+        The dies.
+    workers
+        Number of threads; one for each core unless given.
+    progress
+        Called with the number of samples that are done.
+    """
     done: list[Sample[T]] = []
     for sample in samples(function, machine, dies, workers):
         done.append(sample)

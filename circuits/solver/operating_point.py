@@ -36,7 +36,19 @@ _FAR = 100.0  # V, where a solve has run away
 
 @dataclass(frozen=True, slots=True)
 class OperatingPoint:
-    """A rest state: `voltage`, float64[columns], V, and in `others` other rest states that were met."""
+    """A rest state of a testbench; `point[path]` is the voltage of a node, V.
+
+    Attributes
+    ----------
+    machine : Machine
+        The testbench on its silicon.
+    voltage : array
+        The voltage vector, float64[columns], V; `voltages` has it by name.
+    stable : bool
+        Whether the circuit comes back to it by itself.
+    others : tuple of OperatingPoint
+        Other rest states that were met on the way.
+    """
 
     machine: Machine
     voltage: F64
@@ -195,12 +207,26 @@ def operating_point(
     start: Mapping[str, float] | None = None,
     time: float = 0.0,
 ) -> OperatingPoint:
-    """Rest state of a testbench with its sources at their values at `time`, s.
+    """Find the rest state of a testbench, with its sources at their values at one time.
 
-    start: voltages (V) by node path near which it is looked for; nodes that are left out start at 0 V.
-    Without a start, a state that is not stable is left along the circuit's own dynamics where these settle
-    (those of a latch do, those of an oscillator do not), and is reported among `others`. Raises `SolverError`
-    where no state is found.
+    Parameters
+    ----------
+    target
+        The testbench, or one that is lowered already.
+    silicon
+        Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
+        testbench.
+    start
+        Voltages (V) by node path near which the state is looked for; nodes that are left out start at 0 V.
+        Without a start, a state that is not stable is left along the circuit's own dynamics where these
+        settle (those of a latch do, those of an oscillator do not), and is reported among `others`.
+    time
+        Time whose values the sources have, s.
+
+    Raises
+    ------
+    SolverError
+        No state is found.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
     given = dict(start) if start is not None else dict(machine.testbench.start)

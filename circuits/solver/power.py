@@ -48,14 +48,24 @@ def delivered_energy(result: Result) -> dict[str, float]:
 
 
 def supply_power(result: Result) -> float:
-    """Mean power that all voltage sources together deliver over a run, W."""
+    """Mean power that all voltage sources together deliver over the run of `result`, W."""
     return sum(delivered_energy(result).values()) / float(result.time[-1] - result.time[0])
 
 
 def drain_current(result: Result, path: str) -> F64:
-    """Current from drain to source of the transistor at a path such as `excitatory.md5`, A, float64[T].
+    """Current from drain to source of a transistor over a run, A, float64[T].
 
-    Raises `UnknownNameError` for a path that is no transistor.
+    Parameters
+    ----------
+    result
+        The run.
+    path
+        Path of the transistor, such as `excitatory.md5`.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no transistor at the path.
     """
     machine = result.machine
     labels = machine.flat.labels(Transistor)

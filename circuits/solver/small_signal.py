@@ -26,14 +26,32 @@ MOST_POINTS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """A circuit linearised at an operating point: G (S) and C (F), unknown nodes by all columns."""
+    """A circuit linearised at an operating point: `G v + C dv/dt = i`.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+        The operating point.
+    conductance : sparse array
+        G, [unknown nodes, all columns], S.
+    charge : sparse array
+        C, [unknown nodes, all columns], F.
+    """
 
     point: OperatingPoint
     conductance: csc_array = field(repr=False)
     charge: csc_array = field(repr=False)
 
     def admittances(self, frequency: F64) -> Iterator[SuperLU]:
-        """Factored matrices `G + j 2 pi f C`, one at each frequency, Hz."""
+        """Yield the factored matrix `G + j 2 pi f C` at each frequency, [unknown nodes, unknown nodes], S.
+
+        frequency: float64[F], Hz.
+
+        Raises
+        ------
+        SolverError
+            The matrix is singular at a frequency, as where a node floats.
+        """
         n = self.conductance.shape[0]
         g, c = self.conductance[:, :n].astype(complex), self.charge[:, :n].astype(complex)
         for f in frequency.tolist():
@@ -48,8 +66,18 @@ class Linear:
 class Response:
     """Transfer from a source to nodes over frequency.
 
-    frequency: float64[F], Hz. transfer: complex128[F, nodes], V/V from a source of voltage and V/A from one
-    of current.
+    Attributes
+    ----------
+    source : str
+        Name of the source.
+    unit : str
+        Unit of the transfer: V/V from a source of voltage, V/A from one of current.
+    nodes : tuple of str
+        Paths of the nodes, in the order of `transfer`.
+    frequency : array
+        Frequencies, float64[F], Hz.
+    transfer : array
+        Transfer to each node, complex128[F, nodes], V/V or V/A.
     """
 
     source: str
@@ -111,7 +139,15 @@ def source_column(point: OperatingPoint, source: str) -> int:
 
 
 def frequency_grid(low: float, high: float, per_decade: int) -> F64:
-    """Frequencies from `low` to `high` (Hz) with equal ratios, both ends included, float64[F]."""
+    """Frequencies from `low` to `high` (Hz) with equal ratios, both ends included, float64[F], Hz.
+
+    per_decade: number of frequencies in each decade, at least 1.
+
+    Raises
+    ------
+    ParameterError
+        The frequencies do not rise from above 0, or there are too few or too many of them.
+    """
     if not 0.0 < low <= high < np.inf:
         raise ParameterError(f"frequency: {low:g} to {high:g} Hz, must rise from above 0; as 1 Hz to 1 MHz")
     if per_decade < 1:

@@ -25,7 +25,18 @@ from circuits.testbench import Testbench
 class Sweep:
     """Operating points over the values of a source.
 
-    values: float64[N], V or A. voltage: float64[N, nodes], V, in the order of `nodes`. stable: bool[N].
+    Attributes
+    ----------
+    source : str
+        Name of the source.
+    values : array
+        Its values, float64[N], V or A.
+    voltage : array
+        Voltages of the nodes, float64[N, nodes], V.
+    stable : array
+        Whether each operating point is stable, bool[N].
+    nodes : tuple of str
+        Paths of the nodes, in the order of `voltage`.
     """
 
     source: str

@@ -42,7 +42,27 @@ _OUTCOMES = {
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """All that a run carries from one call to the next, as plain arrays, so that it can be pickled."""
+    """All that a run carries from one call to the next, as plain arrays, so that it can be pickled.
+
+    Attributes
+    ----------
+    time : array
+        The last three points, newest first, float64[3], s.
+    voltage : array
+        The voltage vector at these points, float64[3, columns], V.
+    rate : array
+        Its derivative at the last restart, float64[columns], V/s.
+    step : array
+        Length of the next step, float64[1], s; 0 asks for a restart.
+    points : array
+        Number of valid points since the last restart, int64[1].
+    armed : array
+        Whether each watched node is below the level at which it is looked for spikes again, bool[watched].
+    counts : array
+        Steps accepted, steps rejected and iterations so far, int64[3].
+    lines : tuple of (array, array)
+        Polyline of each source: times (s) and values (V or A), float64[T] each.
+    """
 
     time: F64
     voltage: F64
@@ -70,12 +90,30 @@ class Steps:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """Waveforms and spikes of a run.
+    """Waveforms and spikes of a run; `result[path]` is the waveform of a node, float64[T], V.
 
-    time: float64[T], s. voltage: float64[T, nodes], V, in the order of `nodes`. spikes: times (s) at which
-    each watched port rose through its threshold. disturbance: what took the run away from a rest state that
-    is not stable, if anything did. uncrossed: watched nodes that swing without crossing their threshold, so
-    that they have no spikes.
+    Attributes
+    ----------
+    machine : Machine
+        The testbench on its silicon.
+    outcome : Outcome
+        How the run ended.
+    time : array
+        Times of the points, float64[T], s.
+    voltage : array
+        Voltages of the recorded nodes, float64[T, nodes], V.
+    nodes : tuple of str
+        Paths of the nodes, in the order of `voltage`.
+    spikes : mapping of str to array
+        Times at which each watched port rose through its threshold, float64[n], s.
+    steps : Steps
+        How many steps the solver made.
+    operating_point : OperatingPoint
+        The rest state that the run began from.
+    disturbance : Disturbance or None
+        What took the run away from a rest state that is not stable, if anything did.
+    uncrossed : mapping of str to Swing
+        Watched nodes that swing without crossing their threshold, so that they have no spikes.
     """
 
     machine: Machine
@@ -114,8 +152,22 @@ class Segment:
 class Runner:
     """A machine with its working memory, which one thread advances step by step; its states are values.
 
-    record: nodes whose voltages are kept at every accepted point. Spikes are rises of the testbench's watched
-    ports through `thresholds`: half of their circuit's supply, or what the port states.
+    Spikes are rises of the testbench's watched ports through `thresholds`: half of their circuit's supply, or
+    what the port states.
+
+    Parameters
+    ----------
+    machine
+        A lowered testbench (`to_kernel`).
+    record
+        Nodes, by path, whose voltages are kept at every accepted point.
+    rtol
+        Local error of a step, relative to the larger of |v| and 1 V.
+
+    Raises
+    ------
+    ParameterError
+        `rtol` is not within 1e-9 to 1e-2.
     """
 
     def __init__(self, machine: Machine, record: tuple[str, ...] = (), rtol: float = DEFAULT_RTOL) -> None:
@@ -170,12 +222,29 @@ class Runner:
         stop_at_event: bool = True,
         max_steps: int = MAX_STEPS,
     ) -> tuple[State, Segment]:
-        """Advance to `until` (s), or to the first event.
+        """Advance to a time, or to the first event.
 
-        inputs: new polylines (time s, value V or A) by source name, in force from now on. They go on from
-        the source's present value: a jump restarts the solver and passes no charge through capacitances.
-        max_steps: of this call, rejected ones included. Raises `SolverError` naming the time and the remedy
-        where the solver gives up.
+        Parameters
+        ----------
+        state
+            Where the run stands.
+        until
+            Time to advance to, s.
+        inputs
+            New polylines (time s, value V or A, float64[T] each) by source name, in force from now on. They
+            go on from the source's present value: a jump restarts the solver and passes no charge through
+            capacitances.
+        stop_at_event
+            Whether the first spike of a watched port ends the call.
+        max_steps
+            Number of steps of this call at most, rejected ones included.
+
+        Raises
+        ------
+        ParameterError
+            `until` is no time, or comes before the state's time.
+        SolverError
+            The solver gives up; the text names the time and the remedy.
         """
         title = self.machine.testbench.title
         if math.isnan(until):
@@ -239,13 +308,32 @@ def simulate(
     point: OperatingPoint | None = None,
     at_rest: bool = False,
 ) -> Result:
-    """Run a testbench from where it says that its runs begin to its stop time.
+    """Run a testbench, from where it says that its runs begin, to its stop time.
 
-    silicon: the nominal process at 27 degC unless given; of no effect on a lowered testbench. rtol: local
-    error of a step, relative to the larger of |v| and 1 V. start: a guess at the rest state, V by node path.
-    record: nodes to keep, by path, all unless given. point: the rest state to begin in, solved for unless
-    given. at_rest: stay in a rest state that is not stable, whatever the testbench says. Raises `SolverError`
-    where the solver gives up.
+    Parameters
+    ----------
+    target
+        The testbench, or one that is lowered already.
+    silicon
+        Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
+        testbench.
+    rtol
+        Local error of a step, relative to the larger of |v| and 1 V.
+    start
+        A guess at the rest state, V by node path.
+    record
+        Nodes to keep, by path; all unless given.
+    point
+        The rest state to begin in; solved for unless given.
+    at_rest
+        Whether to stay in a rest state that is not stable, whatever the testbench says.
+
+    Raises
+    ------
+    SolverError
+        The solver gives up.
+    ParameterError
+        The testbench has no end, or a value breaks its rule.
     """
     machine = target if isinstance(target, Machine) else to_kernel(target, silicon)
     if at_rest:

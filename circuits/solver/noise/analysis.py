@@ -56,8 +56,22 @@ class NoiseSources(NamedTuple):
 class Noise:
     """Noise at a node over frequency.
 
-    frequency: float64[F], Hz. white, flicker: float64[F, devices], V^2/Hz, by device. gain: float64[F],
-    magnitude of the transfer from `source` to the node, or None without a source.
+    Attributes
+    ----------
+    node : str
+        Path of the node.
+    source : str or None
+        Name of the source that noise is referred to, if any.
+    unit : str
+        Unit of that source, `V` or `A`; empty without one.
+    devices : tuple of str
+        Paths of the devices that make noise.
+    frequency : array
+        Frequencies, float64[F], Hz.
+    white, flicker : array
+        Density at the node by device, float64[F, devices], V^2/Hz.
+    gain : array or None
+        Magnitude of the transfer from `source` to the node, float64[F], V/V or V/A; None without a source.
     """
 
     node: str

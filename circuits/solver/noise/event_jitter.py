@@ -96,7 +96,16 @@ class _Found(NamedTuple):
 class EventJitter:
     """Variance of the time of an event, by the device whose noise makes it.
 
-    time: when the event is without noise, s. white, flicker: float64[devices], s^2.
+    Attributes
+    ----------
+    port : str
+        Label of the port.
+    time : float
+        Time of the event without noise, s.
+    devices : tuple of str
+        Paths of the devices that make noise.
+    white, flicker : array
+        Variance by device, float64[devices], s^2.
     """
 
     port: str
@@ -111,7 +120,7 @@ class EventJitter:
         return float(np.sqrt(self.white.sum() + self.flicker.sum()))
 
     def shares(self) -> dict[str, float]:
-        """Share of each device in the variance, the largest first."""
+        """Share of the variance that each device has, the largest first, by its path."""
         own = self.white + self.flicker
         order = np.argsort(-own, kind="stable")
         return {self.devices[k]: float(own[k] / own.sum()) for k in order}
@@ -142,7 +151,7 @@ def event_jitter(
     rest
         For how long the circuit was at rest with noise before the run, s.
     rtol
-        Of the transient.
+        Local error of a step of the transient, relative to the larger of |v| and 1 V.
     point
         Rest state to begin in, solved for unless given.
 

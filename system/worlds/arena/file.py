@@ -57,8 +57,12 @@ def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
 
     Parameters
     ----------
-    seed : of what the scene leaves to chance, the clutter.
-    light : a condition, or text such as `500lux`, instead of the scene's.
+    name
+        Name of one of noctule's scenes, or of a file.
+    seed
+        Seed of what the scene leaves to chance, the clutter.
+    light
+        A condition, or text such as `500lux`, instead of the scene's.
 
     Raises
     ------

@@ -74,11 +74,19 @@ def outline_at(obstacles: Obstacles, k: int, time: float) -> Polygon:
 
 
 def collision(obstacles: Obstacles, pose: Pose, time: float) -> str | None:
-    """Name of what a robot at `pose` touches at `time` s, `wall` for the border, `wall[k]` for one inside.
+    """Name of what a robot touches, or None where it is free.
 
-    None where it is free.
+    The name is `wall` for the border and `wall[k]` for a wall inside. Nothing is looked at as long as neither
+    the robot nor any body can have come across what was free before.
 
-    Nothing is looked at as long as neither the robot nor any body can have come across what was free before.
+    Parameters
+    ----------
+    obstacles
+        What it can touch (`obstacles_of`).
+    pose
+        Place (m, m) of the robot and its heading (rad).
+    time
+        Time of the run, s.
     """
     x, y, then, apart = obstacles.free
     if math.hypot(pose[0] - x, pose[1] - y) + obstacles.fastest * abs(time - then) < apart:

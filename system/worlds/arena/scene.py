@@ -158,18 +158,34 @@ class Shade:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A world and where the robot starts: place (m) and heading (rad, counter-clockwise from x).
+    """A world, and where the robot starts in it.
 
-    corners: of the floor, which nobody leaves; sky: reflectance of what nothing stands before; partitions:
-    corners (m) of the walls inside, which stand among `walls` too; duration: of a run (s), None where the
-    scene does not say.
-
-    name : what reports call it.
-    summary : what it is, in a line.
-    light : on the floor, lux.
-    start : place (m, m) and heading (rad) of the robot.
-    bodies : everything upright but walls.
-    shades : parts of the floor with less light.
+    Attributes
+    ----------
+    name : str
+        What reports call it.
+    summary : str
+        What it is, in a line.
+    light : float
+        Light on the floor, lux.
+    corners : tuple of (float, float)
+        Corners of the floor, which nobody leaves, m.
+    start : tuple of float
+        Place (m, m) of the robot at the start, and its heading (rad, counter-clockwise from x).
+    bodies : tuple of Body
+        Everything upright but walls.
+    walls : tuple of Wall
+        The walls.
+    shades : tuple of Shade
+        Parts of the floor with less light.
+    floor : float
+        Share of light that the floor reflects.
+    sky : float
+        Share of light that is reflected by what nothing stands before.
+    partitions : tuple
+        Corners (m) of the walls inside, which stand among `walls` too.
+    duration : float or None
+        Length of a run, s; None where the scene does not say.
     """
 
     name: str

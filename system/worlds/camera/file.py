@@ -52,9 +52,24 @@ def check_events(path: str) -> None:
 
 
 def write_events(path: str, events: Events, columns: int = 128, rows: int = 128) -> None:
-    """Write events in the format of the suffix: .aedat4, .npz (arrays t, x, y, on) or .txt (four columns).
+    """Write events in the format of the suffix of a path.
 
-    Raises what `check_events` raises, and `DataError` for a file that cannot be written.
+    The formats are .aedat4, .npz (arrays t, x, y, on) and .txt (four columns). Raises what `check_events`
+    raises.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    events
+        The events.
+    columns, rows
+        How many pixels the sensor has across and down.
+
+    Raises
+    ------
+    DataError
+        The file cannot be written.
     """
     check_events(path)
     suffix = Path(path).suffix.lower()
@@ -71,7 +86,14 @@ def write_events(path: str, events: Events, columns: int = 128, rows: int = 128)
 
 
 def read_events(path: str, rows: int = 128) -> Events:
-    """Events of a .txt or .npz file that `write_events` wrote.
+    """Read the events of a .txt or .npz file that `write_events` wrote.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    rows
+        How many rows of pixels the sensor has.
 
     Raises
     ------

@@ -248,13 +248,25 @@ def _draws(dvs: Dvs, die: Die, name: str) -> F64:
 
 
 def sensor_of(dvs: Dvs, scene: Scene, die: Die = NOMINAL) -> Sensor:
-    """Return the sensor of a die before a scene."""
+    """Return the sensor with the numbers of `dvs`, on a die, before a scene."""
     stage = stage_of(scene)
     return Sensor(dvs, stage, camera_of(dvs), pixels_of(dvs, die, darkest(stage)))
 
 
 def open_eye(sensor: Sensor, seed: int, pose: tuple[float, float, float], time: float = 0.0) -> Eye:
-    """State at a pose (m, m, rad) and `time` s, settled to what it sees; `seed` is of the noise."""
+    """Return the state of a sensor, settled to what it sees.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    seed
+        Seed of its noise.
+    pose
+        Where it is: place (m, m) and heading (rad).
+    time
+        Time at which it is opened, s.
+    """
     random, p = np.random.default_rng((seed, 3)), sensor.pixels
     count = sensor.dvs.columns * sensor.dvs.rows
     waits = random.exponential(1.0, 2)
@@ -287,7 +299,16 @@ def picture(sensor: Sensor, eye: Eye) -> F64:
 
 
 def advance(sensor: Sensor, eye: Eye, segment: Segment) -> Events:
-    """Return the events on a stretch of way, in whole steps of `Dvs.step`; the eye is then at its end.
+    """Return the events on a stretch of way; the eye is then at its end.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    eye
+        Its state, which is overwritten.
+    segment
+        The stretch, which lasts a whole number of `Dvs.step`.
 
     Raises
     ------

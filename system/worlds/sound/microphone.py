@@ -62,6 +62,11 @@ class Microphone:
     noise_rate : of the baseband noise samples in Hz; the half-power band is 0.62 of it wide.
     seed, channel : key of the noise; ears on one head share a seed and differ in channel.
     air : what the sound travels in.
+
+    Raises
+    ------
+    ParameterError
+        A number breaks its rule, as where the output in silence is above the supply.
     """
 
     carrier_frequency: float = CARRIER_FREQUENCY

@@ -59,6 +59,11 @@ class Waypoints:
     ----------
     time_s : strictly increasing times in s, shape (n,), n >= 1.
     range_m : ranges in m, shape (n,), > 0, no step faster than `MAX_SPEED`.
+
+    Raises
+    ------
+    ParameterError
+        A time or range breaks its rule, or there are not as many of each.
     """
 
     time_s: tuple[float, ...]
@@ -115,6 +120,11 @@ class Target:
     name : what reports call it.
     trajectory : its range over time.
     target_strength : echo amplitude relative to the reference reflector, both at 1 m; linear, > 0.
+
+    Raises
+    ------
+    ParameterError
+        The name is blank, or the strength is not above 0.
     """
 
     name: str
@@ -203,7 +213,7 @@ def default_scene(
 
 
 def read_targets(path: str | Path) -> tuple[Target, ...]:
-    """Read targets from a CSV file with the header `target,time_s,range_m[,strength]`.
+    """Read targets from the CSV file at `path`, with the header `target,time_s,range_m[,strength]`.
 
     Rows with the same name are one target's waypoints, in the order of time; targets come in the order in
     which they first appear. Each range is held before its first and after its last row. Blank lines are

@@ -1,0 +1,35 @@
+"""Runs in ngspice:its library, decks, testbenches, and the comparison with the solver."""
+
+from netlists.ngspice.agreement import USUAL, Agreement, Allowance, Difference, compare
+from netlists.ngspice.engine import Held, operating_point, simulate
+from netlists.ngspice.form import Form, scaled_testbench
+from netlists.ngspice.library import NoOperatingPointError, find_library, version
+from netlists.ngspice.raw import write_raw
+from netlists.ngspice.run import Waveforms, run
+from netlists.ngspice.small_signal import Decades, ac, noise
+
+__all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
+    # The library
+    "find_library",
+    "version",
+    "NoOperatingPointError",
+    # Decks
+    "run",
+    "Waveforms",
+    # Testbenches
+    "simulate",
+    "operating_point",
+    "Held",
+    "ac",
+    "noise",
+    "Decades",
+    "write_raw",
+    # The solver beside ngspice
+    "compare",
+    "Agreement",
+    "Difference",
+    "Allowance",
+    "USUAL",
+    "Form",
+    "scaled_testbench",
+]

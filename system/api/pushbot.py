@@ -1,0 +1,38 @@
+"""The Pushbot step by step:its network on ROLLS, its body, and drives through a scene."""
+
+from system.pushbot.body import Pushbot
+from system.pushbot.brain import Architecture, brain_of
+from system.pushbot.drive import Order, Readings, Run, begin_run, drive, go_on, pull, steer
+from system.pushbot.loop import Brain
+from system.pushbot.network.biases import pushbot_biases
+from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLayout, PushbotLevels, pushbot_network
+from system.pushbot.run import Trace, run
+from system.pushbot.scenario import Scenario, scene_of
+
+__all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
+    # Network and chip
+    "pushbot_network",
+    "PushbotLayout",
+    "PushbotLevels",
+    "PAPER",
+    "NOTEBOOK",
+    "pushbot_biases",
+    "brain_of",
+    "Architecture",
+    "Brain",
+    # Body and drive
+    "Pushbot",
+    "begin_run",
+    "Run",
+    "steer",
+    "pull",
+    "go_on",
+    "Readings",
+    "drive",
+    "Order",
+    # The closed loop
+    "Scenario",
+    "scene_of",
+    "run",
+    "Trace",
+]
