@@ -32,6 +32,7 @@ html_static_path = ["_static"]
 html_css_files = ["noctule.css"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 html_math_renderer = "mathml"  # a browser's own: no script and nothing from the network
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
@@ -44,6 +45,7 @@ nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True
+nb_execution_in_temp = True  # what a notebook writes is not left beside the pages
 nb_execution_in_temp = True  # files that a notebook writes do not lie among the pages
 
 autodoc_member_order = "bysource"

@@ -229,6 +229,7 @@ def test_the_command_runs(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")  # as in the checkout, where a reader gives commands
     for command in chain:
         if "ngspice" in command.words:
             _need_ngspice()

@@ -65,6 +65,8 @@ def done(line: str, page: Path, before: Iterable[str] = (), files: Iterable[Path
         return Done(**json.loads(kept.read_text(encoding="utf-8")))
     work = page / "work"
     work.mkdir(parents=True, exist_ok=True)
+    if not (work / "examples").exists():  # as in the checkout, where a reader gives the command
+        (work / "examples").symlink_to(ROOT / "examples")
     for path in files:
         shutil.copy(path, work / path.name)
     pictures = page / key
