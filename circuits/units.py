@@ -24,42 +24,46 @@ from typing import Any, NamedTuple
 
 from circuits.errors import ParameterError
 
-_PREFIXES = {
+PREFIXES = {  # letter before a unit -> power of ten
     "a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9, "T": 12,
 }  # fmt: skip
 _SIGNS_OF_MICRO = str.maketrans("\u00b5\u03bc", "uu")  # the sign, and the Greek letter
-_WRITTEN = {exponent: prefix for prefix, exponent in _PREFIXES.items()}
+_WRITTEN = {exponent: prefix for prefix, exponent in PREFIXES.items()}
 _MEGA = "Meg"
 
 
-class _Unit(NamedTuple):
-    """What has the unit, and the unit with the prefix that is usual here."""
+class Unit(NamedTuple):
+    """A unit of a quantity.
+
+    noun : what has it, as an error says it.
+    usual : the unit with the prefix that is usual here, empty where the number stands alone.
+    """
 
     noun: str
     usual: str
 
 
-_UNITS = {
-    "": _Unit("a plain number", ""),
-    "A": _Unit("a current in A", "pA"),
-    "F": _Unit("a capacitance in F", "fF"),
-    "Hz": _Unit("a frequency in Hz", "Hz"),
-    "K": _Unit("a temperature in K", "K"),
-    "Ohm": _Unit("a resistance in Ohm", "kOhm"),
-    "S": _Unit("a conductance in S", "uS"),
-    "V": _Unit("a voltage in V", "V"),
-    "W": _Unit("a power in W", "mW"),
-    "deg": _Unit("an angle in deg", "deg"),
-    "degC": _Unit("a temperature in degC", ""),
-    "lux": _Unit("an illuminance in lux", "lux"),
-    "m": _Unit("a length in m", "m"),
-    "m/s": _Unit("a speed in m/s", "m/s"),
-    "rad": _Unit("an angle in rad", "rad"),
-    "s": _Unit("a time in s", "s"),
-    "um": _Unit("a length in m", "um"),
+UNITS = {  # every unit that an option's number may have; empty for a plain number
+    "": Unit("a plain number", ""),
+    "A": Unit("a current in A", "pA"),
+    "F": Unit("a capacitance in F", "fF"),
+    "Hz": Unit("a frequency in Hz", "Hz"),
+    "K": Unit("a temperature in K", "K"),
+    "Ohm": Unit("a resistance in Ohm", "kOhm"),
+    "S": Unit("a conductance in S", "uS"),
+    "V": Unit("a voltage in V", "V"),
+    "W": Unit("a power in W", "mW"),
+    "deg": Unit("an angle in deg", "deg"),
+    "degC": Unit("a temperature in degC", ""),
+    "lux": Unit("an illuminance in lux", "lux"),
+    "m": Unit("a length in m", "m"),
+    "m/s": Unit("a speed in m/s", "m/s"),
+    "rad": Unit("an angle in rad", "rad"),
+    "s": Unit("a time in s", "s"),
+    "um": Unit("a length in m", "um"),
 }
-_UNSCALED = frozenset({"deg", "degC"})  # nobody writes a millidegree
-_MAY_BE_BARE = frozenset({"", "degC"})
+UNSCALED = frozenset({"deg", "degC"})  # nobody writes a millidegree
+MAY_BE_BARE = frozenset({"", "degC"})  # a number without its unit has one reading
 _IN_BASE = {"um": ("m", -6)}  # numbers kept in micrometre
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[eE]([+-]?[0-9]{1,4}))?")
 _SIGNIFICANT_DIGITS = 6
@@ -110,7 +114,7 @@ def parse_quantity(text: str, unit: str, name: str) -> float:
     value = float(f"{mantissa}e{int(power) + exponent}")
     if not math.isfinite(value):
         raise ParameterError(f'{name}: "{text}", must be {_noun(unit)} and finite; write a smaller number')
-    if not rest and value != 0.0 and unit not in _MAY_BE_BARE:
+    if not rest and value != 0.0 and unit not in MAY_BE_BARE:
         raise ParameterError(
             f'{name}: "{text}", must be {_noun(unit)}; write the unit too, as in {_spelt(number, unit)}'
         )
@@ -142,7 +146,7 @@ def format_quantity(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return f"{value} {unit}".rstrip()
     value += 0.0  # no -0
-    if not unit or unit in _UNSCALED:
+    if not unit or unit in UNSCALED:
         return f"{value:.{_SIGNIFICANT_DIGITS}g}{unit}"
     base, shift = _IN_BASE.get(unit, (unit, 0))
     rounded = Decimal(f"{value:.{_SIGNIFICANT_DIGITS - 1}e}").scaleb(shift)
@@ -157,33 +161,33 @@ def _exponent(rest: str, unit: str) -> int | None:
     """Power of ten of `rest`, the text after the number; None where it is no prefix and unit."""
     base, shift = _IN_BASE.get(unit, (unit, 0))
     prefix = rest.removesuffix(base).translate(_SIGNS_OF_MICRO)
-    if unit in _UNSCALED:
+    if unit in UNSCALED:
         return None if prefix else 0
     if prefix.lower() == _MEGA.lower():
-        return _PREFIXES["M"] - shift
-    if prefix not in _PREFIXES or rest == "M":
+        return PREFIXES["M"] - shift
+    if prefix not in PREFIXES or rest == "M":
         return None
-    return _PREFIXES[prefix] - shift
+    return PREFIXES[prefix] - shift
 
 
 def _noun(unit: str) -> str:
-    return _UNITS[unit].noun if unit in _UNITS else f"a quantity in {unit}"
+    return UNITS[unit].noun if unit in UNITS else f"a quantity in {unit}"
 
 
 def _spelt(number: str, unit: str) -> str:
     """The number with its unit: with a power of ten it is SI, without one in the size that is usual."""
     if "e" in number.lower():
         return format_quantity(float(number), unit)
-    return number + (_UNITS[unit].usual if unit in _UNITS else unit)
+    return number + (UNITS[unit].usual if unit in UNITS else unit)
 
 
 def _remedy(number: str, rest: str, unit: str) -> str:
     """What the user may have meant where only case or the unit is wrong; else what such a text looks like."""
     base = _IN_BASE.get(unit, (unit, 0))[0]
-    prefixes = [""] if unit in _UNSCALED else list(_PREFIXES)
+    prefixes = [""] if unit in UNSCALED else list(PREFIXES)
     meant = [p for p in prefixes if rest.lower() in {(p + base).lower(), p.lower()}]
     if meant:
         spelt = (_MEGA if p == "M" and not base else p for p in meant)
         return "write " + " or ".join(f"{number}{p}{base}" for p in spelt)
-    alone = "the number alone" if unit in _MAY_BE_BARE else "a number and its unit"
+    alone = "the number alone" if unit in MAY_BE_BARE else "a number and its unit"
     return f"write {alone}, such as {_spelt(number, unit)}"

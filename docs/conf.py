@@ -23,6 +23,8 @@ extensions = [
     "_extension.command",
     "_extension.reference",
     "_extension.rows",
+    "_extension.units",
+    "_extension.error_tree",
 ]
 exclude_patterns = ["_extension"]
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
+import shlex
+import shutil
 import sys
 from collections.abc import Iterator
 from io import StringIO
@@ -14,7 +17,9 @@ import pytest
 from sphinx.application import Sphinx
 from sphinx.util.docutils import docutils_namespace
 
-from tests.documents import ROOT
+from circuits.errors import CircuitError
+from system.cli.command_line import main
+from tests.documents import PAGES, ROOT
 
 REPORT = {
     "rows": [
@@ -39,6 +44,9 @@ REPORT = {
     ],
     "notes": ["One of `two` notes."],
 }
+REFUSED = re.compile(r"^```\{command\} (.*)\n((?::.*\n)*?):status: (\d+)$", re.MULTILINE)
+REFUSALS = [(page, *found) for page in PAGES for found in REFUSED.findall(page.read_text(encoding="utf-8"))]
+ERROR_CLASS = re.compile(r"^class (\w+)\((\w+)", re.MULTILINE)
 PAGE = """# A page
 
 ```{rows} cheely2003-fig4
@@ -119,3 +127,43 @@ def test_a_refused_command_shows_what_it_says(running: ModuleType, tmp_path: Pat
     assert said == ""
     assert "unknown" in html
     assert "[status 2]" in html
+
+
+@pytest.mark.parametrize(("page", "line", "options", "status"), REFUSALS, ids=[each[1] for each in REFUSALS])
+def test_a_command_that_a_page_shows_as_refused_is(
+    page: Path,
+    line: str,
+    options: str,
+    status: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    for name in options.removeprefix(":needs: ").split():
+        shutil.copy(page.parent / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    words = shlex.split(line)
+    while words[0] != "noctule":
+        name, _, value = words.pop(0).partition("=")
+        if value:
+            monkeypatch.setenv(name, value)
+    assert main(words[1:]) == int(status)
+    said = capfd.readouterr()
+    assert said.out == ""
+    assert len(said.err.splitlines()) == 1
+
+
+def test_errors_that_a_page_shows_are_found() -> None:
+    assert len(REFUSALS) > 15
+
+
+def test_the_tree_of_errors_has_every_class(running: ModuleType) -> None:
+    assert running
+    listed = {each.__name__ for _, each in importlib.import_module("_extension.error_tree").tree()}
+    packages = ("circuits", "chips", "netlists", "system")
+    texts = [path.read_text(encoding="utf-8") for name in packages for path in (ROOT / name).rglob("*.py")]
+    found = {name: base for text in texts for name, base in ERROR_CLASS.findall(text)}
+    ours = {CircuitError.__name__}
+    while more := {name for name, base in found.items() if base in ours} - ours:
+        ours |= more
+    assert listed == ours

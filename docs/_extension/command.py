@@ -8,7 +8,7 @@ The page shows the command, what it printed and the picture of each `--plot FILE
 another status than 0 is right, what it said on stderr and the status too. Commands are run by `make docs`
 alone (`noctule_run`), in a folder of the page's own, so that one may read what another wrote; a status that
 is not the stated one fails the build. What a command gave is kept, and taken again as long as the command,
-those before it on the page and the packages' texts are the same.
+those before it on the page, what it needs and the packages' texts are the same.
 """
 
 from __future__ import annotations
@@ -37,28 +37,42 @@ class CommandDirective(SphinxDirective):
         "status": directives.nonnegative_int,  # the exit status that is right, 0 unless given
         "alt": directives.unchanged,  # what the picture shows, for who cannot see it
         "hide": directives.flag,  # only what it draws is shown
+        "needs": directives.unchanged_required,  # files beside the page that it reads, shown before it
     }
 
     def run(self) -> list[nodes.Node]:
         """Nodes of the page."""
         line = " ".join(self.arguments[0].split())
-        shown: list[nodes.Node] = [] if "hide" in self.options else [block(f"$ {line}", "console")]
+        needs = self._needs()
+        shown: list[nodes.Node] = [
+            block(path.read_text(encoding="utf-8").rstrip(), "text", path.name) for path in needs
+        ]
+        if "hide" not in self.options:
+            shown.append(block(f"$ {line}", "console"))
         if not self.config.noctule_run:
             return shown
-        found = self._done(line)
+        found = self._done(line, needs)
         wanted = self.options.get("status", 0)
         if found.status != wanted:
             raise self.error(f"{line}: status {found.status} where {wanted} is due: {found.err.strip()}")
         shown += _output(found.out.rstrip("\n").splitlines(), self.options.get("lines"))
         if wanted:
-            shown += _output([*found.err.rstrip("\n").splitlines(), f"[status {wanted}]"], None)
+            return shown + _output([*found.err.splitlines(), f"[status {wanted}]"], None)
         shown += [picture(self, Path(found.folder) / name, line) for name in drawn(shlex.split(line))]
         return shown
 
-    def _done(self, line: str) -> Done:
+    def _needs(self) -> list[Path]:
+        """Files that the command reads."""
+        page = Path(self.env.doc2path(self.env.docname)).parent
+        found = [page / name for name in self.options.get("needs", "").split()]
+        for path in found:
+            self.env.note_dependency(str(path))
+        return found
+
+    def _done(self, line: str, needs: list[Path]) -> Done:
         """What the command gave, now or when it was last run after the same ones."""
         before = self.env.temp_data.setdefault("noctule_commands", [])
-        found = done(line, page_folder(self), before)
+        found = done(line, page_folder(self), before, needs)
         before.append(line)
         return found
 

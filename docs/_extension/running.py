@@ -90,11 +90,15 @@ def picture(directive: SphinxDirective, path: Path, line: str) -> nodes.Node:
     return node
 
 
-def block(text: str, language: str) -> nodes.literal_block:
-    """A block of code."""
+def block(text: str, language: str, name: str = "") -> nodes.Node:
+    """A block of code, under its file's name where it has one."""
     node = nodes.literal_block(text, text)
     node["language"] = language
-    return node
+    if not name:
+        return node
+    return nodes.container(
+        "", nodes.caption("", name), node, classes=["literal-block-wrapper"], literal_block=True
+    )
 
 
 @cache
