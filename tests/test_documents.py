@@ -320,14 +320,6 @@ def test_blocks_are_of_a_language_that_is_checked(path: Path) -> None:
                 assert language.startswith("{") or language in {"text", *SHELL, *SHOWN}, block
 
 
-def test_the_circuit_of_the_readme_has_the_lines_it_says() -> None:
-    text = TEXTS[README]
-    said = re.search(r"circuit in (\d+) lines", text)
-    assert said is not None
-    code = next(block for language, block in fenced(text) if language == "python")
-    assert len([line for line in code.splitlines() if line.strip()]) <= int(said[1])
-
-
 @pytest.mark.parametrize("verb", verbs(), ids=" ".join)
 def test_every_command_has_help_and_json(verb: tuple[str, ...]) -> None:
     assert help_of(verb).startswith(f"Usage: noctule {' '.join(verb)} ")
