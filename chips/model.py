@@ -80,13 +80,25 @@ def nothing(record: Record) -> Mapping[str, float]:
 class Model:
     """A behavioural model of a chip's circuits.
 
-    name: on the command line, and with underscores the name of its record; circuits: builds the circuits that
-    the record is measured from; measure: makes the record without its errors, and reports the share that is
-    done to the function that it is given; held_out: errors of the model on dies that were not used to build
-    it, while this record is in force, biased as given (as the circuits are, unless given); load: makes the
-    model on a silicon with its circuits' own biases, and raises `ParameterError` outside its box and
-    `DataError` where the record is of other circuits. figures: what else follows from the record, by name
-    with the unit at its end; cells, proxy: where the model has them.
+    Attributes
+    ----------
+    name : str
+        Name on the command line, and with underscores that of its record.
+    circuits : function
+        Builds the circuits that the record is measured from.
+    measure : function
+        Makes the record without its errors, and reports the share that is done to the function that it is
+        given.
+    held_out : function
+        Errors of the model on dies that were not used to build it, by name with the unit at its end. They are
+        taken while this record is in force, biased as given, or as the circuits are.
+    load : function
+        Makes the model on a silicon with its circuits' own biases. It raises `ParameterError` outside its box
+        and `DataError` where the record is of other circuits.
+    figures : function
+        What else follows from the record, by name with the unit at its end.
+    cells, proxy : Cells, Proxy or None
+        How the model is written for other simulators, and what a search may ask of it, where it has them.
     """
 
     name: str

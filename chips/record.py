@@ -40,9 +40,16 @@ Axis = tuple[float, ...] | tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Numbers over axes, one dimension each, the outermost first.
+    """Numbers over axes.
 
-    An axis of a table need not be an axis of the record, if its places have neither number nor name.
+    Attributes
+    ----------
+    axes : tuple of str
+        Names of the axes, the outermost first. One need not be an axis of the record, if its places have
+        neither number nor name.
+    values : array
+        The numbers, float64 with one dimension for each axis, in the unit of the quantity; its shape is that
+        of the axes.
     """
 
     axes: tuple[str, ...]
@@ -55,7 +62,7 @@ class Record:
 
     key: a hash of what it was measured of; version: of the measurement, a part of the key; axes: numbers or
     names by axis; tables: by name; errors: of the model on dies that were not used, by name with the unit at
-    its end; box: least and greatest valid value by name, beside the ends of the axes.
+    its end; box: least and greatest valid value by name, in its unit, beside the ends of the axes.
     """
 
     key: str
@@ -75,15 +82,18 @@ class Record:
         return np.array(self.numbers(name))
 
     def numbers(self, name: str) -> tuple[float, ...]:
-        """Return the numbers of an axis, rising; raises `DataError` where the record has no such axis."""
+        """Return the numbers of the axis `name`, rising, in the unit of the axis.
+
+        Raises `DataError` where the record has no such axis.
+        """
         return cast("tuple[float, ...]", self._axis(name, float))
 
     def names(self, name: str) -> tuple[str, ...]:
-        """Return the names of an axis; raises `DataError` where the record has no such axis."""
+        """Return the names of the axis `name`; raises `DataError` where the record has no such axis."""
         return cast("tuple[str, ...]", self._axis(name, str))
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the least and the greatest valid value of a side of the box.
+        """Return the least and the greatest valid value of the side `name` of the box, in its unit.
 
         Raises `DataError` where there is none.
         """
@@ -128,7 +138,7 @@ def write_record(record: Record, path: Path) -> None:
 
 
 def read_record(path: Path) -> Record:
-    """Read a record's netCDF file; raises `DataError` for a file that is none."""
+    """Read a record from the netCDF file at `path`; raises `DataError` for a file that is none."""
     data = load_record(path)
     try:
         if "key" not in data.attrs:
@@ -206,7 +216,7 @@ def current_record(block: str) -> Record:
 
 
 def matching_record(block: str, key: Callable[[Record], str]) -> Record:
-    """Return the record of a block that is in force.
+    """Return the record of the block that is called `block`, as it is in force.
 
     Raises `DataError` unless its key is `key` of the record.
     """

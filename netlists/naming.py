@@ -75,10 +75,18 @@ _STYLES = {"hash": _HASH, "underscore": _UNDERSCORE, "angle": _ANGLE}
 
 
 def make_naming(style: str, reserved: frozenset[str] = frozenset()) -> Naming:
-    """Make the naming of a style: `hash`, `underscore` or `angle`.
+    """Make the naming of a style.
 
-    `reserved` names, in lower case, mean something else in the dialect. A name that is no reference makes
-    `node` raise `TopologyError`.
+    Parameters
+    ----------
+    style
+        `hash`, `underscore` or `angle`; the module has a table of them.
+    reserved
+        Names, in lower case, that mean something else in the dialect.
+
+    Returns
+    -------
+    The naming; its `node` raises `TopologyError` for a name that is no reference.
     """
     form = _STYLES[style]
 

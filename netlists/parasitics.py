@@ -26,7 +26,7 @@ _LARGEST = 1 << 24  # bytes; 16 MB are some 500,000 nodes
 
 
 def read_parasitics(path: Path | str, circuit: Circuit) -> dict[str, float]:
-    """Read the capacitances of a circuit's nodes from a CSV file, F by node path.
+    """Read the capacitances of a circuit's nodes from the CSV file at `path`, F by node path.
 
     Raises
     ------

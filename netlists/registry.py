@@ -119,7 +119,13 @@ class Dialect:
     syntax: Callable[[Dialect], Any] | None = None  # a Syntax of netlists.read.notes.syntax
 
     def formatter(self, models: str) -> DeviceFormatter:
-        """Formatter of devices with these models; raises `ParameterError` where the dialect lacks them."""
+        """Give the formatter of devices with the transistor models `models`.
+
+        Raises
+        ------
+        ParameterError
+            The dialect lacks these models.
+        """
         if models not in self.devices:
             known = ", ".join(self.devices)
             raise ParameterError(f"models: {models}, {self.name} has {known}; choose one of these")

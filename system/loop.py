@@ -24,6 +24,7 @@ class EventWire:
     """A wire by which the events of one part's port arrive at another's.
 
     source : name of the part whose events they are.
+    port : its port.
     target : name of the part at which they arrive.
     target_port : its port.
     """
@@ -39,6 +40,7 @@ class AnalogWire:
     """A wire by which one part's analog port drives another's; its polyline is thinned to `tolerance` V.
 
     source : name of the part whose voltage it is.
+    port : its port.
     target : name of the part that is driven.
     target_port : its port.
     """
@@ -67,13 +69,33 @@ class Round:
 
 @dataclass(slots=True)
 class Loop:
-    """All parts, the wires between them, and their present states; `horizon` is the longest round (s).
+    """Parts that live in a run, the wires between them, and their present states.
 
-    events : wires of events.
-    analog : wires of voltages; they must form no ring.
-    executor : runs parts that do not depend on each other at once, where it is given.
-    time : at which all parts stand, s.
-    pending : events that are delivered when the next round starts, by the name of the part.
+    Attributes
+    ----------
+    parts : mapping of str to Part
+        The parts by name.
+    events : sequence of EventWire
+        Wires of events.
+    analog : sequence of AnalogWire
+        Wires of voltages; they must form no ring.
+    horizon : float
+        Longest round, s.
+    executor : Executor or None
+        Runs parts that do not depend on each other at once, where it is given.
+    time : float
+        Time at which all parts stand, s.
+    states : dict of str to object
+        State of each part by its name.
+    pending : dict of str to list of (str, float)
+        Events that are delivered when the next round starts, by the name of the part.
+    repeated : int
+        How many advances of parts were done again after an event.
+
+    Raises
+    ------
+    TopologyError
+        The analog wires form a ring.
     """
 
     parts: Mapping[str, Part[Any]]
@@ -84,7 +106,7 @@ class Loop:
     time: float = 0.0
     states: dict[str, Any] = field(default_factory=dict)
     pending: dict[str, list[Event]] = field(default_factory=dict)
-    repeated: int = 0  # part advances that were done again after an event
+    repeated: int = 0
     _levels: list[list[str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -93,7 +115,7 @@ class Loop:
         self._levels = _levels(tuple(self.parts), self.analog)
 
     def step(self, until: float) -> Round:
-        """Advance all parts together to their first event, or by one horizon, or to `until`."""
+        """Advance all parts together to their first event, or by one horizon, or to the time `until`, s."""
         stop = min(until, self.time + self.horizon)
         own = [p.next_time(self.states[n]) for n, p in self.parts.items()]
         stop = min([stop, *(t for t in own if t > self.time)])

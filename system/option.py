@@ -151,7 +151,17 @@ class Setting:
 
 
 def option(default: Any, about: str = "", **stated: Any) -> Any:
-    """Make a field of a scenario with its default and its option: what it is, and the rest of `Option`."""
+    """Make a field of a scenario that users can set by an option.
+
+    Parameters
+    ----------
+    default
+        Value of the field, or what makes it.
+    about
+        What the option is, in the words of its help.
+    stated
+        The rest of `Option` by name, such as its unit and its limits.
+    """
     metadata = {OPTION: Option(help=about, **stated)}
     if callable(default):
         return field(default_factory=default, metadata=metadata)
@@ -159,7 +169,15 @@ def option(default: Any, about: str = "", **stated: Any) -> Any:
 
 
 def required(about: str = "", **stated: Any) -> Any:
-    """Make a field that must be given, with its option; it is as `option`, without a default."""
+    """Make a field of a scenario that must be given, and that users set by an option.
+
+    Parameters
+    ----------
+    about
+        What the option is, in the words of its help.
+    stated
+        The rest of `Option` by name.
+    """
     return field(metadata={OPTION: Option(help=about, **stated)})
 
 
@@ -242,16 +260,24 @@ def seed_option() -> Any:
 
 
 def die_option(usual: Any) -> Any:
-    """Make the field of the die on which a scenario runs."""
+    """Make the field of the die on which a scenario runs; `usual` is its default."""
     return option(usual, run=False, silicon=True)
 
 
 def temperature_option(usual: float) -> Any:
-    """Make the field of a scenario's temperature, degC."""
+    """Make the field of a scenario's temperature; `usual` is its default, degC."""
     return option(usual, run=False, silicon=True, key="temperature_C")
 
 
 def bias_kind_option(usual: Any, **stated: Any) -> Any:
-    """Make the field of the kind of a chip's biases."""
+    """Make the field of the kind of a chip's biases.
+
+    Parameters
+    ----------
+    usual
+        Its default, `gate` or `generator`.
+    stated
+        The rest of `Option` by name.
+    """
     about = "Fixed gate voltages, or the bias generator"
     return option(usual, about, choices=("gate", "generator"), silicon=True, **stated)

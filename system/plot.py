@@ -115,7 +115,17 @@ def draw_estimates(
 
 
 def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None:
-    """Fill `figure` with a panel a node, top to bottom, over one time axis in ms; spikes are marked."""
+    """Draw waveforms over one time axis in ms, a panel for each node, top to bottom; spikes are marked.
+
+    Parameters
+    ----------
+    result
+        The run.
+    nodes
+        Paths of the nodes.
+    figure
+        An empty figure, which is filled.
+    """
     panels = len(nodes)
     figure.set_size_inches(7.0, max(1.05 * panels + 0.6, 2.2))
     stack = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]

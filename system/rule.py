@@ -74,9 +74,18 @@ Judged = Value | Measured
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """When a value agrees with a paper's: the sentence, its number (None where it has none), the test.
+    """When a value of ours agrees with a paper's.
 
     Made by the functions of this module; a rule of one's own gives a `test` of ours and the paper's value.
+
+    Attributes
+    ----------
+    text : str
+        The rule as a sentence.
+    tolerance : float or None
+        Its number, in the unit of the value or as a share or a factor of it; None where it has none.
+    test : function or None
+        Whether a value agrees with the paper's; None for a rule without a verdict.
     """
 
     text: str
@@ -98,50 +107,98 @@ class Rule:
         return replace(self, text=f"{self.text}, {other.text}", test=test)
 
     def beside(self, remark: object) -> Rule:
-        """The same rule with a remark after its sentence."""
+        """The same rule with `remark` after its sentence."""
         return replace(self, text=f"{self.text}; {remark}")
 
     def unless(self, spoilt: bool, why: str) -> Rule:  # noqa: FBT001 - a condition, as in a sentence
-        """The same rule, which does not hold where `spoilt`, and then says why."""
+        """The same rule, which does not hold where `spoilt`, and then says `why`."""
         return replace(self.beside(why), test=_never) if spoilt else self
 
 
 def unjudged(text: str = "no rule") -> Rule:
-    """No rule: the value is shown beside the paper's, without a verdict."""
+    """No rule: the value is shown beside the paper's, without a verdict; `text` is what is said of it."""
     return Rule(text, None, None)
 
 
 def at_least(limit: float | None = None, text: str | None = None) -> Rule:
-    """Ours is the limit or more; the limit is the paper's value where none is given."""
+    """Ours is a limit or more.
+
+    Parameters
+    ----------
+    limit
+        The limit, in the unit of the value; the paper's value unless given.
+    text
+        The sentence; that of the rule unless given.
+    """
     return _compared(limit, text, ("at least", "or more"), lambda ours, bound: ours >= bound)
 
 
 def at_most(limit: float | None = None, text: str | None = None) -> Rule:
-    """Ours is the limit or less; the limit is the paper's value where none is given."""
+    """Ours is a limit or less.
+
+    Parameters
+    ----------
+    limit
+        The limit, in the unit of the value; the paper's value unless given.
+    text
+        The sentence; that of the rule unless given.
+    """
     words = ("at most", "no more than")
     return _compared(limit, text, words, lambda ours, bound: ours <= bound)
 
 
 def above(limit: float | None = None, text: str | None = None) -> Rule:
-    """Ours is more than the limit, which is the paper's value where none is given."""
+    """Ours is more than a limit.
+
+    Parameters
+    ----------
+    limit
+        The limit, in the unit of the value; the paper's value unless given.
+    text
+        The sentence; that of the rule unless given.
+    """
     words = ("above", "more than", "longer than", "larger", "rises")
     return _compared(limit, text, words, lambda ours, bound: ours > bound)
 
 
 def below(limit: float | None = None, text: str | None = None) -> Rule:
-    """Ours is less than the limit, which is the paper's value where none is given."""
+    """Ours is less than a limit.
+
+    Parameters
+    ----------
+    limit
+        The limit, in the unit of the value; the paper's value unless given.
+    text
+        The sentence; that of the rule unless given.
+    """
     words = ("below", "less than", "fewer than", "falls", "nearer than", "lowest", "<")
     return _compared(limit, text, words, lambda ours, bound: ours < bound)
 
 
 def between(low: float, high: float, text: str = "{low:g} to {high:g}") -> Rule:
-    """Ours is one of two limits or lies between them; fields of the sentence are `low` and `high`."""
+    """Ours is one of two limits or lies between them.
+
+    Parameters
+    ----------
+    low, high
+        The limits, in the unit of the value.
+    text
+        The sentence, whose fields are `low` and `high`.
+    """
     said = _said(text, (" to ", "between"), _fields("low", low) | _fields("high", high))
     return Rule(said, None, lambda ours, _: low <= number_of(ours) <= high)
 
 
 def exactly(number: float, text: str = "exactly {limit:g}") -> Rule:
-    """Ours is this number."""
+    """Ours is a number that is given.
+
+    Parameters
+    ----------
+    number
+        The number, in the unit of the value.
+    text
+        The sentence, whose field is `limit`.
+    """
     return Rule(_said(text, ("",), _fields("", number)), 0.0, lambda ours, _: number_of(ours) == number)
 
 
@@ -156,7 +213,7 @@ def all_of(count: float, text: str = "all") -> Rule:
 
 
 def equal(text: str = "the same") -> Rule:
-    """Ours is the paper's value, a number or words."""
+    """Ours is the paper's value, a number or words; `text` is the sentence."""
     return Rule(text, None, lambda ours, paper: paper is not None and shown_of(ours) == paper)
 
 
@@ -166,17 +223,45 @@ def as_many(text: str = "as many") -> Rule:
 
 
 def within(tolerance: float, text: str = "within {limit:g}", of: float | None = None) -> Rule:
-    """Ours differs by at most `tolerance` from the paper's value, or from `of` where it is given."""
+    """Ours differs from a value by a tolerance at most.
+
+    Parameters
+    ----------
+    tolerance
+        The tolerance, in the unit of the value.
+    text
+        The sentence, whose field is `limit`.
+    of
+        The value to compare with, in the same unit; the paper's unless given.
+    """
     return _near(tolerance, text, of, lambda ours, true: abs(ours - true) <= tolerance)
 
 
 def within_share(share: float, text: str = "within {percent:g} %", of: float | None = None) -> Rule:
-    """Ours differs by at most this share of the paper's value, or of `of` where it is given."""
+    """Ours differs from a value by a share of it at most.
+
+    Parameters
+    ----------
+    share
+        The share, 0.1 for 10 %.
+    text
+        The sentence, whose field is `percent`.
+    of
+        The value to compare with, in the unit of ours; the paper's unless given.
+    """
     return _near(share, text, of, lambda ours, true: abs(ours - true) <= share * abs(true))
 
 
 def within_factor(factor: float, text: str = "within a factor of {limit:g}") -> Rule:
-    """Ours has the paper's sign and is at most so many times larger or smaller."""
+    """Ours has the paper's sign and is at most so many times larger or smaller.
+
+    Parameters
+    ----------
+    factor
+        How many times, a ratio above 1.
+    text
+        The sentence, whose field is `limit`.
+    """
     return _near(factor, text, None, lambda ours, true: true != 0.0 and 1 / factor <= ours / true <= factor)
 
 

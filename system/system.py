@@ -45,7 +45,25 @@ Summary = dict[str, Any]  # entries of an account, then numbers (None where not 
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """What a run says of itself; the table above has the unit of each entry."""
+    """What a run says of itself; the table above has the unit of each entry.
+
+    Attributes
+    ----------
+    succeeded : bool
+        Whether it has succeeded, by the system's own definition.
+    reason : str
+        Why it ended.
+    ran_on : mapping
+        What it ran on, by name, numbers in the unit that the name ends with: chip, die and the like.
+    distance_m : float or None
+        Length of the way, m; None for what does not move in metres.
+    emergency_share : float or None
+        Share of the decisions that were emergencies; None where there are none.
+    standing_share : float or None
+        Share of the time at rest; None where that means nothing.
+    cautions : tuple of str
+        What its chips warn of, a sentence each.
+    """
 
     succeeded: bool
     reason: str
@@ -116,7 +134,8 @@ class System(Generic[S, T]):
     kind : dataclass of its scenarios, whose fields carry their options (`system.option`); it has `seed`, and
         `die` and `temperature_c` (degC) where it runs on silicon.
     run : runs a scenario; what it leaves is the trace that the rest takes.
-    account, numbers : what a run says of itself, and its other numbers by name, None where not defined.
+    account, numbers : what a run says of itself, and its other numbers by name in SI units, None where not
+        defined.
     draw : fills a figure with a run; its title has the reason.
     metrics : names of the numbers that a study can ask of a run, `METRICS` among them.
     yes_no : those that are 1 or 0, for yes or no, `SUCCEEDED` among them.
@@ -162,19 +181,31 @@ class System(Generic[S, T]):
         return all_settings(self.kind, self.more)
 
     def scenario(self, **given: Any) -> S:
-        """Return a scenario of these fields and options; see `system.scenario.scenario_of`."""
+        """Return a scenario with the fields and options `given` by name (`system.scenario.scenario_of`)."""
         return scenario_of(self.name, self.kind, given, self.more, self.make)
 
     def summarise(self, trace: T) -> Summary:
-        """Return the entries of a run's account, and its numbers, by their names."""
+        """Return the entries of the account of the run `trace`, and its numbers, by their names."""
         return summary_of(self.account(trace), self.numbers(trace))
 
     def study_options(
         self, level: str, bias_kind: BiasKind | None, given: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Options of a study's scenarios, `given` by name, texts or values.
+        """Options of a study's scenarios.
 
-        Raises `ParameterError` for those that a study of the system does not take, or whose text is none.
+        Parameters
+        ----------
+        level
+            `behavioural` or `transistor`.
+        bias_kind
+            Kind of the chip's biases; the scenario's own where None.
+        given
+            Options by name, texts or values.
+
+        Raises
+        ------
+        ParameterError
+            A study of the system does not take an option, or its text is none.
         """
         options = {name: one for name, one in self.settings.items() if one.option.study}
         names = {one.field: name for name, one in options.items() if one.part is None}

@@ -46,8 +46,23 @@ def calibrated(
 ) -> Biases:
     """Return the biases of the chip on a silicon, calibrated at its temperature.
 
-    kind: of the biases; parts: which of `PARTS` are calibrated; area: of the devices over the circuits'.
-    Raises `ParameterError` for another part, and where no code reaches a current.
+    Parameters
+    ----------
+    design
+        What the chip is designed for.
+    silicon
+        Process, temperature and die.
+    kind
+        Kind of the biases.
+    parts
+        Which of `PARTS` are calibrated.
+    area
+        Area of the devices over the circuits', a ratio.
+
+    Raises
+    ------
+    ParameterError
+        A part is another, or no code reaches a current.
     """
     for part in parts:
         if part not in PARTS:

@@ -81,10 +81,23 @@ class Unit(Protocol):
 class PingResponse:
     """Response of the chip to a ping; times are in s after it, inf or empty where there was none.
 
-    times, paths: winners of the second layer as they left the bus; emergency: spike of the emergency neuron;
-    integrating, memory, first: latencies of the integrating neurons, of the memories' outputs and of the
-    first layer's winners, float64[n]; free: latencies of the first layer if nothing had stopped it; detected:
-    of the units' detectors, float64[n, u]; lost_in, lost_out: events that the bus dropped.
+    Attributes
+    ----------
+    times : array
+        When winners of the second layer left the bus, float64[m], s.
+    paths : array
+        Path of each of these winners, int64[m].
+    emergency : float
+        Spike of the emergency neuron, s.
+    integrating, memory, first : array
+        Latencies of the integrating neurons, of the memories' outputs and of the first layer's winners,
+        float64[n], s.
+    free : array
+        Latencies of the first layer if nothing had stopped it, float64[n], s.
+    detected : array
+        Latencies of the units' detectors, float64[n, u], s.
+    lost_in, lost_out : int
+        How many events the bus dropped on the way in and out.
     """
 
     times: F64
@@ -100,11 +113,32 @@ class PingResponse:
 
 
 class LatencyChip:
-    """A chip of a design on a silicon.
+    """A latency chip of a design, on a silicon.
 
-    biases: the usual ones unless given; area: of its devices over the circuits'; bus: by which events come
-    and leave; units: that are simulated at transistor level, by memory and number; numbers: of the chip,
-    instead of those of its silicon; noise: of its devices, none unless given (`chips.latency.noise`).
+    Parameters
+    ----------
+    design
+        What it is designed for.
+    biases
+        Its biases; the usual ones unless given.
+    silicon
+        Process, temperature and die.
+    area
+        Area of its devices over the circuits', a ratio.
+    bus
+        Bus by which events come and leave.
+    units
+        Units that are simulated at transistor level, by memory and number.
+    numbers
+        Numbers of the chip, instead of those of its silicon.
+    noise
+        Noise of its devices; none unless given (`chips.latency.noise`).
+
+    Raises
+    ------
+    ParameterError
+        The silicon is outside the record's box, the chip lacks a unit, or units are given together with
+        noise.
     """
 
     def __init__(
@@ -138,7 +172,7 @@ class LatencyChip:
         self.addresses = Addresses(n, 2 * n, 2 * n + groups, 2 * n + groups + 1, n)
 
     def at(self, temperature_c: float) -> LatencyChip:
-        """Return the same chip at another temperature, degC."""
+        """Return the same chip at the temperature `temperature_c`, degC."""
         silicon = replace(self.silicon, temperature_c=temperature_c)
         return LatencyChip(
             self.design,
@@ -151,9 +185,10 @@ class LatencyChip:
         )
 
     def moved(self, memory: Memory, temperature_c: float, now: float) -> LatencyChip:
-        """Return the same chip at another temperature (degC) from `now` (s) on; its memory goes on.
+        """Return the same chip at another temperature; its memory goes on.
 
-        A charge that is partly taken up is taken up at the new rate from then on.
+        A charge that is partly taken up is taken up at the new rate from then on. memory: what it remembers,
+        which is overwritten. temperature_c: the temperature, degC. now: time of the change, s.
         """
         chip = self.at(temperature_c)
         move(memory, self.lumped, chip.lumped, now)
@@ -162,7 +197,7 @@ class LatencyChip:
         return chip
 
     def check_unit(self, memory: int, unit: int) -> None:
-        """Raise `ParameterError` for a unit that the chip does not have."""
+        """Raise `ParameterError` where the memory of number `memory` has no unit of number `unit`."""
         d = self.design
         if not (0 <= memory < d.paths and 0 <= unit < d.taps):
             raise ParameterError(
@@ -181,17 +216,31 @@ class LatencyChip:
         return memory
 
     def reset(self, memory: Memory, at: float) -> None:
-        """Forget everything, by the reset event at a time, s."""
+        """Forget everything in `memory`, by the reset event at the time `at`, s."""
         reset(memory, self.lumped.tonic, at)
         for unit in self.units.values():
             unit.reset(at)
 
     def ping(self, memory: Memory, start: float, times: F64, addresses: I64) -> PingResponse:
-        """Return the response to the events from a ping at `start` (s) on, until the next one.
+        """Return the response to the events of one ping.
 
-        times: of the events, s after the ping, float64[m], 0 for its onset; addresses: int64[m], as
-        `addresses` says. Resets have their own call. Raises `ParameterError` for an address that the chip
-        does not have, and for a train that does not begin with one onset.
+        Resets have their own call.
+
+        Parameters
+        ----------
+        memory
+            What the chip remembers, which is overwritten.
+        start
+            Time of the ping, s.
+        times
+            Times of the events after the ping, s, float64[m], 0 for its onset.
+        addresses
+            Addresses of the events, int64[m], as `addresses` says.
+
+        Raises
+        ------
+        ParameterError
+            The chip does not have an address, or the train does not begin with one onset.
         """
         heard = send(self.bus, times, addresses)
         onset = self._check(heard.addresses)

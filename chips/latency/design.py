@@ -38,14 +38,42 @@ NAME = "latency_chip"
 class Design:
     """What a latency chip is designed for: times in s, charges and inhibitions in thresholds of the race.
 
-    The numbers are those of the network unless said. group: ping direction of each path; share: passive
-    current of each path over the largest; second: delay of the second layer in each group, s; taps: of the
-    delay line, and units of a memory; lead, hop: delays before its first tap and between two, s (the lead is
-    ours: the network's neurons take that much longer from a tap to the memory's spike than this chip's);
-    step, integration, window, tonic, hold, block: of a memory's steps, integrating neuron, detectors and
-    inhibition, s; race: latency of a cell of the largest passive current, s; goal, direction: charges, with
-    goal_sigma the reach of the goal in paths; pulse: of these charges, s; suppression, suppression_sigma:
-    inhibition of other paths and its reach; inhibition, recurrent, emergency: s.
+    The numbers are those of the network unless said.
+
+    Attributes
+    ----------
+    group : tuple of int
+        Ping direction of each path.
+    share : tuple of float
+        Passive current of each path over the largest, a ratio.
+    second : tuple of float
+        Delay of the second layer in each group, s.
+    taps : int
+        How many taps the delay line has, and units a memory.
+    lead, hop : float
+        Delays before its first tap and between two, s. The lead is ours: the network's neurons take that much
+        longer from a tap to the memory's spike than this chip's.
+    step, integration, window, tonic, hold, block : float
+        Times of a memory's steps, integrating neuron, detectors and inhibition, s.
+    race : float
+        Latency of a cell of the largest passive current, s.
+    goal, direction : float
+        Charges of the goal and of the ping direction, in units of the threshold.
+    goal_sigma : float
+        Reach of the goal, a number of paths.
+    pulse : float
+        Length of the pulses of these charges, s.
+    suppression : float
+        Inhibition of other paths, in units of the threshold.
+    suppression_sigma : float
+        Reach of this inhibition, a number of paths.
+    inhibition, recurrent, emergency : float
+        Times of the inhibition, of the recurrent spikes and of the emergency neuron, s.
+
+    Raises
+    ------
+    ParameterError
+        What cannot be built; the text names it.
     """
 
     group: tuple[int, ...]

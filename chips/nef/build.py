@@ -32,10 +32,26 @@ _NOWHERE = -1  # slot of a lane that is read
 class Built:
     """A network on neurons, ready to run.
 
-    net: arrays of the kernel; populations: of each ensemble or array, by name; drive: what nodes put on
-    lanes, float64[lanes, values of all nodes]; given: a node's columns there; read: lanes of a node's input
-    or of a probe, by name; placed, chip: its codes, and what they are where it is run, None of ideal neurons;
-    noise: of the chip's devices there.
+    Attributes
+    ----------
+    network : Network
+        The network.
+    net : Net
+        Arrays of the kernel.
+    populations : mapping of str to tuple of Population
+        Populations of each ensemble or array, by its name.
+    drive : array
+        Weights by which values of nodes act on lanes, dimensionless, float64[lanes, values of all nodes].
+    given : mapping of str to slice
+        Columns of a node there, by its name.
+    read : mapping of str to slice
+        Lanes of a node's input or of a probe, by its name.
+    placed : Placed or None
+        Its codes on a chip; None of ideal neurons.
+    chip : ChipNet or None
+        What these are where it is run; None of ideal neurons.
+    noise : NefNoise or None
+        Noise of the chip's devices there.
     """
 
     network: Network
@@ -49,7 +65,7 @@ class Built:
     noise: NefNoise | None = None
 
     def neurons(self, name: str) -> slice:
-        """Return the numbers of an ensemble's or array's neurons."""
+        """Return the numbers of the neurons of the ensemble or array that is called `name`."""
         held = self.populations[name]
         return slice(held[0].first, held[-1].first + held[-1].ensemble.neurons)
 
@@ -57,9 +73,20 @@ class Built:
 def build(
     network: Network, curves: Curves, seed: int, taus: tuple[float, float] = (TAU_RC, TAU_REF)
 ) -> Built:
-    """Draw and solve a network; taus: of ideal neurons, membrane and refractory period, s.
+    """Draw the neurons of a network, and solve for its decoders.
 
     On the `Conditions` of a chip it is put there, and run there unless `moved` elsewhere.
+
+    Parameters
+    ----------
+    network
+        The network.
+    curves
+        Curves of the neurons: ideal ones, or a chip's `Conditions`.
+    seed
+        Seed of everything that is drawn.
+    taus
+        Membrane time constant and refractory period of ideal neurons, s.
 
     Raises
     ------

@@ -65,11 +65,32 @@ _SAMPLED = 1024  # neurons whose median is trimmed
 
 @dataclass(frozen=True, slots=True)
 class NefChip:
-    """A NEF chip: its die, the kind of its biases, and the temperature (degC) at which it is calibrated.
+    """A NEF chip.
 
-    biases: values of some, A or V by name; neurons: how many it has; area: of all devices over the circuit's,
-    as whose root mismatch and flicker go, and nothing else; noise: of its devices where a network is run,
-    None for none. Raises `UnknownNameError` and `ParameterError` for what it cannot have.
+    Attributes
+    ----------
+    die : Die
+        Its die.
+    bias_kind : str
+        Kind of its biases.
+    biases : mapping of str to float
+        Values of biases by name, A or V; the usual ones where not given.
+    calibration_c : float
+        Temperature at which it is calibrated, degC.
+    neurons : int
+        How many neurons it has.
+    area : float
+        Area of all devices over the circuit's, a ratio. Mismatch and flicker go as its root, and nothing else
+        does.
+    noise : SiliconNoise or None
+        Noise of its devices where a network is run; None for none.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such bias.
+    ParameterError
+        A number breaks its rule.
     """
 
     die: Die = NOMINAL
@@ -94,19 +115,28 @@ class NefChip:
         self.silicon(self.calibration_c)
 
     def silicon(self, temperature_c: float) -> Silicon:
-        """Return the silicon that it is made of at a temperature, degC."""
+        """Return the silicon that it is made of at `temperature_c`, degC."""
         return Silicon(ROLLS_180, temperature_c, self.die).of_area(self.area)
 
     def at(self, temperature_c: float) -> Conditions:
-        """Return the calibrated chip at a temperature, degC."""
+        """Return the calibrated chip at `temperature_c`, degC."""
         return Conditions(self, temperature_c, _trimmed(self))
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """A chip at a temperature (degC) with its biases as calibrated; the `Curves` of its neurons.
+    """A chip at a temperature, with its biases as calibrated; these are the `Curves` of its neurons.
 
     Currents are in thresholds of an ideal neuron.
+
+    Attributes
+    ----------
+    chip : NefChip
+        The chip.
+    temperature_c : float
+        Temperature, degC.
+    biases : Biases
+        Its biases.
     """
 
     chip: NefChip
@@ -129,21 +159,32 @@ class Conditions:
         return _unit(self.silicon, self.biases)
 
     def column(self, column: int) -> Column:
-        """Return the stages of a column."""
+        """Return the stages of the column of number `column`."""
         return _stages(self.silicon, column, self.chip.neurons, self.biases)
 
     def filters(self, taus: F64) -> Filters:
-        """Return filters that are set to time constants, s."""
+        """Return filters that are set to the time constants `taus`, float64[n], s."""
         return filters_on(self.silicon, np.clip(taus, FASTEST, SLOWEST), self.biases)
 
     def rates(self, first: int, current: F64) -> F64:
-        """Return the rates of neurons from `first` on, Hz; current: thresholds, float64[points, neurons]."""
+        """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
+
+        current: in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
+        """
         return self.law.rates(first, current)
 
     def currents(self, first: int, rate: F64) -> F64:
-        """Return the currents at which the median neuron of the die fires at rates (Hz), thresholds.
+        """Return the currents at which the median neuron of the die fires at given rates.
 
-        They are NaN where it cannot fire so fast.
+        They are in thresholds of an ideal neuron (dimensionless), in the shape of `rate`, and NaN where the
+        neuron cannot fire so fast.
+
+        Parameters
+        ----------
+        first
+            Number of a neuron; the median is that of the die whatever it is.
+        rate
+            Rates, Hz, float64 of any shape.
         """
         typical = NeuronLaw(*(np.asarray(np.median(a[:_SAMPLED])) for a in self.law))
         charging = 1.0 / np.maximum(rate, 1e-9) - typical.refractory
@@ -157,19 +198,33 @@ class Conditions:
         return _lines(self.silicon, self.biases)
 
     def split(self, line: int, z: F64) -> tuple[F64, F64]:
-        """Return what a line gives above and below its middle at a steady z, which converters clip at 1."""
+        """Return what a line gives above and below its middle, in thresholds (dimensionless).
+
+        Both have the shape of `z`. line: number of the line. z: its steady value, a share of its full scale,
+        of any shape; converters clip it at 1.
+        """
         own = Lines(*(a[line] for a in self.lines))
         total = own.zero * ((1.0 + np.clip(z, -1.0, 1.0)) ** POWER - 1.0)
         return own.above * np.maximum(total, 0.0), own.below * np.maximum(-total, 0.0)
 
     def highest_gain(self, headroom: float) -> float:
-        """Return the highest gain of a stage whose full scale is `headroom` radii, thresholds a radius."""
+        """Return the highest gain of a stage, a number of thresholds for each radius.
+
+        headroom: full scale of the stage, a number of radii.
+        """
         return float(CODE * POWER * self.unit / headroom)
 
     def codes(self, row: F64, full: float, columns: int) -> I64:
-        """Return the codes of stages for the currents `row` (thresholds a unit of x), int64[columns, n].
+        """Return the codes of stages for currents, int64[columns, n].
 
-        full: full scale of the slot, in x; columns: of stages that the slot takes.
+        Parameters
+        ----------
+        row
+            Currents, thresholds for each unit of x, float64[n].
+        full
+            Full scale of the slot, in units of x.
+        columns
+            Number of columns of stages that the slot takes.
         """
         wanted = np.rint(row * full / (POWER * self.unit))
         most = CODE * columns
@@ -178,9 +233,18 @@ class Conditions:
         return np.stack(share).astype(np.int64)
 
     def stage(self, first: int, column: int, codes: I64) -> tuple[F64, F64]:
-        """Return what stages with codes give above and below of a line's full scale, thresholds.
+        """Return what stages give above and below of a line's full scale, float64[n] each.
 
-        codes: int64[columns, n].
+        They are in units of the threshold.
+
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        column
+            Number of the first column.
+        codes
+            Codes of the stages, int64[columns, n].
         """
         above, below = np.zeros(codes.shape[1]), np.zeros(codes.shape[1])
         for k, own in enumerate(codes):
@@ -191,11 +255,17 @@ class Conditions:
         return above, below
 
     def bias_codes(self, bias: F64) -> I64:
-        """Return the codes of column 0 for bias currents, thresholds."""
+        """Return the codes of column 0 for the bias currents `bias`, int64[n].
+
+        bias: in units of the threshold, float64[n].
+        """
         return np.asarray(np.clip(np.rint(bias / self.unit), -CODE, CODE).astype(np.int64))
 
     def bias(self, first: int, codes: I64) -> F64:
-        """Return the bias currents of codes, thresholds."""
+        """Return the bias currents of codes, in units of the threshold, float64[n].
+
+        first: number of the first neuron. codes: int64[n].
+        """
         a, _, mirror = self._banks(first, 0, codes)
         return np.where(codes >= 0, a, -mirror * a)
 

@@ -37,9 +37,25 @@ class NefState:
 
 
 class NefPart:
-    """A built network in a loop; interval: between readings of its inputs, s.
+    """A built network in a loop.
 
-    outputs: names of its probes.
+    Parameters
+    ----------
+    built
+        The network, ready to run.
+    outputs
+        Names of the probes that are reported.
+    interval
+        Time between two readings of its inputs, s.
+    path
+        What errors call it.
+
+    Raises
+    ------
+    ParameterError
+        The interval is no whole number of steps.
+    UnknownNameError
+        There is no such probe.
     """
 
     def __init__(
@@ -64,13 +80,17 @@ class NefPart:
         return NefState(time, time, 0, self._first)
 
     def next_time(self, state: NefState) -> float:
-        """Return the end of the interval that runs, s."""
+        """Return the end of the interval that runs in `state`, s."""
         return state.start + (state.intervals + 1) * self.interval
 
     def advance(
         self, state: NefState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[NefState, float, Output]:
-        """Advance to `until` s."""
+        """Advance `state` to `until` s, as `chips.part.Part` says.
+
+        events: none, since the network has no port for them: any raises `UnknownNameError`. analog: values of
+        nodes, as polylines by port.
+        """
         for port, _ in events:
             raise unknown_name(f"{self.path} event port", port, [])
         lines = {**state.lines, **(analog or {})}

@@ -36,7 +36,20 @@ class SimulationState:
 
 
 class Simulation:
-    """A network in time; `interval`: between calls of nodes, s, a whole number of steps of `DT`."""
+    """A network in time.
+
+    Parameters
+    ----------
+    built
+        The network, ready to run.
+    interval
+        Time between two calls of nodes, s: a whole number of steps of `DT`.
+
+    Raises
+    ------
+    ParameterError
+        The interval is no whole number of steps.
+    """
 
     __slots__ = ("_chip", "_drive", "_noise", "_steps", "_values", "built", "interval", "state", "time")
 
@@ -53,19 +66,19 @@ class Simulation:
         self._drive = built.drive
 
     def set(self, name: str, values: ArrayLike) -> None:
-        """Set what a node gives from now on."""
+        """Set what the node `name` gives from now on to `values`, float64[size]."""
         self._values[self.built.given[name]] = values
 
     def given(self, name: str) -> F64:
-        """Return what a node gives, float64[size]."""
+        """Return what the node `name` gives, float64[size], in its own unit."""
         return np.atleast_1d(self._values[self.built.given[name]]).copy()
 
     def read(self, name: str) -> F64:
-        """Return what a probe shows or a node gets, float64[size]."""
+        """Return what a probe shows or a node gets, by its `name`, float64[size], in its own unit."""
         return self.state.y[self.built.read[name]].copy()
 
     def advance(self, duration: float) -> None:
-        """Go on for a time, s, in whole intervals."""
+        """Go on for the time `duration`, s, in whole intervals."""
         for _ in range(round(duration / self.interval)):
             for node in self.built.network.nodes:
                 if node.output is not None:

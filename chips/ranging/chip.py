@@ -123,7 +123,7 @@ class RangingChip:
         return ChipState(time, states, self.silicon.temperature_c, noise_state=_noise_state(jitter))
 
     def next_time(self, state: ChipState) -> float:
-        """Return the time of the next event that was handed in early, s, else inf.
+        """Return the time of the next event that was handed in early to `state`, s, else inf.
 
         Spikes are found by advancing.
         """
@@ -132,9 +132,27 @@ class RangingChip:
     def advance(
         self, state: ChipState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[ChipState, float, Output]:
-        """Advance to `until` s or to the first spike.
+        """Advance to a time, or to the first spike, as `chips.part.Part` says.
 
-        Return the state, the time reached (s) and the output.
+        Parameters
+        ----------
+        state
+            State of the chip.
+        until
+            Time to advance to, s.
+        events
+            Calls and echoes: port and time (s) each.
+        analog
+            `v_ex_max` (V) and `temperature` (degC), as polylines by port; None where nothing changes.
+
+        Returns
+        -------
+        The new state, the time that was reached (s), and the output.
+
+        Raises
+        ------
+        UnknownNameError
+            An event is for a port that the chip does not have.
         """
         for port, _ in events:
             if port not in _INPUTS:
@@ -207,7 +225,7 @@ class RangingChip:
         return replace(state, neurons=states, temperature_c=temperature)
 
     def neurons_at(self, temperature: float) -> Neurons:
-        """Return the neurons at a temperature (degC), which is checked against the box once."""
+        """Return the neurons at `temperature` (degC), which is checked against the box once."""
         if temperature not in self._at:
             silicon = replace(self.silicon, temperature_c=temperature)
             for text in outside(self.model, silicon, self.path):
@@ -216,7 +234,7 @@ class RangingChip:
         return self._at[temperature]
 
     def jitter_at(self, temperature: float) -> Jitter | None:
-        """Return the jitter at a temperature (degC) before any call, None without noise.
+        """Return the jitter at `temperature` (degC) before any call, None without noise.
 
         It has a state of its own.
         """

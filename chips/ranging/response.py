@@ -24,9 +24,20 @@ UNDECIDED = "undecided"
 
 @dataclass(frozen=True, slots=True)
 class Tunings:
-    """Outcome of n neurons: class, first and last facilitating delay, s, NaN where not defined.
+    """To which delays n neurons are tuned.
 
-    undecided: whether the class was too near to call; t_inh: s; peak: of v_mem after a call alone, V.
+    Attributes
+    ----------
+    outcome : array
+        Number of the class of each neuron, int64[n].
+    undecided : array
+        Whether the class was too near to call, bool[n].
+    first, last : array
+        First and last facilitating delay, float64[n], s, NaN where not defined.
+    t_inh : array
+        Time from the call to the release of inhibition, float64[n], s.
+    peak : array
+        Highest v_mem after a call alone, float64[n], V.
     """
 
     outcome: I64
@@ -43,7 +54,15 @@ class Tunings:
 
 
 class Response(NamedTuple):
-    """Spikes of each neuron, s, and at how many moments a spike was too near to call, int64[n]."""
+    """What neurons answer to calls and echoes.
+
+    Attributes
+    ----------
+    spikes : tuple of array
+        Times of the spikes of each neuron, float64[spikes] each, s.
+    undecided : array
+        At how many moments a spike was too near to call, int64[n].
+    """
 
     spikes: tuple[F64, ...]
     undecided: I64
@@ -57,7 +76,10 @@ def join(parts: Sequence[Neurons]) -> Neurons:
 
 
 def tune(neurons: Neurons) -> Tunings:
-    """Return class and facilitating interval of every neuron, as `circuits.blocks.sonar.tuning` has them."""
+    """Return class and facilitating interval of each of `neurons`.
+
+    They are those of `circuits.blocks.sonar.tuning`.
+    """
     n = neurons.t_inh.size
     outcome, undecided, out = np.zeros(n, np.int64), np.zeros(n, np.bool_), np.zeros((n, 3))
     tune_all(neurons, np.zeros((STATES, COLUMNS)), np.zeros(COLUMNS), outcome, undecided, out)
@@ -65,9 +87,21 @@ def tune(neurons: Neurons) -> Tunings:
 
 
 def respond(neurons: Neurons, calls: Sequence[float], echoes: Sequence[float], until: float) -> Response:
-    """Return the spikes up to `until` (s) of neurons that rest before the first of the calls and echoes (s).
+    """Return the spikes of neurons that rest before the first of the calls and echoes.
 
-    Raises `ParameterError` where a neuron spikes more often than `ROOM` times.
+    Parameters
+    ----------
+    neurons
+        The neurons.
+    calls, echoes
+        Times of calls and of echoes, s.
+    until
+        Time up to which spikes are returned, s.
+
+    Raises
+    ------
+    ParameterError
+        A neuron spikes more often than `ROOM` times.
     """
     events = sorted([*((t, True) for t in calls), *((t, False) for t in echoes)])
     n = neurons.t_inh.size

@@ -34,9 +34,19 @@ CLOSE = 0.02  # in ln rate, at which a code stays; ours
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A population, and the mean rate that its neurons shall have, Hz.
+    """A rate that a population shall have.
 
-    Raises `ParameterError` unless above 0.
+    Attributes
+    ----------
+    population : Population
+        The population.
+    rate : float
+        Mean rate of its neurons, Hz.
+
+    Raises
+    ------
+    ParameterError
+        The rate is not above 0.
     """
 
     population: Population
@@ -49,10 +59,21 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Knob:
-    """A bias, and the names of the populations whose mean rate it sets.
+    """A bias that sets the mean rate of populations.
 
-    slope: 1 where the rate rises with the bias's current, -1 where it falls. Raises `ParameterError` for
-    another slope.
+    Attributes
+    ----------
+    bias : str
+        Name of the bias.
+    populations : tuple of str
+        Names of the populations.
+    slope : int
+        1 where the rate rises with the bias's current, -1 where it falls.
+
+    Raises
+    ------
+    ParameterError
+        The slope is neither.
     """
 
     bias: str
@@ -66,11 +87,27 @@ class Knob:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What is calibrated: a program, the targets, the knobs, and how the program is driven.
+    """What is calibrated, and how it is driven.
 
-    drive: gives the inputs of a run of a duration (s), the same each time; most: neurons that a population
-    may drop; whole: names of populations that keep all of theirs. Raises `ParameterError` for a knob of a
-    population without a target.
+    Attributes
+    ----------
+    program : Program
+        Program of the chip.
+    targets : tuple of Target
+        Rates that populations shall have.
+    knobs : tuple of Knob
+        Biases that are searched.
+    drive : function
+        Gives the inputs of a run of a duration (s), the same each time.
+    most : int
+        How many neurons a population may drop.
+    whole : frozenset of str
+        Names of populations that keep all of theirs.
+
+    Raises
+    ------
+    ParameterError
+        A knob is of a population without a target.
     """
 
     program: Program
@@ -94,10 +131,20 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What a calibration found: bias codes, the neurons that each population drops, and mean rates, Hz.
+    """What a calibration has found.
 
-    rates: by population without its dropped neurons; before: at the codes it began with; runs: of the chip
-    that it took.
+    Attributes
+    ----------
+    biases : BiasTable
+        Biases with the codes that were found.
+    blacklist : mapping of str to tuple of int
+        Neurons that each population drops.
+    rates : mapping of str to float
+        Mean rate of each population without its dropped neurons, Hz.
+    before : mapping of str to float
+        Mean rate of each population at the codes that the search began with, Hz.
+    runs : int
+        How often the chip was run.
     """
 
     biases: BiasTable
@@ -112,7 +159,7 @@ class Calibration:
 
 
 def code_for(current: float) -> Code:
-    """Return the code whose nominal current is nearest to a current (A), with a resolution of a percent."""
+    """Return the (coarse, fine) code whose nominal current is nearest to `current` (A), within a percent."""
     reach = [c * (CODES - 1) / CODES for c in COARSE]
     coarse = max((k for k, full in enumerate(reach) if full >= current), default=0)
     fine = round(current * CODES / COARSE[coarse])
@@ -134,7 +181,18 @@ def calibrate(
 ) -> Calibration:
     """Search bias codes on one die, then drop neurons.
 
-    rounds: runs of the chip at most; step: of the chip, s.
+    Parameters
+    ----------
+    task
+        What is calibrated.
+    silicon
+        Process, temperature and die of the chip.
+    kind
+        Kind of its biases.
+    rounds
+        How often the chip is run at most.
+    step
+        Step of the chip, s.
     """
     program = task.program
     points: dict[str, list[tuple[float, float]]] = {k.bias: [] for k in task.knobs}

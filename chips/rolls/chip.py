@@ -95,9 +95,17 @@ FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """Events for the chip: times (s, rising), neurons, and columns of their synapses, int64[m].
+    """Events for the chip.
 
-    Columns are 256 to 511 for non-plastic synapses, 512 to 519 for virtual ones, 0 to 255 for plastic ones.
+    Attributes
+    ----------
+    times : array
+        Times, float64[m], s, rising.
+    neurons : array
+        Neuron of each event, int64[m].
+    columns : array
+        Column of its synapse, int64[m]: 256 to 511 for non-plastic synapses, 512 to 519 for virtual ones, 0
+        to 255 for plastic ones.
     """
 
     times: F64
@@ -128,10 +136,18 @@ class ChipState:
 
 @dataclass(frozen=True, slots=True)
 class Spikes:
-    """What a chip sent: times (s) at which spikes left the bus, and their neurons.
+    """What a chip has sent.
 
-    lost_in, lost_out: events that the bus dropped on the way in and out; held: filters times steps in which
-    so much charge came that a filter stayed at the end of its table.
+    Attributes
+    ----------
+    times : array
+        Times at which spikes left the bus, float64[m], s.
+    neurons : array
+        Neuron of each spike, int64[m].
+    lost_in, lost_out : int
+        How many events the bus dropped on the way in and out.
+    held : int
+        Filters times steps in which so much charge came that a filter stayed at the end of its table.
     """
 
     times: F64
@@ -142,12 +158,33 @@ class Spikes:
 
 
 class RollsChip:
-    """A ROLLS chip with a program on a silicon.
+    """A ROLLS chip with a program, on a silicon.
 
-    kind: of all biases; params: sizes of its circuits; step: of time, s, of which a neuron's period should be
-    several; bus: of events out and in, which is idle as a run begins; noise: of its devices, none unless
-    given (`chips.rolls.noise.model`); learning: sizes of the plastic array. A run's temperature is followed
-    in steps of 0.25 K.
+    A run's temperature is followed in steps of 0.25 K.
+
+    Parameters
+    ----------
+    program
+        What is written to the chip.
+    silicon
+        Process, temperature and die; the nominal die of its process unless given.
+    kind
+        Kind of all biases.
+    params
+        Sizes of its circuits; the usual ones unless given.
+    step
+        Step of time, s, of which a neuron's period should be several.
+    bus
+        Bus of events out and in, which is idle as a run begins.
+    noise
+        Noise of its devices; none unless given (`chips.rolls.noise.model`).
+    learning
+        Sizes of the plastic array; the usual ones unless given.
+
+    Raises
+    ------
+    ParameterError
+        The step is not above 0, or `learning` is given without a plastic array.
     """
 
     def __init__(
@@ -169,7 +206,7 @@ class RollsChip:
         self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
 
     def built(self, temperature_c: float | None = None) -> Built:
-        """Return the chip's tables at a temperature, degC; the last few are kept."""
+        """Return the chip's tables at `temperature_c` (degC), its silicon's unless given; a few are kept."""
         at = self.silicon.temperature_c if temperature_c is None else temperature_c
         if at not in self._built:
             on = replace(self.silicon, temperature_c=at)
@@ -186,7 +223,7 @@ class RollsChip:
         return self._built[at]
 
     def with_tables(self, built: Built) -> RollsChip:
-        """Return the chip with other tables at its silicon's temperature.
+        """Return the chip with the tables `built` at its silicon's temperature.
 
         They may be those of a group of its devices alone.
         """
@@ -222,14 +259,14 @@ class RollsChip:
         return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
 
     def weights(self, state: ChipState) -> Bools:
-        """Return whether each plastic weight is high, bool[post, pre].
+        """Return whether each plastic weight is high in `state`, bool[post, pre].
 
         Raises `ParameterError` for a chip without a plastic array.
         """
         return bits_of(*self._plastic(state))
 
     def weight_voltages(self, state: ChipState) -> F32:
-        """Return the voltages of the plastic weights, V, float32[post, pre].
+        """Return the voltages of the plastic weights in `state`, V, float32[post, pre].
 
         Raises `ParameterError` for a chip without a plastic array.
         """
@@ -292,10 +329,24 @@ class RollsChip:
     def run_steps(
         self, state: ChipState, steps: int, arrived: Events, temperature: Temperature | None = None
     ) -> tuple[F64, I64, ChipState, int]:
-        """Run steps with events that have come in over the bus, addressed as `neuron + (column << 8)`.
+        """Run a number of steps with events that have come in over the bus.
 
-        Returns times (s) and neurons of the spikes before they go out over the bus, the state, and
-        `Spikes.held`.
+        Parameters
+        ----------
+        state
+            State of the chip.
+        steps
+            How many steps are run.
+        arrived
+            Events, addressed as `neuron + (column << 8)`.
+        temperature
+            Temperature of the chip, degC, or times (s) and temperatures, float64[T] each; the silicon's
+            unless given.
+
+        Returns
+        -------
+        Times (s, float64[m]) and neurons (int64[m]) of the spikes before they go out over the bus, the new
+        state, and `Spikes.held`.
         """
         times = np.concatenate((state.waiting.times, arrived.times))
         words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))

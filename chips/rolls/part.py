@@ -44,7 +44,17 @@ class RollsState:
 
 
 class RollsPart:
-    """A ROLLS chip in a loop, at its silicon's temperature; path: named in errors."""
+    """A ROLLS chip in a loop, at its silicon's temperature.
+
+    It has no analog ports, so that `analog` is empty.
+
+    Parameters
+    ----------
+    chip
+        The chip.
+    path
+        What errors call it.
+    """
 
     analog: tuple[str, ...] = ()
 
@@ -56,14 +66,17 @@ class RollsPart:
         return RollsState(time, time, 0, replace(self.chip.at_rest(), time=time))
 
     def next_time(self, state: RollsState) -> float:
-        """Return the end of the step that runs, or the time of the next spike on its way out, s."""
+        """Return the end of the step that runs in `state`, or the time of the next spike to be sent, s."""
         end = self._end(state)
         return min(end, state.due[0][1]) if state.due else end
 
     def advance(
         self, state: RollsState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[RollsState, float, Output]:
-        """Advance to `until` s, or to where the first spikes are sent."""
+        """Advance `state` to `until` s, or to where the first spikes are sent, as `chips.part.Part` says.
+
+        events: of ports `in[address]`. analog: takes no part.
+        """
         if events:
             come = [(t, port_index(port, "in", COLUMNS * NEURONS, self.path)) for port, t in events]
             times, words = np.array([t for t, _ in come]), np.array([a for _, a in come], dtype=np.int64)

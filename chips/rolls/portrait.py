@@ -60,12 +60,36 @@ class Weight:
 
 @dataclass(frozen=True, slots=True)
 class Portrait:
-    """What a die is like, of every neuron, float64[256] unless said; SI units.
+    """What every neuron of a die is like.
 
-    currents: of the f-I curves, A, float64[k]; rates, nominal_rates: Hz, float64[k, 256] and float64[k];
-    rheobase: A; restless: whether a neuron fires with the I_dc of the bias table alone; tau, refractory: s;
-    filters: time constants by the name of the filter, s; pulses: of the columns, s; weights: of all levels;
-    missing: levels without a bias; cautions: where the chip's step is outside of what it was measured for.
+    Attributes
+    ----------
+    silicon : Silicon
+        Process, temperature and die.
+    kind : str
+        Kind of the biases.
+    currents : array
+        Currents of the f-I curves, float64[k], A.
+    rates : array
+        Rates of the neurons at these currents, float64[k, 256], Hz.
+    nominal_rates : array
+        Rates of the nominal neuron, float64[k], Hz.
+    rheobase : array
+        Current above which each neuron fires, float64[256], A.
+    restless : array
+        Whether a neuron fires with the I_dc of the bias table alone, bool[256].
+    tau, refractory : array
+        Membrane time constant and refractory period, float64[256], s.
+    filters : mapping of str to array
+        Time constants by the name of the filter, float64[256], s.
+    pulses : array
+        Length of the pulses of the columns, float64[columns], s.
+    weights : tuple of Weight
+        Weights of all levels.
+    missing : mapping of int to str
+        Levels without a bias, and the bias that each lacks.
+    cautions : tuple of str
+        Where the chip's step is outside of what it was measured for.
     """
 
     silicon: Silicon
@@ -88,9 +112,25 @@ def portrait(
     table: BiasTable, silicon: Silicon, kind: BiasKind = "gate", tau1: Sequence[int] = (),
     params: Params | None = None,
 ) -> Portrait:  # fmt: skip
-    """Measure a die with the biases of `table`, IF_DC_P apart; tau1: neurons with the slower leak.
+    """Measure what a die is like.
 
-    Raises `ParameterError` where a bias needs a gate beyond the supply.
+    Parameters
+    ----------
+    table
+        Biases of the chip; its IF_DC_P takes no part.
+    silicon
+        Process, temperature and die.
+    kind
+        Kind of the biases.
+    tau1
+        Neurons with the slower leak.
+    params
+        Sizes of the circuits; the usual ones unless given.
+
+    Raises
+    ------
+    ParameterError
+        A bias needs a gate beyond the supply.
     """
     params = Params() if params is None else params
     off = table.with_code(DC, 7, 0)

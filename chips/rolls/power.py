@@ -118,7 +118,10 @@ def energies(
 
 
 def bias_power(table: BiasTable, silicon: Silicon) -> float:
-    """Return `V_dd` times the sum of all bias currents, W; the generator's currents are PTAT."""
+    """Return the supply times the sum of all bias currents of `table`, W, at the temperature of `silicon`.
+
+    The generator's currents are proportional to absolute temperature.
+    """
     total = sum(table.current(name) for name in table.codes() if not table.is_off(name))
     scale = kelvin(silicon.temperature_c) / kelvin(silicon.process.nominal_temperature_c)
     return silicon.process.v_dd * total * scale

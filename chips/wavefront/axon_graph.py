@@ -60,9 +60,10 @@ class AxonGraph:
 
 
 def grid_graph(rows: int, columns: int) -> AxonGraph:
-    """Return a grid of cells, each joined to its up to eight neighbours, in the order of `NEIGHBOURS`.
+    """Return a grid of `rows` by `columns` cells, each joined to its up to eight neighbours.
 
-    Raises `ParameterError` for a grid without cells, or with more than 2**28.
+    They come in the order of `NEIGHBOURS`. Raises `ParameterError` for a grid without cells, or with more
+    than 2**28.
     """
     if rows < 1 or columns < 1 or rows * columns > _MOST_CELLS:
         raise ParameterError(
@@ -83,11 +84,15 @@ def grid_graph(rows: int, columns: int) -> AxonGraph:
 
 
 def graph_of(graph: nx.DiGraph) -> AxonGraph:
-    """Return the axons of a directed graph, whose nodes are numbered in their own order.
+    """Return the axons of a directed networkx graph, whose nodes are numbered in their own order.
 
-    Edges are sorted by source, then target; the inputs of a cell are numbered in the order of their sources.
-    An undirected edge is two axons. Raises `TopologyError` for a multigraph, for a graph without nodes, and
-    for more than 126 edges into a node.
+    graph: the graph. Its edges are sorted by source, then target; the inputs of a cell are numbered in the
+    order of their sources. An undirected edge is two axons.
+
+    Raises
+    ------
+    TopologyError
+        It is a multigraph, has no nodes, or more than 126 edges into a node.
     """
     if graph.is_multigraph():
         raise TopologyError(

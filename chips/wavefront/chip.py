@@ -38,7 +38,15 @@ Place = Cell | int  # (row, column) on a grid, a cell's number on a graph
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
-    """Codes that are written to a chip, int64[rows, columns] or int64[cells]; how many were rounded."""
+    """Codes that are written to a chip.
+
+    Attributes
+    ----------
+    codes : array
+        Code of each cell, int64[rows, columns] or int64[cells].
+    rounded : int
+        How many of them were rounded.
+    """
 
     codes: I64
     rounded: int = 0
@@ -82,9 +90,18 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class ChipCells:
-    """Cells of transistors: their silicon, the kind of their biases, and their devices' area over the usual.
+    """Cells that are made of transistors.
 
-    noise: what makes one die's plans differ from each other, nothing unless given.
+    Attributes
+    ----------
+    silicon : Silicon
+        Process, temperature and die.
+    bias_kind : str
+        Kind of their biases.
+    area : float
+        Area of their devices over the usual, a ratio.
+    noise : SiliconNoise or None
+        What makes one die's plans differ from each other; nothing unless given.
     """
 
     silicon: Silicon = field(default_factory=Silicon)
@@ -94,10 +111,27 @@ class ChipCells:
 
 
 class WavefrontChip:
-    """A grid of rows x columns cells, or the cells and axons of `graph`.
+    """A wavefront chip: a grid of cells, or the cells and axons of a graph.
 
-    cells: what they are made of, None for ideal ones; unit: delay of a unit of code, s; bus: by which spikes
-    leave. Weights of single axons, as of a networkx graph, have no code: a plan takes them as `delays`.
+    Weights of single axons, as of a networkx graph, have no code: a plan takes them as `delays`.
+
+    Parameters
+    ----------
+    rows, columns
+        Size of the grid.
+    graph
+        Cells and axons, in the place of a grid.
+    cells
+        What the cells are made of; None for ideal ones.
+    unit
+        Delay of a unit of code, s.
+    bus
+        Bus by which spikes leave.
+
+    Raises
+    ------
+    ParameterError
+        The chip has no cells, or the unit is not above 0.
     """
 
     def __init__(
@@ -126,7 +160,9 @@ class WavefrontChip:
         return grid_graph(*self.shape) if self.graph is None else self.graph
 
     def program(self, costs: NDArray[np.integer] | F64) -> Program:
-        """Return the codes of costs; a map smaller than the grid stands at its first row and column.
+        """Return the codes of whole costs; a map smaller than the grid stands at its first row and column.
+
+        costs: number of 0 (blocked) to 31 for each cell, [rows, columns] or [cells].
 
         Raises `ParameterError` for a map larger than the chip, and for a cost that is no whole number of 0 to
         31.
@@ -141,6 +177,8 @@ class WavefrontChip:
 
     def write(self, learned: F64) -> Program:
         """Return the codes of real-valued delays, rounded to the nearest from 1, halves up; 0 is blocked.
+
+        learned: delays in units of code, float64[rows, columns] or float64[cells].
 
         Raises `ParameterError` for a map larger than the chip, and for delays below 0 or above 31 when
         rounded.
@@ -163,12 +201,30 @@ class WavefrontChip:
         time: float = 0.0,
         number: int = 0,
     ) -> Plan:
-        """Reset, fire `start`, and run to the first spike of `goal`, or over the whole chip.
+        """Reset the chip, fire one cell, and run to the first spike of another, or over the whole chip.
 
-        delays: of the edges instead of the cells' own, s, float64[edges]; temperature: degC, or (times s,
-        degC) read at `time`, the silicon's unless given; number: of the plan, which draws its noise. Raises
-        `ParameterError` for a start or goal that is off the chip or blocked, and for silicon outside its
-        record.
+        Parameters
+        ----------
+        program
+            Codes of the cells.
+        start
+            Cell that fires first: row and column, or its number.
+        goal
+            Cell at which the wave ends; None for the whole chip.
+        delays
+            Delays of the edges instead of the cells' own, s, float64[edges].
+        temperature
+            Temperature, degC, or times (s) and temperatures, float64[T] each, read at `time`; the silicon's
+            unless given.
+        time
+            Time at which the temperature is read, s.
+        number
+            Number of the plan, which draws its noise.
+
+        Raises
+        ------
+        ParameterError
+            Start or goal is off the chip or blocked, or the silicon is outside its record.
         """
         codes = program.codes
         first = self._number(start, "start", codes)

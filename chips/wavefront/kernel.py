@@ -32,7 +32,18 @@ _I64, _I32, _I8, _F64 = (np.dtype(t) for t in (np.int64, np.int32, np.int8, np.f
 
 
 class Wave(NamedTuple):
-    """Arrivals (float64) and pointers (int8), [rows, columns] or [cells], and how many ties there were."""
+    """A wave over a grid or a graph.
+
+    Attributes
+    ----------
+    arrivals : array
+        When each cell fired, float64[rows, columns] or float64[cells], in the unit of the delays; inf where
+        it did not.
+    pointers : array
+        Input by which each cell was fired first, int8 of the same shape; below 0 for none.
+    ties : int
+        How many ties there were.
+    """
 
     arrivals: F64
     pointers: I8
@@ -48,11 +59,26 @@ class Waves(NamedTuple):
 
 
 def integer_wave(costs: NDArray[np.integer], start: Cell, goal: Cell | None = None) -> Wave:
-    """Run a wave over a grid whose delays are integer costs of the sending cell, int[rows, columns].
+    """Run a wave over a grid whose delays are integer costs of the sending cell.
 
-    Costs are 1 to 4095, 0 for a blocked cell; the highest times the number of cells is below 2**31. Arrivals
-    are in units of cost, and exact. It takes 17 bytes a cell beside the costs. Raises `ParameterError` for
-    other costs, and where start or goal is off the grid.
+    It takes 17 bytes a cell beside the costs.
+
+    Parameters
+    ----------
+    costs
+        Costs from 1 to 4095, 0 for a blocked cell, int[rows, columns]; the highest times the number of cells
+        is below 2**31.
+    start, goal
+        Row and column of the cell that fires first, and of that at which the wave ends; None for no goal.
+
+    Returns
+    -------
+    The wave; its arrivals are in units of cost, and exact.
+
+    Raises
+    ------
+    ParameterError
+        Costs are others, or start or goal is off the grid.
     """
     if costs.ndim != 2 or costs.dtype.kind not in "iub":
         raise _array_error("costs", costs, "integers")
@@ -96,11 +122,26 @@ def graph_wave(
     goal: int | None = None,
     blocked: Bools | None = None,
 ) -> Wave:
-    """Run a wave over a graph of n cells with a delay of each axon, in the graph's order.
+    """Run a wave over a graph of n cells with a delay of each axon.
 
-    delays: above 0, inf where no spike passes, float64[edges]; blocked: cells that never fire, bool[n]. It
-    takes 18 bytes a cell beside the graph and its delays. Raises `ParameterError` for other delays, and for a
-    start or goal that is no cell.
+    It takes 18 bytes a cell beside the graph and its delays.
+
+    Parameters
+    ----------
+    graph
+        Cells and axons.
+    delays
+        Delay of each axon in the graph's order, above 0, inf where no spike passes, float64[edges]; s, or any
+        other unit, in which the arrivals are then.
+    start, goal
+        Number of the cell that fires first, and of that at which the wave ends; None for no goal.
+    blocked
+        Whether a cell never fires, bool[n]; none unless given.
+
+    Raises
+    ------
+    ParameterError
+        Delays are others, or start or goal is no cell.
     """
     given = np.ascontiguousarray(delays, _F64)
     waves = _new_waves(1, graph.cells)

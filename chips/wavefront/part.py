@@ -35,7 +35,20 @@ class WaveState:
 class WavefrontPart:
     """A wavefront chip with a program, in a loop.
 
-    goal: a cell at which every wave ends, none unless given.
+    It has no analog ports, so that `analog` is empty.
+
+    Parameters
+    ----------
+    chip
+        The chip.
+    program
+        Codes of its cells.
+    goal
+        Cell at which every wave ends; none unless given.
+    temperature
+        Temperature, degC, or times (s) and temperatures, read at each start; the silicon's unless given.
+    path
+        What errors call it.
     """
 
     analog: tuple[str, ...] = ()
@@ -60,13 +73,17 @@ class WavefrontPart:
         return WaveState(time)
 
     def next_time(self, state: WaveState) -> float:
-        """Return the time of the next spike, s, inf where no wave runs."""
+        """Return the time of the next spike in `state`, s, inf where no wave runs."""
         return next_due(state)
 
     def advance(
         self, state: WaveState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[WaveState, float, Output]:
-        """Advance to `until` s or to the first spike; spikes of one moment come together."""
+        """Advance `state` to `until` s or to the first spike, as `chips.part.Part` says.
+
+        Spikes of one moment come together. events: of ports `start[cell]`, which start a wave. analog: takes no
+        part.
+        """
         for port, time in sorted(events, key=lambda e: e[1]):
             state = self._started(state, port, time)
         return tell(state, until)

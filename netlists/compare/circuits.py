@@ -36,7 +36,17 @@ Kind = Literal["port", "device", "node", "size"]
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What differs: the path in the first circuit, or else in the second, and a line of text."""
+    """A difference between two circuits.
+
+    Attributes
+    ----------
+    kind : str
+        What differs: a port, a device or node, or a size.
+    path : str
+        Where: the path in the first circuit, or else in the second.
+    text : str
+        A line that tells the difference.
+    """
 
     kind: Kind
     path: str
@@ -48,7 +58,17 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Devices and nodes of both circuits, and the first differences: none where they are equal."""
+    """What a comparison of two circuits has found.
+
+    Attributes
+    ----------
+    devices : (int, int)
+        Number of devices of both circuits.
+    nodes : (int, int)
+        Number of nodes of both circuits, ground left out.
+    differences : tuple of Difference
+        The first differences; none where the circuits are equal.
+    """
 
     devices: tuple[int, int]
     nodes: tuple[int, int]
@@ -63,10 +83,22 @@ class Comparison:
 def compare(
     a: Circuit, b: Circuit, *, deviations: tuple[Deviations, Deviations] = ({}, {}), most: int = SHOWN
 ) -> Comparison:
-    """Compare two circuits with the deviations of their transistors by instance path.
+    """Compare two circuits, whatever their names, order and hierarchy.
 
-    Returns at most `most` differences, the first of ports, then of devices and nodes, then of sizes. Raises
-    `ParameterError` for a circuit of more than 2,000,000 devices.
+    Parameters
+    ----------
+    a, b
+        The circuits.
+    deviations
+        For each circuit, what its transistors deviate by: by instance path.
+    most
+        How many differences are returned at most: those of ports first, then of devices and nodes, then of
+        sizes.
+
+    Raises
+    ------
+    ParameterError
+        A circuit has more than 2,000,000 devices.
     """
     pair = pair_of(a, b, deviations)
     found = tuple(islice(_differences(pair), most))

@@ -73,7 +73,17 @@ class Syntax:
 
 
 def spice_dialect(syntax: Syntax, summary: str, bsim3: Form | None = None) -> Dialect:
-    """Make a dialect of the family; without `bsim3` transistors are EKV currents alone."""
+    """Make a dialect of the SPICE family.
+
+    Parameters
+    ----------
+    syntax
+        In what it differs from the others.
+    summary
+        What the list of dialects says about it.
+    bsim3
+        How it writes BSIM3 cards; unless given, transistors are EKV currents alone.
+    """
     others = _others(syntax)
     ekv = make_formatter(syntax.dialect, ekv_transistors(syntax), others)
     models: dict[str, tuple[DeviceFormatter, Cards]] = {"ekv": (ekv, no_cards)}
@@ -119,7 +129,10 @@ def tolerances(models: str) -> str:
 
 
 def analysis_card(control: Control, *times: str) -> str:
-    """The card of the analysis; `times` stand behind step and stop time of a transient."""
+    """Write the card of the analysis that `control` asks for.
+
+    `times` stand behind the step and the stop time of a transient.
+    """
     if control.analysis == "op":
         return ".op"
     uic = ["uic"] if control.uic else []

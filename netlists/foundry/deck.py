@@ -45,9 +45,16 @@ _STEP = 1e-3  # V, of the gate's sweep
 
 
 def map_circuit(circuit: Circuit, mapping: DeviceMapping, silicon: Silicon) -> Circuit:
-    """Return `circuit` with the foundry's sizes, and biases of kind voltage; runs ngspice for these.
+    """Put a circuit on a foundry's process: its sizes by the rule, its biases as voltages; this runs ngspice.
 
-    silicon: what the biases of `circuit` were chosen for; its supply and its nominal devices count.
+    Parameters
+    ----------
+    circuit
+        The circuit.
+    mapping
+        The foundry's process (`read_mapping`).
+    silicon
+        What the biases of `circuit` were chosen for; its supply and its nominal devices count.
 
     Raises
     ------
@@ -69,9 +76,21 @@ def map_circuit(circuit: Circuit, mapping: DeviceMapping, silicon: Silicon) -> C
 
 
 def format_foundry(testbench: Testbench, mapping: DeviceMapping, temperature_c: float = 27.0) -> str:
-    """Complete ngspice deck of a testbench whose circuit has come from `map_circuit`.
+    """Write the complete ngspice deck of a testbench whose circuit has come from `map_circuit`.
 
-    Raises `ParameterError` for a size that no card of the foundry holds for.
+    Parameters
+    ----------
+    testbench
+        The testbench.
+    mapping
+        The foundry's process.
+    temperature_c
+        Temperature of the run, degC.
+
+    Raises
+    ------
+    ParameterError
+        A size that no card of the foundry holds for.
     """
     silicon = Silicon(temperature_c=temperature_c)
     design = to_design(testbench, silicon)

@@ -90,9 +90,9 @@ class DeviceMapping:
     sizes
         The rule of sizes.
     parameters
-        Numbers for names that the cards use.
+        Numbers for names that the cards use, in the cards' own units.
     biases
-        For biases of kind voltage, by name: `gate_of` and the path of a device, or `volts` and a voltage.
+        For biases of kind voltage, by name: `gate_of` and the path of a device, or `volts` and a voltage, V.
     """
 
     name: str
@@ -133,7 +133,7 @@ class Card:
 
 
 def read_mapping(name: str) -> DeviceMapping:
-    """Read a shipped mapping by its name, or a TOML file of one's own by its path.
+    """Read a mapping: one that noctule ships, by its `name`, or a TOML file of one's own, by its path.
 
     Raises
     ------

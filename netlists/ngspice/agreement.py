@@ -68,6 +68,7 @@ class Allowance:
 
 
 USUAL = Allowance()
+"""What two converged runs may usually differ by: the defaults of `Allowance`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +201,7 @@ def compare(
     method
         ngspice's integration.
     deadline_s
-        Wall-clock seconds for each run of ngspice; None for as long as it takes.
+        Wall-clock time for each run of ngspice, s; None for as long as it takes.
     allowed
         What may differ.
 

@@ -55,9 +55,9 @@ def simulate(
     testbench, silicon
         As for the solver.
     reltol, tmax, method
-        As for `netlists.dialects.ngspice.format_testbench`.
+        Relative tolerance (dimensionless), largest step (s) and integration method of ngspice.
     deadline_s
-        Wall-clock seconds after which a run is halted; None for as long as it takes.
+        Wall-clock time after which a run is halted, s; None for as long as it takes.
 
     Returns
     -------
@@ -102,10 +102,23 @@ def simulate(
 def operating_point(
     testbench: Testbench, silicon: Silicon, deadline_s: float | None = DEADLINE
 ) -> dict[str, float]:
-    """Voltage (V) of every node by path, the sources as they are at time 0, by ngspice's `.op`.
+    """Voltage (V) of every node by path, with the sources as they are at time 0, by ngspice's `.op`.
 
-    Warns (`Held`) as `simulate` does. Raises `SimulatorError` where ngspice is missing, finds none, or is not
-    done within `deadline_s` (wall clock).
+    Warns (`Held`) as `simulate` does.
+
+    Parameters
+    ----------
+    testbench
+        The testbench.
+    silicon
+        Process, temperature and die.
+    deadline_s
+        Wall-clock time after which the run is halted, s; None for as long as it takes.
+
+    Raises
+    ------
+    SimulatorError
+        ngspice is missing, finds no operating point, or is not done in time.
     """
 
     def write(bench: Testbench) -> str:

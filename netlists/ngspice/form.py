@@ -48,11 +48,11 @@ AS_IT_STANDS = Form()
 
 
 def scaled_testbench(block: Block, silicon: Silicon, form: Form = AS_IT_STANDS) -> Testbench:
-    """Testbench of a block, its delay scaled to the silicon.
+    """Make the testbench of a block, its delay scaled to the silicon.
 
     A block that measures `t_inh_s` has delays that follow it: `delay` is multiplied by `delay_ratio`, pulse
     widths stay, and the run gets longer by that ratio where it is above 1; so does the run of a block that
-    measures its own `delay_s`. Other blocks keep their stimuli.
+    measures its own `delay_s`. Other blocks keep their stimuli. `form` says how the block is set up.
     """
     circuit, v_dd = _circuit(block, form), silicon.process.v_dd
     stimuli = _stimuli(block, form)

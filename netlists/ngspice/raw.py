@@ -32,7 +32,7 @@ _COMMAND = "Command: echo noctule: in the format of ngspice"
 
 
 def write_raw(result: Result, path: Path | str) -> None:
-    """Write all recorded nodes of a run to the file `path`.
+    """Write all recorded nodes of the run `result` to the file `path`.
 
     The title is that of the testbench, its line ends as blanks. Times that a restart of the solver repeats
     stay as they are. Raises `OSError` where the file cannot be written.

@@ -66,7 +66,7 @@ def run(
     vectors : tuple of str, optional
         Names to read, as in `Waveforms.values`; all that were saved by default.
     deadline_s : float, optional
-        Wall-clock seconds after which the run is halted, `netlists.ngspice.deadline.DEADLINE` unless given;
+        Wall-clock time after which the run is halted, s; `netlists.ngspice.deadline.DEADLINE` unless given,
         None for as long as it takes.
 
     Raises

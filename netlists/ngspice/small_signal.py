@@ -53,9 +53,31 @@ def ac(
     nodes: Sequence[str],
     deadline_s: float | None = DEADLINE,
 ) -> tuple[F64, C128]:
-    """Frequencies (Hz) and transfer complex128[F, nodes] from a source to nodes, by ngspice.
+    """Transfer from a source to nodes over frequency, by ngspice.
 
-    Raises `SimulatorError` where ngspice is missing or fails, `UnknownNameError` for no such source.
+    Parameters
+    ----------
+    point
+        The operating point.
+    source
+        Name of the source.
+    grid
+        The frequencies.
+    nodes
+        Paths of the nodes.
+    deadline_s
+        Wall-clock time after which the run is halted, s; None for as long as it takes.
+
+    Returns
+    -------
+    Frequencies, float64[F], Hz, and the transfer, complex128[F, nodes], V/V or V/A.
+
+    Raises
+    ------
+    SimulatorError
+        ngspice is missing or fails.
+    UnknownNameError
+        There is no such source.
     """
     lines = _deck(point, nodes, source, f".ac {grid.card}")
     plots = _plots(lines, deadline_s)
@@ -73,9 +95,27 @@ def noise(
     sources: NoiseSources,
     deadline_s: float | None = DEADLINE,
 ) -> tuple[F64, F64, F64]:
-    """Frequencies (Hz), output density (V^2/Hz) and density referred to `source`, by ngspice, white noise.
+    """White noise at a node over frequency, by ngspice.
 
-    sources: our noise currents, of which those of resistors are ngspice's own.
+    Parameters
+    ----------
+    point
+        The operating point.
+    node
+        Path of the node.
+    source
+        Name of the source that the noise is referred to.
+    grid
+        The frequencies.
+    sources
+        Our noise currents, of which those of resistors are ngspice's own.
+    deadline_s
+        Wall-clock time after which the run is halted, s; None for as long as it takes.
+
+    Returns
+    -------
+    Frequencies, float64[F], Hz; the density at the node, float64[F], V^2/Hz; and the density referred to the
+    source, float64[F], V^2/Hz or A^2/Hz.
     """
     drive = _elements(point, source)[0]
     card = f".noise v({run_name(node, _top(point)).lower()}) {_source_name(drive)} {grid.card}"

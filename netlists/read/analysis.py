@@ -36,7 +36,21 @@ _NUMERICAL = {
 
 @dataclass(frozen=True, slots=True)
 class Transient:
-    """A transient, `.tran step stop [start [max_step]] [uic]`; times in s."""
+    """A transient that a netlist asks for: `.tran step stop [start [max_step]] [uic]`.
+
+    Attributes
+    ----------
+    step : float
+        Interval of printed points, s.
+    stop : float
+        End of the run, s.
+    start : float
+        Time from which points are kept, s.
+    max_step : float or None
+        Largest step of the solver, s; None where the card has none.
+    uic : bool
+        Whether the run begins with given voltages instead of an operating point.
+    """
 
     step: float
     stop: float
@@ -52,7 +66,15 @@ class OperatingPoint:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A sweep of the values of one or two sources, `.dc source start stop step`; in V or A."""
+    """A sweep of one or two sources that a netlist asks for: `.dc source start stop step`.
+
+    Attributes
+    ----------
+    sources : tuple of str
+        Names of the sources, the innermost first.
+    start, stop, step : tuple of float
+        First value, last value and step of each source, V or A.
+    """
 
     sources: tuple[str, ...]
     start: tuple[float, ...]

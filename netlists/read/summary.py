@@ -12,7 +12,17 @@ from circuits.lowering.graph import describe_device
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Names of the circuits inside, each once; devices by type (`n transistor`); nodes without ground."""
+    """What a circuit consists of.
+
+    Attributes
+    ----------
+    circuits : tuple of str
+        Names of the circuits inside it, each once.
+    devices : dict of str to int
+        Number of its devices by type, such as `n transistor`.
+    nodes : int
+        Number of its nodes, ground left out.
+    """
 
     circuits: tuple[str, ...]
     devices: dict[str, int]

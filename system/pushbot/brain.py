@@ -42,11 +42,23 @@ FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the fi
 class Architecture:
     """Which network is on the chip.
 
-    `modified` tells the modified architecture from the plain one; `target` says whether the target field gets
-    events; `exc` is how many neurons are in exc, 8 or 16 by the sources.
+    Attributes
+    ----------
+    modified : bool
+        Whether it is the modified architecture instead of the plain one.
+    target : bool
+        Whether the target field gets events.
+    exc : int
+        How many neurons are in exc, 8 or 16 by the sources.
+    frame : bool
+        Whether the field drives through a second chip that keeps its orientation; of the plain network only.
+    raised : bool
+        Whether lateral weights are raised while the target is lost from view; of the plain network only.
 
-    frame: whether the field drives through a second chip that keeps its orientation; raised: whether lateral
-    weights are raised while the target is lost from view. Both are of the plain network only.
+    Raises
+    ------
+    ParameterError
+        `frame` or `raised` is asked for without a target, or of the modified architecture.
     """
 
     modified: bool = False
@@ -67,10 +79,28 @@ def brain_of(
     architecture: Architecture, die: Die = NOMINAL, temperature_c: float = 27.0, kind: BiasKind = "generator",
     *, calibrated: bool = True, noise: SiliconNoise | None = None,
 ) -> Brain:  # fmt: skip
-    """A chip with an architecture, with the codes and neurons of its die's calibration at 27 degC.
+    """Make a chip with an architecture on it.
 
-    calibrated: otherwise with one table for all dies; the nominal die has that table in either case.
-    noise: of the devices of every chip. Raises `ParameterError` for a network that the chip has no room for.
+    Parameters
+    ----------
+    architecture
+        Which network is on the chip.
+    die
+        Die of the chip.
+    temperature_c
+        Temperature of the chip, degC.
+    kind
+        Kind of its biases.
+    calibrated
+        Whether codes and neurons are those of the die's calibration at 27 degC; otherwise all dies have one
+        table, as the nominal die has in either case.
+    noise
+        Noise of the devices of every chip; none unless given.
+
+    Raises
+    ------
+    ParameterError
+        The chip has no room for the network.
     """
     layout, table = PushbotLayout(exc=architecture.exc), pushbot_biases()
     whole, codes_of = field_network(layout, LEVELS), _calibration_of

@@ -101,7 +101,21 @@ class Run:
 def begin_run(
     scene: Scene, *, seed: int, die: Die = NOMINAL, robot: Pushbot | None = None, dvs: Dvs | None = None
 ) -> Run:
-    """A robot at the scene's start. seed: of all noise; die: the sensor's silicon."""
+    """Put a robot at the start of a scene.
+
+    Parameters
+    ----------
+    scene
+        The world.
+    seed
+        Seed of all noise.
+    die
+        Silicon of the sensor.
+    robot
+        Numbers of the body; the Pushbot's unless given.
+    dvs
+        Numbers of the sensor; the Pushbot's unless given.
+    """
     sensor = sensor_of(dvs or Dvs(), scene, die)
     eye = open_eye(sensor, seed, scene.start)
     return Run(
@@ -111,18 +125,33 @@ def begin_run(
 
 
 def steer(run: Run, forward: float, turn: float) -> None:
-    """Send the robot the code's v and w; they take effect after the link's latency."""
+    """Send the robot a command; it takes effect after the link's latency.
+
+    run: the robot. forward: v of the robot's code, cm/s. turn: w of the robot's code, dimensionless; left is
+    positive.
+    """
     send(run.robot, run.link, run.time, wheel_commands(run.robot, forward, turn))
 
 
 def pull(run: Run, forward: float, turn: float) -> None:
-    """Let the code's v and w drive the motors at once and as they are, without link and whole numbers."""
+    """Let a command drive the motors at once and as it is, without link and whole numbers.
+
+    run: the robot. forward: v of the robot's code, cm/s. turn: w of the robot's code, dimensionless; left is
+    positive.
+    """
     left, right = wheel_drives(run.robot, forward, turn)
     run.tracks = replace(run.tracks, left_command=left, right_command=right)
 
 
 def go_on(run: Run, duration: float) -> Readings:
-    """Let the robot drive on for `duration` s, in whole sensor steps, or until it touches something.
+    """Let the robot drive on, or until it touches something, and return what its sensors read.
+
+    Parameters
+    ----------
+    run
+        The robot.
+    duration
+        For how long, s: a whole number of sensor steps.
 
     Raises
     ------
@@ -162,7 +191,16 @@ def _way_ahead(run: Run, steps: int) -> F64:
 
 
 def drive(run: Run, script: Sequence[Order], window: float = 0.05) -> list[Events]:
-    """Drive by a script, without a controller; what arrives in each window of so many seconds.
+    """Drive by a script, without a controller, and return the events of each window of time.
+
+    Parameters
+    ----------
+    run
+        The robot.
+    script
+        The parts of the way in order.
+    window
+        Length of a window, s.
 
     Raises
     ------

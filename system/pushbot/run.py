@@ -71,6 +71,8 @@ class Trace:
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive until the robot touches something, has passed the obstacles, or time or way are over.
 
+    scenario: what is driven. progress: is told the share that is done.
+
     Raises `ParameterError` for a speed or turn factor that is not above 0, a network that the chip has no
     room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
     """

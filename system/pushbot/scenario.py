@@ -25,12 +25,55 @@ MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are shor
 class Scenario:
     """One drive of a Pushbot in a scene.
 
-    Equations (1) and (2) have the factors, `window` (s) and `readout`; turn factor and window are those of
-    the architecture unless given. `target` says whether the target field gets events, as where the scene has
-    a target unless given. `calibrated` says whether codes and neurons are those of the die's calibration at
-    27 degC. A run ends with `duration` (s), that of the scene unless given, or with `way` (m). For `frame`
-    and `raise_lateral` see `Architecture`. Noise is that of the chip's devices, drawn from `noise_seed`,
-    which is `seed` unless given; `seed` is that of scene and sensor too.
+    Attributes
+    ----------
+    scene : str
+        Name of the scene, or of a file that ends with .toml.
+    speed_factor : float
+        Factor of equation (2), dimensionless.
+    turn_factor : float or None
+        Factor of equation (1), dimensionless; that of the architecture unless given.
+    window : float or None
+        Time in which spikes are counted, s; that of the architecture unless given.
+    readout : str
+        How spikes become commands, one of `system.pushbot.readout.KINDS`.
+    modified : bool
+        Whether the network is the modified architecture (section 3.4).
+    dropped : float
+        Share of the events that are dropped at random.
+    colour : str or None
+        Colour of the blocks; the scene's unless given.
+    light : str or None
+        Light on the floor, as `dark` or `500lux`; the scene's unless given.
+    target : bool or None
+        Whether the target field gets events; where the scene has a target unless given.
+    duration : float or None
+        Time after which the run ends, s; the scene's unless given.
+    way : float or None
+        Way after which the run ends too, m; none unless given.
+    exc : int
+        How many neurons fire constantly.
+    seed : int
+        Seed of scene and sensor, and of the devices' noise unless `noise_seed` is given.
+    die : Die
+        Die of the chip and of the sensor.
+    temperature_c : float
+        Temperature of the chip, degC.
+    bias_kind : str
+        Kind of the chip's biases.
+    calibrated : bool
+        Whether codes and neurons are those of the die's calibration at 27 degC.
+    frame, raise_lateral : bool
+        As `frame` and `raised` of `Architecture`.
+    silicon_noise : str
+        Which noise the chip's devices make.
+    noise_seed : int or None
+        Seed of that noise; `seed` unless given.
+
+    Raises
+    ------
+    ParameterError
+        A field breaks its rule; the text names it.
     """
 
     scene: str = option(DEFAULT_SCENE, "Its name, or a FILE.toml", metavar="SCENE", study=True)
@@ -107,7 +150,10 @@ class Scenario:
 
 
 def scene_of(scenario: Scenario) -> Scene:
-    """Return the scene in its light and colour; what is scattered in it is drawn from the seed."""
+    """Return the scene of a scenario in its light and colour.
+
+    What is scattered in the scene is drawn from the scenario's seed.
+    """
     scene = load_scene(scenario.scene, seed=scenario.seed, light=scenario.light)
     return scene if scenario.colour is None else recoloured(scene, scenario.colour)
 

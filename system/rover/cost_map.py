@@ -65,7 +65,7 @@ class CostMap:
 
 
 def load_map(name: str) -> CostMap:
-    """Load one of `MAPS`, or the map in a file.
+    """Load one of `MAPS`, or the map in a file, by its `name`.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def load_map(name: str) -> CostMap:
 
 
 def read_map(text: str, source: str) -> I64:
-    """Costs from text, int64[rows, columns]; `source` is what errors call it.
+    """Read the costs of a map from `text`, int64[rows, columns]; `source` is what errors call it.
 
     Raises
     ------

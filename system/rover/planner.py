@@ -32,9 +32,16 @@ PLANNERS: Mapping[str, Planner] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """A path, int64[n, 2] of (row, column), start first, and the lowest cost that there is.
+    """A path on a map, and what it costs.
 
-    optimal_cost : the lowest cost of any path from start to goal.
+    Attributes
+    ----------
+    path : array
+        Row and column of each cell, int64[n, 2], start first.
+    cost : int
+        Sum of the costs of its cells.
+    optimal_cost : int
+        The lowest cost of any path from start to goal.
     """
 
     path: I64
@@ -61,6 +68,15 @@ def planner_named(name: str) -> Planner:
 
 def plan_path(cost_map: CostMap, start: Cell, goal: Cell, planner: Planner) -> Plan:
     """Plan a path on a map and count what it costs.
+
+    Parameters
+    ----------
+    cost_map
+        The map.
+    start, goal
+        Row and column of the first and the last cell.
+    planner
+        What plans (`planner_named`).
 
     Raises
     ------

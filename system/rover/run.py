@@ -71,7 +71,7 @@ class Trace:
 
 
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
-    """Plan and drive every trip of a scenario."""
+    """Plan and drive every trip of a scenario; `progress` is told the share that is done."""
     cost_map = for_need(load_map(scenario.map), scenario.need)
     planner = planner_of(scenario, cost_map)
     learnt = None

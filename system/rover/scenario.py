@@ -24,9 +24,47 @@ PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 class Scenario:
     """A route that a rover plans and drives, once or on several trips.
 
-    `need` says what the costs of the map stand for; `learn` is the rate of equation (5), None where the map
-    is known; `posts` are obstacles that no map has, and `sonar` says whether the rover sees them. With
-    `cells=chip` the wave runs on a die.
+    Attributes
+    ----------
+    map : str
+        Name of the map, or of a file of costs.
+    start, goal : (int, int)
+        Row, from 0 in the north, and column of a cell.
+    planner : str
+        What plans, one of `PLANNERS`.
+    cells : str
+        Cells of the wave: `ideal`, or `chip` for those of a die.
+    need : str
+        What the costs of the map stand for.
+    learn : float or None
+        Rate of equation (5), a share above 0 up to 1; None where the map is known.
+    prior : float
+        Cost that unknown cells are taken for, in units of cost.
+    trips : int
+        How often the way is planned and driven.
+    posts : bool
+        Whether there are obstacles that no map has.
+    sonar : bool
+        Whether the rover sees them.
+    seed : int
+        Seed of the rover, its senses and the posts.
+    die : Die
+        Die of the chip.
+    temperature_c : float
+        Temperature of the chip, degC.
+    bias_kind : str
+        Kind of the chip's biases.
+    unit : float
+        Delay of a unit of cost on the chip, s.
+    silicon_noise : str
+        Which noise the chip's devices make.
+    rover : Rover
+        Numbers of the body and its senses.
+
+    Raises
+    ------
+    ParameterError
+        A field breaks its rule; the text names it.
     """
 
     map: str = option(DEFAULT_MAP, "As map1-road, or a file of costs", metavar="MAP", study=True)

@@ -24,7 +24,18 @@ def scatter_places(places: int, random: np.random.Generator) -> nx.DiGraph:
     """Draw a map of places in the unit square, with `pos` and a whole `cost` from 1 to 31 each.
 
     What does not hang together with the largest part is joined to it at its nearest place.
-    Raises `ParameterError` for fewer than 1 place.
+
+    Parameters
+    ----------
+    places
+        How many places there are.
+    random
+        Generator that draws them.
+
+    Raises
+    ------
+    ParameterError
+        There is less than 1 place.
     """
     if places < 1:
         raise ParameterError(f"places: {places}, must be at least 1")
@@ -45,10 +56,27 @@ def scatter_places(places: int, random: np.random.Generator) -> nx.DiGraph:
 def plan_places(
     graph: nx.DiGraph, start: object, goal: object, cells: ChipCells | None = None
 ) -> list[object] | None:
-    """Way by a chip of `cells`, ideal unless given, places from start to goal; None where none leads.
+    """Plan a way on a map of places by a wavefront chip.
 
-    Every place has a `cost`; a way costs its places but the goal, and ideal cells find the cheapest. Raises
-    `ParameterError` where a cost is missing or has no code, or a place is not on the map.
+    Every place has a `cost`; a way costs its places but the goal, and ideal cells find the cheapest.
+
+    Parameters
+    ----------
+    graph
+        The map, whose nodes are the places.
+    start, goal
+        The first and the last place.
+    cells
+        Cells of the chip; ideal ones unless given.
+
+    Returns
+    -------
+    The places from start to goal; None where no way leads there.
+
+    Raises
+    ------
+    ParameterError
+        A cost is missing or has no code, or a place is not on the map.
     """
     names = list(graph)
     number = {name: k for k, name in enumerate(names)}

@@ -143,7 +143,7 @@ def keep_samples(files: StudyFiles, table: Table) -> None:
 
 
 def study_table(folder: Path) -> Table:
-    """Read the samples of a study: its final table, or all chunks that an unfinished study has so far.
+    """Read the samples of the study in `folder`: its final table, or all chunks that it has so far.
 
     Raises `DataError` where there are no samples, or a file cannot be read or belongs to another study.
     """

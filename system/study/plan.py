@@ -32,9 +32,23 @@ _EDGE = 2.0**-54  # a Sobol point may be 0, whose normal is infinite
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A sampling plan: a method with its seed, for `count` dies whose numbers begin with `first`.
+    """A sampling plan: which dies a study measures, and how their deviations are drawn.
 
-    Raises `ParameterError` for numbers that no die has, and for a seed that no generator takes.
+    Attributes
+    ----------
+    method : str
+        How they are drawn, one of `METHODS`.
+    seed : int
+        Seed of the draws.
+    first : int
+        Number of the first die.
+    count : int
+        How many dies there are.
+
+    Raises
+    ------
+    ParameterError
+        The method is not known, no die has such numbers, or no generator takes the seed.
     """
 
     method: Method

@@ -30,7 +30,25 @@ Engine = Callable[[Testbench, Silicon], Result]
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A sample again. `kept`: what the study has, None where it has nothing to be believed; `note`: why."""
+    """A sample of a study that was measured again.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    target : Target
+        What was measured.
+    die : Die
+        The die.
+    condition : Condition
+        Where it was measured.
+    kept : Measurement or None
+        What the study has; None where it has nothing to be believed.
+    again : Measurement
+        What was measured now.
+    note : str
+        Why there is nothing to be believed; empty otherwise.
+    """
 
     study: Study
     target: Target
@@ -67,10 +85,29 @@ def replay(
     trial: int | None = None,
     own: Collection[str] = (),
 ) -> Replay:
-    """Measure a die of the study in `folder` again, at its first condition that fits what is given.
+    """Measure a die of a study again, at the study's first condition that fits what is given.
 
-    own: functions of the user's that the study may have been measured with. Raises `DataError` where there
-    is no study, `ParameterError` where it has no such sample, or was measured with another function.
+    Parameters
+    ----------
+    folder
+        Folder of the study.
+    number
+        Number of the die.
+    corner
+        Corner of the condition; any unless given.
+    temperature_c
+        Temperature of the condition, degC; any unless given.
+    trial
+        Trial of the condition; any unless given.
+    own
+        Functions of the user's (`MODULE:FUNCTION`) that the study may have been measured with.
+
+    Raises
+    ------
+    DataError
+        There is no study.
+    ParameterError
+        It has no such sample, or was measured with another function.
     """
     study = read_study(folder, own)
     target = open_target(study.subject)
@@ -81,7 +118,10 @@ def replay(
 
 
 def die_of(folder: Path, number: int) -> Die:
-    """Give a die of a study, under its plan; raises `ParameterError` for one that the study does not have."""
+    """Give the die of a number in the study in `folder`, under the study's plan.
+
+    number: of the die. Raises `ParameterError` for one that the study does not have.
+    """
     study = read_dies(folder)
     if number not in study.dies:
         last = study.dies.stop - 1

@@ -30,7 +30,17 @@ _HELP = 'write "best_delay in 5.9ms:6.8ms", "width in 1ms:" or "class is works"'
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """A metric must be defined and from `low` to `high`, SI; an infinite one is no limit."""
+    """A specification: a metric must be defined, and neither below one value nor above another.
+
+    Attributes
+    ----------
+    metric : str
+        Name of the metric.
+    low, high : float
+        The values, in SI units; an infinite one is no limit.
+    unit : str
+        SI unit of the metric.
+    """
 
     metric: str
     low: float
@@ -67,7 +77,13 @@ Specification = Limits | Classes | Success
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Cause of each of n samples not to pass, empty for one that does."""
+    """What a judgement of n samples has found.
+
+    Attributes
+    ----------
+    causes : tuple of str
+        Cause of each sample not to pass; empty for one that does.
+    """
 
     causes: tuple[str, ...]
 

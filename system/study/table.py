@@ -38,9 +38,21 @@ _BROKEN = (
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Where every die is measured: corner, temperature (degC), trial (seed of what is not silicon).
+    """Where every die of a study is measured.
 
-    Raises `ParameterError` for a corner or a temperature that no silicon has, and a negative trial.
+    Attributes
+    ----------
+    corner : str
+        Corner of the process.
+    temperature_c : float
+        Temperature, degC.
+    trial : int
+        Seed of what is not silicon.
+
+    Raises
+    ------
+    ParameterError
+        No silicon has the corner or the temperature, or the trial is negative.
     """
 
     corner: str
@@ -58,7 +70,27 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """n samples. values: float64[n, metrics], SI, NaN where not defined; a failed sample has a reason."""
+    """The n samples of a study, one in each row.
+
+    Attributes
+    ----------
+    metrics : tuple of str
+        Names of the metrics.
+    die : array
+        Number of the die, int64[n].
+    corner : tuple of str
+        Corner of each sample.
+    temperature_c : array
+        Temperature of each sample, float64[n], degC.
+    trial : array
+        Trial of each sample, int64[n].
+    outcome : tuple of str
+        Class of each sample; `failed` where it has none.
+    reason : tuple of str
+        Why each sample failed; empty unless it did.
+    values : array
+        The metrics, float64[n, metrics], in SI units, NaN where not defined.
+    """
 
     metrics: tuple[str, ...]
     die: I64
@@ -73,7 +105,7 @@ class Table:
         return self.die.size
 
     def column(self, metric: str) -> F64:
-        """Give the values of a metric, float64[n]."""
+        """Give the values of `metric`, float64[n], in its SI unit, NaN where not defined."""
         return np.asarray(self.values[:, self.metrics.index(metric)])
 
 

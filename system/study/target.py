@@ -81,7 +81,17 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """One sample: its class in a word, the value of each metric, NaN where undefined, and why it failed."""
+    """One sample of a study.
+
+    Attributes
+    ----------
+    outcome : str
+        Its class in a word; `failed` where it has none.
+    values : tuple of float
+        Value of each metric in SI units, NaN where undefined.
+    reason : str
+        Why it failed; empty unless it did.
+    """
 
     outcome: str
     values: tuple[float, ...]

@@ -34,9 +34,27 @@ NOMINAL_CHIP = NefChip()
 class Simulator:
     """A nengo network in time, on a chip.
 
-    network: nengo.Network; dt: must be 1 ms; seed: instead of the network's; progress_bar: taken as nengo's
-    and not drawn; chip: what it runs on, None for an ideal die; temperature_c: where the chip is calibrated
-    and runs, degC. `data[probe]` is float64[samples, size].
+    `data[probe]` is float64[samples, size].
+
+    Parameters
+    ----------
+    network
+        The network, a `nengo.Network`.
+    dt
+        Step of time, which must be 0.001 s.
+    seed
+        Seed in the place of the network's.
+    progress_bar
+        Taken as nengo's, and not drawn.
+    chip
+        What it runs on; None for an ideal die.
+    temperature_c
+        Temperature at which the chip is calibrated and runs, degC.
+
+    Raises
+    ------
+    ParameterError
+        `dt` is another, or the network has what the chip cannot do.
     """
 
     def __init__(
@@ -86,7 +104,7 @@ class Simulator:
         return self._run.counters
 
     def reset(self, seed: int | None = None) -> None:
-        """Go back to the start; raises `ParameterError` for a seed, which is the network's."""
+        """Go back to the start; raises `ParameterError` for a `seed`, which is the network's."""
         if seed is not None:
             raise ParameterError(f"seed: {seed}, neurons are drawn already; make another Simulator")
         self._run = Simulation(self._built, DT)
@@ -103,18 +121,22 @@ class Simulator:
         self.closed = True
 
     def run(self, time_in_seconds: float, progress_bar: object = None) -> None:
-        """Run for a time, s."""
+        """Run for a time.
+
+        time_in_seconds: the time, s. progress_bar: taken as nengo's, and not drawn. Raises `ParameterError`
+        for a time below 0.
+        """
         if time_in_seconds < 0.0:
             raise ParameterError(f"time_in_seconds: {time_in_seconds:g} s, must be >= 0")
         self.run_steps(round(time_in_seconds / self.dt))
 
     def run_steps(self, steps: int, progress_bar: object = None) -> None:
-        """Take so many steps."""
+        """Take a number of `steps`; `progress_bar` is taken as nengo's, and not drawn."""
         for _ in range(steps):
             self.step()
 
     def step(self) -> None:
-        """Take one step."""
+        """Take one step; raises `TopologyError` where the simulator is closed."""
         if self.closed:
             raise TopologyError("Simulator: closed; make another one")
         self.n_steps += 1
@@ -126,7 +148,7 @@ class Simulator:
                 self._samples[probe].append(value)
 
     def trange(self, sample_every: float | None = None) -> F64:
-        """Return the times of the samples, s; sample_every: s."""
+        """Return the times of the samples, s, float64[samples]; `sample_every` is the time between two, s."""
         every = 1.0 if sample_every is None else sample_every / self.dt
         steps = np.arange(1, self.n_steps + 1)
         return np.asarray(self.dt * steps[steps % every < 1.0])

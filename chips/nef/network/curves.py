@@ -26,7 +26,10 @@ class Curves(Protocol):
     """Tuning curves of neurons, which are numbered from 0; a current of 1 is an ideal neuron's threshold."""
 
     def rates(self, first: int, current: F64) -> F64:
-        """Return the rates of neurons from `first` on, Hz; current: float64[points, neurons]."""
+        """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
+
+        current: in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
+        """
 
     def currents(self, first: int, rate: F64) -> F64:
         """Return the currents at which neurons from `first` on fire at rates, float64[neurons].
@@ -37,13 +40,24 @@ class Curves(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class IdealCurves:
-    """Curves of leaky integrate-and-fire neurons that are all alike: membrane and refractory period, s."""
+    """Curves of leaky integrate-and-fire neurons that are all alike.
+
+    Attributes
+    ----------
+    tau_rc : float
+        Membrane time constant, s.
+    tau_ref : float
+        Refractory period, s.
+    """
 
     tau_rc: float = TAU_RC
     tau_ref: float = TAU_REF
 
     def rates(self, first: int, current: F64) -> F64:
-        """Return the rates of neurons from `first` on, Hz; current: float64[points, neurons]."""
+        """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
+
+        current: in thresholds (dimensionless), float64[points, neurons].
+        """
         above = np.maximum(current, 1.0 + 1e-15)
         rate = 1.0 / (self.tau_ref - self.tau_rc * np.log1p(-1.0 / above))
         return np.where(current > 1.0, rate, 0.0)

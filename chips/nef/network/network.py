@@ -48,10 +48,30 @@ class Ensemble:
 
         J = gain <e, x> / radius + bias
 
-    neurons: how many; radius: largest length of x that is represented well; max_rates: Hz at <e, x> = radius,
-    drawn evenly from low to high; intercepts: <e, x> / radius where a neuron begins to fire, likewise;
-    encoders: of any length above 0, taken in turn, float64[k, dimensions], drawn evenly in all directions if
-    empty; drawn: its neurons, if they are chosen already.
+    Attributes
+    ----------
+    name : str
+        Name of the ensemble.
+    neurons : int
+        How many neurons it has.
+    dimensions : int
+        Length of x.
+    radius : float
+        Largest length of x that is represented well, in the unit of x.
+    max_rates : (float, float)
+        Rates at <e, x> = radius, drawn evenly from low to high, Hz.
+    intercepts : (float, float)
+        <e, x> / radius where a neuron begins to fire, dimensionless, drawn evenly from low to high.
+    encoders : sequence
+        Encoders of any length above 0, dimensionless, float64[k, dimensions], taken in turn; drawn evenly in
+        all directions if empty.
+    drawn : Drawn or None
+        Its neurons, if they are chosen already.
+
+    Raises
+    ------
+    ParameterError
+        A number breaks its rule, or the encoders have another shape or length 0.
     """
 
     name: str
@@ -86,8 +106,19 @@ class Ensemble:
 class EnsembleArray:
     """Ensembles that are alike, of one dimension each, and together represent a vector.
 
-    A function on a connection from it takes each number by itself. each: what the ensembles are like; its
-    name is the array's.
+    A function on a connection from it takes each number by itself.
+
+    Attributes
+    ----------
+    each : Ensemble
+        What the ensembles are like; its name is the array's.
+    ensembles : int
+        How many there are.
+
+    Raises
+    ------
+    ParameterError
+        There is none, or they have more than one dimension.
     """
 
     each: Ensemble
@@ -110,8 +141,17 @@ class EnsembleArray:
 class Node:
     """An end of a network towards the world.
 
-    size_in: of what is connected to it; size_out: of what it gives; output: a function of the time (s) and of
-    what comes in, which makes what it gives; without it the value is set from outside, 0 at first.
+    Attributes
+    ----------
+    name : str
+        Name of the node.
+    size_out : int
+        Length of what it gives.
+    size_in : int
+        Length of what is connected to it.
+    output : function or None
+        Makes what it gives, from the time (s) and what comes in; without it the value is set from outside, 0
+        at first.
     """
 
     name: str
@@ -124,8 +164,15 @@ class Node:
 class Neurons:
     """The neurons of an ensemble or array themselves, as the end of a connection: currents, not a vector.
 
-    A current of 1 is an ideal neuron's threshold. A transform of one row acts on all neurons alike. scaled: a
-    neuron gets the current times its gain, as nengo has it: -2 then silences any within its radius.
+    A current of 1 is an ideal neuron's threshold. A transform of one row acts on all neurons alike.
+
+    Attributes
+    ----------
+    name : str
+        Name of the ensemble or array.
+    scaled : bool
+        Whether a neuron gets the current times its gain, as nengo has it: -2 then silences any within its
+        radius.
     """
 
     name: str
@@ -134,14 +181,35 @@ class Neurons:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Connection:
-    """What `post` gets of `pre`: T f(x), low-passed with the time constant `synapse` (s; 0: not at all).
+    """What `post` gets of `pre`: T f(x), through a low-pass.
 
-    pre: ensemble, array or node; function: of an ensemble's vector, the vector itself if None; transform:
-    number, or float64[size of post, size of f]; points: float64[n, dimensions] where f is fitted, else drawn
-    evenly in the ensemble's ball; regularisation: of the fit, a share of the highest rate; solver: makes
-    decoders, float64[neurons, k], of rates in Hz at the points, float64[m, neurons], and values there,
-    float64[m, k], in the place of regularised least squares; decoders: value a Hz, float64[neurons, k], in
-    the place of a function.
+    Attributes
+    ----------
+    pre : str
+        Name of an ensemble, array or node.
+    post : str or Neurons
+        Name of what it goes to, or the neurons that it goes to.
+    function : function or None
+        f, of an ensemble's vector; the vector itself if None.
+    transform : number or array
+        T, dimensionless: a number, or float64[size of post, size of f].
+    synapse : float
+        Time constant of the low-pass, s; 0 for none.
+    points : array or None
+        Where f is fitted, in the unit of x, float64[n, dimensions]; drawn evenly in the ensemble's ball
+        unless given.
+    regularisation : float
+        Regularisation of the fit, a share of the highest rate.
+    solver : function or None
+        Makes decoders, float64[neurons, k], of rates at the points (Hz, float64[m, neurons]) and values there
+        (float64[m, k]), in the place of regularised least squares.
+    decoders : array or None
+        Value for each Hz, float64[neurons, k], in the place of a function.
+
+    Raises
+    ------
+    ParameterError
+        The time constant is negative or infinite, or the regularisation not above 0.
     """
 
     pre: str
@@ -163,7 +231,30 @@ class Connection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Probe:
-    """Reads T f(x) of an ensemble or array, low-passed; its fields are those of a connection."""
+    """Reads T f(x) of an ensemble or array, through a low-pass.
+
+    Attributes
+    ----------
+    name : str
+        Name of the probe.
+    target : str
+        Name of the ensemble or array.
+    function : function or None
+        f, of the ensemble's vector; the vector itself if None.
+    transform : number or array
+        T, dimensionless: a number, or float64[size, size of f].
+    synapse : float
+        Time constant of the low-pass, s; 0 for none.
+    points : array or None
+        Where f is fitted, in the unit of x, float64[n, dimensions]; drawn evenly in the ensemble's ball
+        unless given.
+    regularisation : float
+        Regularisation of the fit, a share of the highest rate.
+    solver : function or None
+        Makes decoders, as of `Connection`.
+    decoders : array or None
+        Value for each Hz, float64[neurons, k], in the place of a function.
+    """
 
     name: str
     target: str
@@ -178,7 +269,24 @@ class Probe:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Network:
-    """A network: its parts by name, and the connections between them."""
+    """A network: its parts by name, and the connections between them.
+
+    Attributes
+    ----------
+    ensembles : tuple of Ensemble or EnsembleArray
+        Its neurons.
+    nodes : tuple of Node
+        Its ends towards the world.
+    connections : tuple of Connection
+        What connects them.
+    probes : tuple of Probe
+        What is read of it.
+
+    Raises
+    ------
+    TopologyError
+        Two parts have one name.
+    """
 
     ensembles: tuple[Ensemble | EnsembleArray, ...] = ()
     nodes: tuple[Node, ...] = ()
@@ -197,14 +305,14 @@ class Network:
         return sum(neurons_of(e) for e in self.ensembles)
 
     def ensemble(self, name: str) -> Ensemble | EnsembleArray:
-        """Return the ensemble or array of this name; raises `UnknownNameError` where there is none."""
+        """Return the ensemble or array called `name`; raises `UnknownNameError` where there is none."""
         for found in self.ensembles:
             if found.name == name:
                 return found
         raise self._unknown("ensemble", name)
 
     def node(self, name: str) -> Node:
-        """Return the node of this name; raises `UnknownNameError` where there is none."""
+        """Return the node called `name`; raises `UnknownNameError` where there is none."""
         for found in self.nodes:
             if found.name == name:
                 return found

@@ -14,12 +14,21 @@ from circuits.errors import ParameterError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlasticArray:
-    """Latches of the plastic synapses, bool[post, pre]; smaller squares hold for the first neurons.
+    """Which plastic synapses are in use, and how their weights begin.
 
-    latches: whether a synapse lets pulses in; weights: whether it is high to begin with, all low unless
-    given. Arrays are copied and cannot be written.
+    Smaller squares hold for the first neurons. Arrays are copied and cannot be written.
 
-    Raises `ParameterError` for what is not a square of at most 256, and for values that are not 0 or 1.
+    Attributes
+    ----------
+    latches : array
+        Whether a synapse lets pulses in, bool[post, pre].
+    weights : array or None
+        Whether its weight is high to begin with, bool[post, pre]; all are low unless given.
+
+    Raises
+    ------
+    ParameterError
+        An array is not a square of at most 256, or has values that are not 0 or 1.
     """
 
     latches: Bools

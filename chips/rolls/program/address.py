@@ -68,9 +68,17 @@ REGIONS = (NONPLASTIC_LATCHES, PLASTIC_LATCHES, PLASTIC_WEIGHTS)
 
 @dataclass(frozen=True, slots=True)
 class VirtualSynapses:
-    """How many virtual synapses a neuron has, 0 to 4 of either sign.
+    """How many virtual synapses a neuron has.
 
-    Raises `ParameterError` for other numbers.
+    Attributes
+    ----------
+    excitatory, inhibitory : int
+        How many of either sign, 0 to 4.
+
+    Raises
+    ------
+    ParameterError
+        There are other numbers of them.
     """
 
     excitatory: int = VIRTUAL_LINES
@@ -85,7 +93,7 @@ class VirtualSynapses:
                 )
 
     def columns(self, *, inhibitory: bool) -> range:
-        """Return the columns of one sign."""
+        """Return the columns of the virtual synapses that are `inhibitory`, or of those that excite."""
         first = VIRTUAL_INHIBITORY if inhibitory else VIRTUAL_EXCITATORY
         return range(first, first + (self.inhibitory if inhibitory else self.excitatory))
 

@@ -37,9 +37,23 @@ _DIGITS = 10  # of a fine code, beyond which its size is not looked at; ours
 
 @dataclass(frozen=True, slots=True)
 class BiasEntry:
-    """A row of a bias file: coarse code 0 to 7, None for a shifted source; fine code 0 to 255; its flags.
+    """A row of a bias file.
 
-    Raises `ParameterError` for other codes.
+    Attributes
+    ----------
+    name : str
+        Name of the bias.
+    coarse : int or None
+        Coarse code, 0 to 7; None for a shifted source.
+    fine : int
+        Fine code, 0 to 255.
+    flags : tuple of str
+        Its flags, as the file has them.
+
+    Raises
+    ------
+    ParameterError
+        A code is outside its range.
     """
 
     name: str
@@ -61,7 +75,18 @@ class BiasEntry:
 
 @dataclass(frozen=True, slots=True)
 class BiasTable:
-    """Biases of a chip, in the order of their file; raises `ParameterError` for a name given twice."""
+    """Biases of a chip.
+
+    Attributes
+    ----------
+    entries : tuple of BiasEntry
+        The biases, in the order of their file.
+
+    Raises
+    ------
+    ParameterError
+        A name is given twice.
+    """
 
     entries: tuple[BiasEntry, ...]
 
@@ -83,7 +108,7 @@ class BiasTable:
         return tuple(name for name in self.names if name not in known)
 
     def code(self, name: str) -> Code:
-        """Return (coarse, fine) of a bias.
+        """Return (coarse, fine) of the bias `name`.
 
         Raises `UnknownNameError` for another name, and `ParameterError` for a shifted source.
         """
@@ -95,11 +120,14 @@ class BiasTable:
         return entry.coarse, entry.fine
 
     def current(self, name: str) -> float:
-        """Return a bias's nominal current at 27 degC, A: `I_coarse fine / 256`, `OFF_CURRENT` at code 0."""
+        """Return the nominal current of the bias `name` at 27 degC, A.
+
+        It is `I_coarse fine / 256`, and `OFF_CURRENT` at code 0.
+        """
         return current_of(self.code(name))
 
     def is_off(self, name: str) -> bool:
-        """Return whether a bias's fine code is 0."""
+        """Return whether the fine code of the bias `name` is 0."""
         return self.code(name)[1] == 0
 
     def codes(self) -> Mapping[str, Code]:
@@ -109,8 +137,8 @@ class BiasTable:
     def with_code(self, name: str, coarse: int, fine: int) -> BiasTable:
         """Return the table with another code of `name`.
 
-        Raises `UnknownNameError` for a name that it does not have, and `ParameterError` for a code outside
-        the range.
+        coarse: 0 to 7. fine: 0 to 255. Raises `UnknownNameError` for a name that it does not have, and
+        `ParameterError` for a code outside the range.
         """
         changed = replace(self._entry(name), coarse=coarse, fine=fine)
         return BiasTable(tuple(changed if e.name == name else e for e in self.entries))
@@ -139,7 +167,7 @@ def resting_biases() -> BiasTable:
 
 
 def shipped_biases(name: str) -> BiasTable:
-    """Return a table of `SHIPPED`; raises `UnknownNameError` for another name."""
+    """Return the table `name` of `SHIPPED`; raises `UnknownNameError` for another name."""
     if name not in SHIPPED:
         raise unknown_name("ROLLS bias table", name, SHIPPED)
     text = files("chips").joinpath("biases", f"{name}.csv").read_text(encoding="utf-8")
@@ -147,7 +175,13 @@ def shipped_biases(name: str) -> BiasTable:
 
 
 def read_biases(path: Path) -> BiasTable:
-    """Read a bias file; raises `DataError` where it cannot be read or a row is none, with the line."""
+    """Read the bias file at `path`.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, or a row is none; the text names its line.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -185,7 +219,7 @@ def format_biases(table: BiasTable) -> str:
 
 
 def write_biases(path: Path, table: BiasTable) -> None:
-    """Write a bias file; raises `DataError` where it cannot be written."""
+    """Write the biases of `table` to a file at `path`; raises `DataError` where it cannot be written."""
     try:
         path.write_text(format_biases(table), encoding="utf-8")
     except OSError as error:

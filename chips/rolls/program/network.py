@@ -20,7 +20,19 @@ from circuits.errors import ParameterError, unknown_name
 
 @dataclass(frozen=True, slots=True)
 class PopulationInput:
-    """An external input to every neuron of a population, on `synapses` virtual synapses of each."""
+    """An external input to every neuron of a population.
+
+    Attributes
+    ----------
+    name : str
+        Name of the input.
+    target : Population
+        The population.
+    synapses : int
+        How many virtual synapses of each neuron it reaches.
+    inhibitory : bool
+        Whether these inhibit.
+    """
 
     name: str
     target: Population
@@ -32,11 +44,22 @@ class PopulationInput:
 class Network:
     """Populations, which share no neuron, what connects them, and what reaches them from outside.
 
-    slow: populations whose leak is IF_TAU1, all others have IF_TAU2.
+    Attributes
+    ----------
+    populations : tuple of Population
+        The populations.
+    projections : tuple of Projection
+        What connects them.
+    inputs : tuple of PopulationInput
+        What reaches them from outside.
+    slow : tuple of Population
+        Populations whose leak is IF_TAU1; all others have IF_TAU2.
 
-    Raises `ParameterError` for a neuron that the chip does not have, or that is in two populations or, at an
-    end of a projection, input or slow leak, in none; for a name given twice; and for a pair of neurons with
-    two levels.
+    Raises
+    ------
+    ParameterError
+        A neuron is not on the chip, is in two populations or, at an end of a projection, input or slow leak,
+        in none; a name is given twice; or a pair of neurons has two levels.
     """
 
     populations: tuple[Population, ...]
@@ -63,7 +86,10 @@ class Network:
         raise unknown_name("population", name, (p.name for p in self.populations))
 
     def levels(self) -> I8:
-        """Return the levels of all projections, int8[post, pre], 256 x 256."""
+        """Return the levels of all projections, int8[post, pre], 256 x 256.
+
+        Raises `ParameterError` where a pair of neurons has two levels.
+        """
         levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
         last = np.full((NEURONS, NEURONS), -1, dtype=np.int64)  # which projection gave the level
         for k, projection in enumerate(self.projections):
@@ -86,9 +112,21 @@ class Network:
 def network_program(
     network: Network, biases: BiasTable | None = None, virtual: VirtualSynapses = LAB_VIRTUAL
 ) -> Program:
-    """Return the program that puts a network on the chip; biases default to those on which it rests.
+    """Make the program that puts a network on the chip.
 
-    Raises `ParameterError` for what the chip cannot do, as `Program` does.
+    Parameters
+    ----------
+    network
+        The network.
+    biases
+        Biases of the chip; those on which it rests unless given.
+    virtual
+        How many virtual synapses each neuron has.
+
+    Raises
+    ------
+    ParameterError
+        The chip cannot do it, as `Program` says.
     """
     inputs = tuple(
         VirtualInput(each.name, each.target.neurons, each.synapses, each.inhibitory)

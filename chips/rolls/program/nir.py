@@ -135,8 +135,20 @@ def nir_graph(program: Program, linearisation: Linearisation | None = None) -> A
     """Return the `nir.NIRGraph` of a program, with `LOST` in its metadata.
 
     Its inputs are `virtual_excitatory` and `virtual_inhibitory`, one channel a neuron, its output `spikes`.
-    Raises `DataError` where the package nir is not installed, and `ParameterError` for a plastic array or
-    depression, which no node of NIR says.
+
+    Parameters
+    ----------
+    program
+        The program.
+    linearisation
+        Linear model of the neurons; that of the nominal circuits at 27 degC unless given.
+
+    Raises
+    ------
+    DataError
+        The package nir is not installed.
+    ParameterError
+        The program has a plastic array or depression, which no node of NIR says.
     """
     check_unlearned(program, "a NIR graph")
     check_undepressed(program, "a NIR graph")
@@ -171,7 +183,11 @@ def nir_graph(program: Program, linearisation: Linearisation | None = None) -> A
 
 
 def write_nir(path: Path, program: Program, linearisation: Linearisation | None = None) -> None:
-    """Write a program's NIR graph; raises `DataError` without the package nir, or for an impossible path."""
+    """Write the NIR graph of a program to a file at `path`.
+
+    program: the program. linearisation: as of `nir_graph`. Raises `DataError` without the package nir, or for
+    an impossible path.
+    """
     nir, graph = _nir(), nir_graph(program, linearisation)
     try:
         nir.write(path, graph)

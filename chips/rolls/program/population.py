@@ -29,7 +29,20 @@ Levels = NDArray[np.signedinteger[Any]]
 
 @dataclass(frozen=True, slots=True)
 class Population:
-    """A named group of neurons of the chip, in their order in the group, each once."""
+    """A named group of neurons of the chip.
+
+    Attributes
+    ----------
+    name : str
+        Name of the population.
+    neurons : tuple of int
+        Numbers of its neurons, each once, in their order in the group.
+
+    Raises
+    ------
+    ParameterError
+        There are no neurons, or one is there twice.
+    """
 
     name: str
     neurons: tuple[int, ...]
@@ -46,7 +59,7 @@ class Population:
         return len(self.neurons)
 
     def part(self, start: int, stop: int) -> Population:
-        """Return neurons `start` to `stop - 1` of the population, counted in it.
+        """Return the neurons `start` to `stop` - 1 of the population, counted in it.
 
         Raises `ParameterError` where it has no such neurons.
         """
@@ -93,9 +106,19 @@ class Projection:
 
 
 def place(sizes: Mapping[str, int], blacklist: Collection[int] = ()) -> dict[str, Population]:
-    """Return populations of the given sizes from neuron 0 on, without blacklisted neurons.
+    """Put populations on the chip, one after the other from neuron 0 on.
 
-    Raises `ParameterError` where the chip has too few neurons.
+    Parameters
+    ----------
+    sizes
+        Number of neurons of each population by its name.
+    blacklist
+        Neurons that no population gets.
+
+    Raises
+    ------
+    ParameterError
+        The chip has too few neurons.
     """
     free = [n for n in range(NEURONS) if n not in blacklist]
     placed, begin = {}, 0
@@ -111,14 +134,17 @@ def place(sizes: Mapping[str, int], blacklist: Collection[int] = ()) -> dict[str
 
 
 def all_to_all(source: Population, target: Population, level: int) -> Projection:
-    """Connect every neuron of `source` to every one of `target`; within one population to itself too."""
+    """Connect every neuron of `source` to every one of `target`; within one population to itself too.
+
+    level: of all these synapses, from -4 to 4.
+    """
     return Projection(source, target, np.full((len(target), len(source)), level))
 
 
 def one_to_one(source: Population, target: Population, level: int) -> Projection:
-    """Connect each neuron to that of the same place.
+    """Connect each neuron of `source` to that of the same place in `target`.
 
-    Raises `ParameterError` for populations of different sizes.
+    level: of all these synapses, from -4 to 4. Raises `ParameterError` for populations of different sizes.
     """
     if len(source) != len(target):
         raise ParameterError(
@@ -131,9 +157,23 @@ def one_to_one(source: Population, target: Population, level: int) -> Projection
 def with_probability(
     source: Population, target: Population, level: int, probability: float, seed: int
 ) -> Projection:
-    """Connect each pair with `probability`, drawn by itself from `seed`.
+    """Connect each pair of neurons of two populations at random.
 
-    Raises `ParameterError` for a probability beyond 0 to 1.
+    Parameters
+    ----------
+    source, target
+        The populations.
+    level
+        Level of all these synapses, from -4 to 4.
+    probability
+        Probability with which a pair is connected, drawn by itself.
+    seed
+        Seed of the draws.
+
+    Raises
+    ------
+    ParameterError
+        The probability is beyond 0 to 1.
     """
     if not 0.0 <= probability <= 1.0:
         raise ParameterError(
@@ -180,10 +220,23 @@ def neural_field(
 def winner_take_all(
     populations: Iterable[Population], excitation: int, inhibition: int
 ) -> tuple[Projection, ...]:
-    """Connect every population to itself with `excitation`, and to each other one with `inhibition`.
+    """Connect every population to itself with excitation, and to each other one with inhibition.
 
-    All neurons are connected to all. A level of 0 leaves its projections out. Raises `ParameterError` for an
-    excitation below or an inhibition above 0.
+    All neurons are connected to all. A level of 0 leaves its projections out.
+
+    Parameters
+    ----------
+    populations
+        The populations.
+    excitation
+        Level within a population, 0 to 4.
+    inhibition
+        Level between two of them, -4 to 0.
+
+    Raises
+    ------
+    ParameterError
+        The excitation is below 0, or the inhibition above.
     """
     if excitation < 0 or inhibition > 0:
         raise ParameterError(

@@ -37,9 +37,18 @@ _VIRTUAL_WEIGHT = {False: "VA_EXC_N", True: "VA_INH_P"}  # by inhibitory
 
 @dataclass(frozen=True, slots=True)
 class VirtualInput:
-    """An external input on virtual synapses of a sign: every event reaches `synapses` of them at a neuron.
+    """An external input on virtual synapses of one sign.
 
-    neurons: that it reaches, each once; an event is for one of them (`input_words`).
+    Attributes
+    ----------
+    name : str
+        Name of the input.
+    neurons : tuple of int
+        Neurons that it reaches, each once; an event is for one of them (`input_words`).
+    synapses : int
+        How many virtual synapses of a neuron each event reaches.
+    inhibitory : bool
+        Whether these inhibit.
     """
 
     name: str
@@ -90,7 +99,7 @@ class Program:
         return chosen
 
     def input(self, name: str) -> VirtualInput:
-        """Return the input of a name; raises `ParameterError` for another."""
+        """Return the input that is called `name`; raises `ParameterError` for another name."""
         for each in self.inputs:
             if each.name == name:
                 return each

@@ -56,9 +56,21 @@ def virtual_columns(program: Program) -> dict[str, I64]:
 
 
 def input_words(program: Program, name: str, neurons: ArrayLike) -> I64:
-    """Return the words of events of an input, one event for each of `neurons`, int64[events, synapses].
+    """Return the words of events of an input, int64[events, synapses].
 
-    Raises `ParameterError` for an input that the program does not have, or a neuron that it does not reach.
+    Parameters
+    ----------
+    program
+        The program.
+    name
+        Name of the input.
+    neurons
+        The neuron of each event, int64[events].
+
+    Raises
+    ------
+    ParameterError
+        The program does not have the input, or the input does not reach a neuron.
     """
     target = program.input(name)
     wanted = np.atleast_1d(np.asarray(neurons, dtype=np.int64))
@@ -104,11 +116,28 @@ def program_of_words(
     virtual: VirtualSynapses = LAB_VIRTUAL,
     depression: ShortTermDepression | None = None,
 ) -> Program:
-    """Return the program that latch words, in their order, leave on a chip whose latches were all off.
+    """Return the program that words leave on a chip whose latches were all off.
 
-    It has a plastic array if a word sets a latch or a weight there; biases, and depression with them, are not
-    among the words. Raises `ParameterError` for a word that writes no latch, one that sets a broadcast latch
-    (not modelled), and where the program itself is refused.
+    It has a plastic array if a word sets a latch or a weight there. Biases, inputs and depression are not
+    among the words.
+
+    Parameters
+    ----------
+    words
+        Latch words in their order, int64[n].
+    biases
+        Biases of the chip; those of a new program unless given.
+    inputs
+        Inputs of the program.
+    virtual
+        How many virtual synapses each neuron has.
+    depression
+        Depression of the excitatory synapses; none unless given.
+
+    Raises
+    ------
+    ParameterError
+        A word writes no latch or sets a broadcast latch (not modelled), or the program itself is refused.
     """
     found = np.asarray(words, dtype=np.int64).ravel()
     cells, leak = in_region(NONPLASTIC_LATCHES, found), (found >= LEAK_TAU1) & (found <= LEAK_RELEASE)
@@ -135,9 +164,10 @@ def program_of_words(
 
 
 def programming_time(words: ArrayLike, pause: float = CELL_PAUSE) -> float:
-    """Return the least time that writing `words` can take, s: a `pause` after each synapse.
+    """Return the least time that writing words can take, s.
 
-    Words of the same synapse that follow each other are one synapse.
+    words: int64 of any shape, in their order; words of the same synapse that follow each other are one
+    synapse. pause: after each synapse, s.
     """
     found = np.asarray(words, dtype=np.int64).ravel()
     kind = np.zeros(found.size, dtype=np.int64)

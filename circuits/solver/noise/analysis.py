@@ -63,7 +63,7 @@ class Noise:
     source : str or None
         Name of the source that noise is referred to, if any.
     unit : str
-        Unit of that source, `V` or `A`; empty without one.
+        Unit of the noise that is referred to it: `V^2/Hz`, or `A^2/Hz` for a source of current.
     devices : tuple of str
         Paths of the devices that make noise.
     frequency : array

@@ -59,8 +59,10 @@ class PushbotLayout:
             )
 
 
-PAPER = PushbotLayout()  # six populations of 16: 96 neurons
-NOTEBOOK = PushbotLayout(exc=8, centre=20)  # target on neurons 88 to 215
+PAPER = PushbotLayout()
+"""The paper's sizes: six populations of 16 neurons, 96 together, beside the target field."""
+NOTEBOOK = PushbotLayout(exc=8, centre=20)
+"""The sizes of the authors' notebooks, with the target field on neurons 88 to 215."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +115,25 @@ def pushbot_network(
     levels: PushbotLevels = PushbotLevels(),
     blacklist: Collection[int] = (),
 ) -> Network:
-    """Populations OR, OL, DR, DL, sp, exc, target in this order, without the neurons of `blacklist`.
+    """Make the network of the Pushbot: populations OR, OL, DR, DL, sp, exc and target, in this order.
 
-    Inputs: `dvs_right` and `dvs_left` to the obstacle populations (an event of the lower half of the sensor
-    is for every neuron of its side), `dvs_columns` to the target (the upper half of a column is for one
-    neuron), `start` to exc. Raises `ParameterError` where the chip has too few neurons.
+    Its inputs are `dvs_right` and `dvs_left` to the obstacle populations (an event of the lower half of the
+    sensor is for every neuron of its side), `dvs_columns` to the target (the upper half of a column is for
+    one neuron), and `start` to exc.
+
+    Parameters
+    ----------
+    layout
+        Sizes of the populations.
+    levels
+        Weight levels.
+    blacklist
+        Neurons of the chip that no population gets.
+
+    Raises
+    ------
+    ParameterError
+        The chip has too few neurons.
     """
     names = ("OR", "OL", "DR", "DL", "sp")
     sizes = dict.fromkeys(names, layout.population) | {"exc": layout.exc, "target": TARGET_NEURONS}

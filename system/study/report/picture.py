@@ -24,7 +24,19 @@ TICKS = 5
 def draw_study(
     table: Table, quantities: Sequence[Quantity], specifications: Sequence[Specification], figure: Figure
 ) -> None:
-    """Fill `figure` with the outcomes as bars, and a histogram of each of the quantities."""
+    """Draw the samples of a study: the outcomes as bars, and a histogram of each of the quantities.
+
+    Parameters
+    ----------
+    table
+        The samples.
+    quantities
+        Metrics with a histogram each.
+    specifications
+        Limits that the histograms show.
+    figure
+        An empty figure, which is filled.
+    """
     axes = figure.subplots(1 + len(quantities), 1, squeeze=False)[:, 0]
     outcomes(table, axes[0])
     for ax, quantity in zip(axes[1:], quantities, strict=True):

@@ -35,8 +35,8 @@ class Sensitivity:
     labels : label of each draw that was moved.
     metrics : name of each metric.
     nominal : float64[metrics], values of the nominal die, in SI units.
-    below : float64[labels, metrics], values with a draw moved by -0.5 sigma.
-    above : float64[labels, metrics], values with a draw moved by +0.5 sigma.
+    below : float64[labels, metrics], values with a draw moved by -0.5 sigma, SI.
+    above : float64[labels, metrics], values with a draw moved by +0.5 sigma, SI.
     failures : reason of each measurement that failed, with the draw that was moved.
     """
 

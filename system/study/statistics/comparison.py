@@ -60,7 +60,7 @@ class YieldDifference:
     neither_passes : common dies on which no design passes.
     difference : yield of the second design minus that of the first, with its interval; NaN without common
         dies.
-    p_value : of McNemar's exact test of the hypothesis that both yields are equal.
+    p_value : probability by McNemar's exact test, under the hypothesis that both yields are equal.
     """
 
     pairing: Pairing

@@ -44,7 +44,7 @@ class StopRule:
     Attributes
     ----------
     half_width : the study stops when half of the interval's length is below this share.
-    required : the study stops when the interval excludes this yield.
+    required : the study stops when the interval excludes this yield, a share.
     level : confidence level of the interval.
     """
 

@@ -63,9 +63,9 @@ class Contributions:
     model : model that the shares come from.
     samples : number of samples at which the metric is defined.
     r2 : share of the variance that the model explains, R^2.
-    linear : part of `r2` that is of linear terms.
-    squares : part of `r2` that is of squares.
-    interactions : part of `r2` that is of products of two parameters.
+    linear : share of the variance that linear terms explain, a part of `r2`.
+    squares : share that squares explain, a part of `r2`.
+    interactions : share that products of two parameters explain, a part of `r2`.
     check : largest difference to the shares of a linear regression; None where that was not made.
     note : warning of too few samples, or of variance that the model does not explain; empty without either.
     """
@@ -99,7 +99,7 @@ def contributions(names: Sequence[str], z: F64, y: F64, gradient: F64 | None = N
     y
         float64[n], the metric or its logarithm; samples where it is not finite are left out.
     gradient
-        float64[p], change of y with each z at the nominal die; None if it is not known.
+        float64[p], change of y with each z at the nominal die, in the unit of y; None if it is not known.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class Interval:
 
     @property
     def half_width(self) -> float:
-        """Half of the interval's length."""
+        """Half of the interval's length, in the unit of its ends."""
         return 0.5 * (self.high - self.low)
 
     def __contains__(self, value: float) -> bool:
@@ -80,9 +80,21 @@ class Estimate:
 
 
 def clopper_pearson(passed: int, samples: int, level: float = LEVEL) -> Interval:
-    """Give the exact interval of a proportion, which covers every true proportion with at least `level`.
+    """Give the exact interval of a proportion, which covers every true proportion often enough.
 
-    Raises `ParameterError` unless 0 <= passed <= samples, and for a level outside 0 to 1.
+    Parameters
+    ----------
+    passed
+        How many samples pass.
+    samples
+        How many samples there are.
+    level
+        Probability with which the interval covers the true proportion, at least.
+
+    Raises
+    ------
+    ParameterError
+        `passed` is not from 0 to `samples`, or the level is not between 0 and 1.
     """
     if not 0 <= passed <= samples:
         raise ParameterError(f"passed: {passed}, must be from 0 to samples {samples}; count again")
@@ -95,10 +107,25 @@ def clopper_pearson(passed: int, samples: int, level: float = LEVEL) -> Interval
 def mean_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Give the interval of the mean of finite values, float64[n].
+    """Give the interval of the mean of finite values.
 
-    It is Student's interval below 10 values, and unlimited below 2. The generator `rng` draws the `resamples`
-    of the bootstrap. Raises `ParameterError` for a level outside 0 to 1.
+    It is Student's interval below 10 values, and unlimited below 2.
+
+    Parameters
+    ----------
+    values
+        The values, float64[n], in any unit.
+    rng
+        Generator that draws the bootstrap.
+    level
+        Probability with which the interval covers the true mean.
+    resamples
+        How many times the bootstrap draws.
+
+    Raises
+    ------
+    ParameterError
+        The level is not between 0 and 1.
     """
     n = len(values)
     if n < 2:
@@ -111,10 +138,25 @@ def mean_interval(
 def sigma_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Give the interval of the standard deviation of finite values, float64[n].
+    """Give the interval of the standard deviation of finite values.
 
-    It is 0 to infinity below 10 values. The generator `rng` draws the `resamples` of the bootstrap. Raises
-    `ParameterError` for a level outside 0 to 1.
+    It is 0 to infinity below 10 values.
+
+    Parameters
+    ----------
+    values
+        The values, float64[n], in any unit.
+    rng
+        Generator that draws the bootstrap.
+    level
+        Probability with which the interval covers the true standard deviation.
+    resamples
+        How many times the bootstrap draws.
+
+    Raises
+    ------
+    ParameterError
+        The level is not between 0 and 1.
     """
     if len(values) < FEWEST:
         return Interval(0.0, math.inf)
@@ -127,11 +169,26 @@ def sigma_interval(
 def skew_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
-    """Give the interval of the skewness of finite values, float64[n].
+    """Give the interval of the skewness of finite values.
 
     It is unlimited below 10 values, and where all values are equal. For data with long tails it is only
-    indicative, as the module's text says. The generator `rng` draws the `resamples` of the bootstrap. Raises
-    `ParameterError` for a level outside 0 to 1.
+    indicative, as the module's text says.
+
+    Parameters
+    ----------
+    values
+        The values, float64[n], in any unit.
+    rng
+        Generator that draws the bootstrap.
+    level
+        Probability with which the interval covers the true skewness.
+    resamples
+        How many times the bootstrap draws.
+
+    Raises
+    ------
+    ParameterError
+        The level is not between 0 and 1.
     """
     if len(values) < FEWEST or np.ptp(values) == 0.0:
         return EVERYTHING
@@ -139,10 +196,23 @@ def skew_interval(
 
 
 def quantile_interval(values: F64, p: float, level: float = LEVEL) -> Interval:
-    """Give the interval of the quantile of probability p of finite values, float64[n].
+    """Give the interval of a quantile of finite values.
 
-    An end is infinite where it would lie beyond the outermost value. Raises `ParameterError` unless p and the
-    level are above 0 and below 1.
+    An end is infinite where it would lie beyond the outermost value.
+
+    Parameters
+    ----------
+    values
+        The values, float64[n], in any unit.
+    p
+        Probability of the quantile, above 0 and below 1.
+    level
+        Probability with which the interval covers the true quantile.
+
+    Raises
+    ------
+    ParameterError
+        `p` or the level is not between 0 and 1.
     """
     if not 0.0 < p < 1.0:
         raise ParameterError(f"quantile: {p:g}, must be above 0 and below 1; give 0.5 for the median")

@@ -164,6 +164,13 @@ def summarise_yield(verdict: Verdict, level: float = LEVEL) -> Yield:
 
     The interval holds for a number of samples that was fixed beforehand. For a study that stopped itself use
     `confidence_sequence.sequence_interval`.
+
+    Parameters
+    ----------
+    verdict
+        The judgement of the samples.
+    level
+        Probability with which the interval covers the true yield, at least.
     """
     samples, passed = len(verdict.causes), int(verdict.passed.sum())
     value = passed / samples if samples else math.nan

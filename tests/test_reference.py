@@ -1,0 +1,114 @@
+"""The names that users call: each is told with its parameters, their units and shapes, and its errors."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from importlib import import_module
+from itertools import pairwise
+
+import pytest
+
+from circuits.arrays import F64
+from circuits.errors import ParameterError
+from tests.docstring import has_unit, missing, raised
+from tests.house import PACKAGES, trees
+
+MOST = 400
+LISTS = sorted(name for name in trees() if name.split(".")[1:2] == ["api"])
+
+
+@cache
+def names(module: str) -> tuple[str, ...]:
+    """The list of a module."""
+    return tuple(import_module(module).__all__)
+
+
+def told_below(module: str, name: str) -> bool:
+    """Whether a string tells a constant, right below the line that defines it."""
+    body = trees()[module].body
+    for node, after in pairwise(body):
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        if any(isinstance(t, ast.Name) and t.id == name for t in targets):
+            return isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+    return False
+
+
+def origin(module: str, name: str) -> str:
+    """Module from which a list has a name."""
+    for node in trees()[module].body:
+        if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
+            return str(node.module)
+    return ""
+
+
+def test_every_package_has_a_list_and_all_are_short_enough_to_read() -> None:
+    assert {name.split(".")[0] for name in LISTS} == set(PACKAGES)
+    assert 0 < sum(len(names(module)) for module in LISTS) <= MOST
+
+
+@pytest.mark.parametrize("module", LISTS)
+def test_a_list_only_names_what_stands_elsewhere_each_once(module: str) -> None:
+    assert len(set(names(module))) == len(names(module))
+    kinds = {type(node) for node in trees()[module].body}
+    assert kinds <= {ast.Expr, ast.ImportFrom, ast.Assign}
+    assert {name for name in names(module) if not origin(module, name)} == set()
+
+
+@pytest.mark.parametrize(("module", "name"), [(m, n) for m in LISTS for n in names(m)])
+def test_a_name_is_told_with_parameters_units_shapes_and_errors(module: str, name: str) -> None:
+    thing = getattr(import_module(module), name)
+    if callable(thing):
+        assert missing(name, thing) == []
+    else:
+        assert told_below(origin(module, name), name)
+
+
+def untold(length: float, times: F64, /, count: int = 1) -> float:
+    """Do what is done to `length`, and more."""
+    if length < 0.0:
+        raise ParameterError("length")
+    return length * count
+
+
+def told(length: float, times: F64, count: int = 1) -> F64:
+    """Positions at all times, m, float64[T].
+
+    length: of the way, m. times: s, float64[T].
+
+    Parameters
+    ----------
+    count
+        How many there are.
+
+    Raises
+    ------
+    ParameterError
+        `length` is negative.
+    """
+    if length < 0.0:
+        raise ParameterError("length")
+    return length * count * times
+
+
+def test_what_is_not_told_is_found() -> None:
+    assert missing("untold", untold) == [
+        "untold(length): no unit",
+        "untold(times): not told",
+        "untold(count): not told",
+        "untold -> result: no unit",
+        "untold: raises ParameterError, not told",
+    ]
+    assert missing("told", told) == []
+    assert raised(told) == {"ParameterError"}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("length, m", True), ("a supply of 5 V", True), ("in degC", True), ("V^2/Hz", True), ("(F)", True),
+        ("a share of all", True), ("A circuit.", False), ("the transistor's name", False),
+    ],
+)  # fmt: skip
+def test_a_unit_is_no_word(text: str, found: bool) -> None:
+    assert has_unit(text) is found
