@@ -116,7 +116,10 @@ class Cell:
     def drive(self, state: CellState, lines: Mapping[str, Polyline]) -> CellState:
         """Return the state with new polylines on analog inputs, in force until others replace them.
 
-        lines: times (s) and voltages (V), float64[T] each, by input.
+        Parameters
+        ----------
+        lines
+            Times (s) and voltages (V), float64[T] each, by input.
         """
         names = self.machine.source_names
         held = list(state.solver.lines)
@@ -137,9 +140,14 @@ class Cell:
     ) -> tuple[CellState, float, Output]:
         """Advance to `until` s or to the first output event.
 
-        Return the state, the time reached (s), the output.
+        It returns the new state, the time that was reached (s), and the output.
 
-        events: new input events at or after the state's time; analog: new polylines of analog inputs.
+        Parameters
+        ----------
+        events
+            New input events at or after the state's time.
+        analog
+            New polylines of analog inputs.
         """
         inputs: dict[str, Polyline] = dict(analog or {})
         merged = state.merged

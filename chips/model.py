@@ -139,8 +139,16 @@ model_names, load_model = _models.names, _models.load
 def characterise(model: Model, progress: Progress, biases: Biases | None = None) -> Record:
     """Measure a model's record with its errors, and return it without writing any file.
 
-    progress: is told the share that is done, 0 to 1; biases: of the circuits on the dies of the errors, in A
-    or V by name, their own unless given. Raises `SolverError` where the circuits cannot be measured.
+    Raises `SolverError` where the circuits cannot be measured.
+
+    Parameters
+    ----------
+    model
+        The model.
+    progress
+        Function that is told the share that is done, 0 to 1.
+    biases
+        Biases of the circuits on the dies of the errors, A or V by name; their own unless given.
     """
     record = model.measure(lambda share: progress(0.95 * share))
     with recorded(model.record_name, record):

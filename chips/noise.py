@@ -17,10 +17,17 @@ from circuits.silicon.process import Process
 class SiliconNoise:
     """The choice that a chip's devices are noisy in a run.
 
-    Two runs of one die with the same `seed` and `trial` have the same noise. flicker: the flicker noise of
-    the devices, that of the process if None, `circuits.devices.noise.WHITE_ONLY` for white noise alone.
+    Two runs of one die with the same seed and trial have the same noise.
 
     Raises `ParameterError` for a seed or a trial below 0.
+
+    Attributes
+    ----------
+    seed, trial
+        Two numbers that key the noise, 0 or more.
+    flicker
+        The flicker noise of the devices, that of the process if None,
+        `circuits.devices.noise.WHITE_ONLY` for white noise alone.
     """
 
     seed: int = 0

@@ -60,9 +60,20 @@ class Table:
 class Record:
     """What was measured of circuits.
 
-    key: a hash of what it was measured of; version: of the measurement, a part of the key; axes: numbers or
-    names by axis; tables: by name; errors: of the model on dies that were not used, by name with the unit at
-    its end; box: least and greatest valid value by name, in its unit, beside the ends of the axes.
+    Attributes
+    ----------
+    key
+        A hash of what it was measured of.
+    version
+        Version of the measurement, a part of the key.
+    axes
+        Numbers or names along each axis, by its name.
+    tables
+        Tables by their names.
+    errors
+        Errors of the model on dies that were not used, by name with the unit at its end.
+    box
+        Least and greatest valid value by name, in its unit, beside the ends of the axes.
     """
 
     key: str
@@ -122,7 +133,12 @@ def record_key(*parts: object) -> str:
 def content(circuit: Circuit, parts: tuple[str, ...] = WHOLE) -> tuple[object, ...]:
     """Return what a key depends on of a circuit, and of the circuits in it.
 
-    parts: `WHOLE` or `WITHOUT_BIASES`.
+    Parameters
+    ----------
+    circuit
+        The circuit.
+    parts
+        Which fields count: `WHOLE` or `WITHOUT_BIASES`.
     """
     inner = tuple((i.name, content(i.circuit, parts), dict(i.connections)) for i in circuit.instances)
     return (*(getattr(circuit, part) for part in parts), inner)

@@ -31,9 +31,17 @@ from circuits.silicon.silicon import Silicon
 def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:
     """Gate voltage (V, a magnitude above the bulk) at which a device in saturation carries `current` A.
 
-    law: parameters of the device's polarity at the temperature of interest. device: its width, length and
-    multiplicity count; its source is taken to be at its bulk. Raises `ParameterError` for a current that is
-    not finite and above zero, and for one below what the law with body effect gives at flat band.
+    Raises `ParameterError` for a current that is not finite and above zero, and for one below what the law
+    with body effect gives at flat band.
+
+    Parameters
+    ----------
+    law
+        Parameters of the device's polarity at the temperature of interest.
+    device
+        The device: its width, length and multiplicity count; its source is taken to be at its bulk.
+    current
+        Current that it carries, A.
     """
     if not (math.isfinite(current) and current > 0.0):
         raise ParameterError(
@@ -173,11 +181,18 @@ def rebias(
     values: Mapping[str, float | tuple[float, ...]] | None = None,
     kind: BiasKind | None = None,
 ) -> Circuit:
-    """The same circuit with other biases.
+    """Give the same circuit with other biases.
 
-    values: the new value of a bias by its name, A or V. kind: what all biases but voltages become, `gate` or
-    `generator`; each keeps its kind unless given. Raises `UnknownNameError` for a name that is no bias of the
-    circuit.
+    Raises `UnknownNameError` for a name that is no bias of the circuit.
+
+    Parameters
+    ----------
+    circuit
+        The circuit.
+    values
+        The new value of a bias by its name, A or V.
+    kind
+        What all biases but voltages become, `gate` or `generator`; each keeps its kind unless given.
     """
     biases = {b.name: b for b in circuit.biases}
     for name, value in (values or {}).items():

@@ -48,8 +48,14 @@ _REFERENCE = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)(?:\[([0-9]{1,9}(?:,[0-9]{1,9}
 class Node:
     """An array of nodes inside a circuit; single nodes need no declaration.
 
-    name: the array's name. shape: how many nodes it has along each axis. Raises `ParameterError` for a name
-    that is no text or a shape that is no tuple of whole numbers.
+    Raises `ParameterError` for a name that is no text or a shape that is no tuple of whole numbers.
+
+    Attributes
+    ----------
+    name
+        The array's name.
+    shape
+        How many nodes it has along each axis.
     """
 
     name: str

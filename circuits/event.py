@@ -36,8 +36,14 @@ def pulse_line(start: float, v_dd: float) -> Polyline:
 def rising_crossing(time: F64, v: F64, level: float) -> float | None:
     """First time (s) at which a waveform rises through a level, or None where it never does.
 
-    time: float64[T], s. v: float64[T], in the unit of `level`. Between points the waveform is a straight
-    line.
+    Parameters
+    ----------
+    time
+        Times, float64[T], s.
+    v
+        Waveform at these times, float64[T], in the unit of `level`; between them it is a straight line.
+    level
+        The level, in the unit of the waveform.
     """
     below = np.flatnonzero((v[:-1] < level) & (v[1:] >= level))
     if below.size == 0:
@@ -49,7 +55,13 @@ def rising_crossing(time: F64, v: F64, level: float) -> float | None:
 def falling_crossing(time: F64, v: F64, level: float) -> float | None:
     """First time (s) at which a waveform falls through a level, or None where it never does.
 
-    time: float64[T], s. v: float64[T], in the unit of `level`. Between points the waveform is a straight
-    line.
+    Parameters
+    ----------
+    time
+        Times, float64[T], s.
+    v
+        Waveform at these times, float64[T], in the unit of `level`; between them it is a straight line.
+    level
+        The level, in the unit of the waveform.
     """
     return rising_crossing(time, -v, -level)

@@ -21,8 +21,13 @@ from circuits.silicon.die import Place
 def circuit_at(chip: Circuit, path: Sequence[tuple[str, Shape]]) -> tuple[Circuit, Place]:
     """The circuit at `path` below `chip`, with its biases there, and its place on the chip.
 
-    path: ((instance, index), ...). A bias port that the chip's own circuits drive keeps the bias of the lone
-    circuit. Raises `UnknownNameError` for an instance or an index that the chip does not have.
+    Raises `UnknownNameError` for an instance or an index that the chip does not have.
+
+    Parameters
+    ----------
+    path
+        Where the circuit stands, ((instance, index), ...). A bias port that the chip's own circuits drive
+        keeps the bias of the lone circuit.
     """
     circuit = chip
     place: Place = ((chip.name, ()),)

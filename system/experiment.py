@@ -35,9 +35,14 @@ def part(progress: Progress, begin: float, end: float) -> Progress:
 class Report:
     """What an experiment found.
 
-    `draw` fills an empty figure, and `notes` are sentences for the reader.
-
-    rows : its statements.
+    Attributes
+    ----------
+    rows
+        Its statements.
+    draw
+        Fills an empty figure.
+    notes
+        Sentences for the reader.
     """
 
     rows: tuple[Statement, ...]
@@ -57,14 +62,20 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """A figure or table of a paper. `run(progress)` reports the fraction done, 0 to 1, as it goes.
+    """A figure or table of a paper that is made again.
 
-    counts: where it is a campaign of many long runs, whole numbers that `run` takes by these names, with what
-    they are unless given, if only none; after `progress` it then takes `execution`, a
-    `system.study.campaign.Execution`. None where it is no campaign.
-
-    name : on the command line.
-    summary : what it makes again, in a line.
+    Attributes
+    ----------
+    name
+        Name on the command line.
+    summary
+        What it makes again, in a line.
+    run
+        Makes the report; `run(progress)` tells `progress` the share that is done, 0 to 1, as it goes.
+    counts
+        Whole numbers by name, with what they are unless given, where it is a campaign of many long runs; None
+        where it is none. `run` takes them by these names, and after `progress` it then takes `execution`, a
+        `system.study.campaign.Execution`.
     """
 
     name: str

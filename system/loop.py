@@ -23,10 +23,16 @@ from circuits.errors import TopologyError
 class EventWire:
     """A wire by which the events of one part's port arrive at another's.
 
-    source : name of the part whose events they are.
-    port : its port.
-    target : name of the part at which they arrive.
-    target_port : its port.
+    Attributes
+    ----------
+    source
+        Name of the part whose events they are.
+    port
+        Its port.
+    target
+        Name of the part at which they arrive.
+    target_port
+        Its port.
     """
 
     source: str
@@ -37,12 +43,20 @@ class EventWire:
 
 @dataclass(frozen=True, slots=True)
 class AnalogWire:
-    """A wire by which one part's analog port drives another's; its polyline is thinned to `tolerance` V.
+    """A wire by which one part's analog port drives another's.
 
-    source : name of the part whose voltage it is.
-    port : its port.
-    target : name of the part that is driven.
-    target_port : its port.
+    Attributes
+    ----------
+    source
+        Name of the part whose voltage it is.
+    port
+        Its port.
+    target
+        Name of the part that is driven.
+    target_port
+        Its port.
+    tolerance
+        Voltage to which the polyline is thinned, V.
     """
 
     source: str

@@ -34,22 +34,38 @@ class Option:
 
     Attributes
     ----------
-    help : what it is, as `--help` has it; the default is added.
-    name : as users say it, where the field's own name is not it; with underscores.
-    short : a letter that stands for it where it is given.
-    unit : of its number, as texts must have it; "" for a plain number, None for what is no number.
-    to_field : makes the field's value, which is in SI units, of a number in `unit`.
-    choices : the words that are taken; those of a field's `Literal` are known without.
-    words : names that may stand in a file for numbers of its field, such as colours for reflectances.
-    fewest : of a list in a file, how many entries it must have.
-    least, above, most, below : limits of its number in `unit`; the first and the third are taken themselves.
-    read : makes a value of a text, where the field's type does not say how.
-    metavar : what stands for the value in `--help`.
-    collect : of a repeatable option: makes the field's value of those of all texts.
-    run, study : whether `noctule run` and `noctule montecarlo --param` have it.
-    opposite : of what is yes or no, the option that says no; `no-NAME` unless given.
-    silicon : whether it says something of a chip, so that it has no sense where no chip is in the loop.
-    key : its entry in JSON, "" for none; the field's name with its unit unless given.
+    help
+        What it is, as its help has it; the default is added.
+    name
+        Its name with underscores, where users do not say the field's own.
+    short
+        A letter that stands for it where it is given.
+    unit
+        Unit of its number, as texts must have it; "" for a plain number, None for what is no number.
+    to_field
+        Makes the field's value, which is in SI units, of a number in `unit`.
+    choices
+        The words that are taken; those of a field's `Literal` are known without.
+    words
+        Names that may stand in a file for numbers of its field, such as colours for reflectances.
+    fewest
+        How many entries a list in a file must have.
+    least, above, most, below
+        Limits of its number in `unit`; the first and the third are allowed themselves.
+    read
+        Makes a value of a text, where the field's type does not say how.
+    metavar
+        What stands for the value in its help.
+    collect
+        Makes the field's value of those of all texts, for an option that is given several times.
+    run, study
+        Whether runs have it, and whether studies have it as a parameter.
+    opposite
+        Option that says no, of one that says yes or no; `no-NAME` unless given.
+    silicon
+        Whether it says something of a chip, so that it has no sense where no chip is in the loop.
+    key
+        Its entry in JSON, empty for none; the field's name with its unit unless given.
     """
 
     help: str = ""
@@ -198,10 +214,17 @@ def settings(scenario: type) -> Mapping[str, Setting]:
 
 
 def check_options(scenario: Any, no_silicon: str = "") -> None:
-    """Raise `ParameterError` for a field of a scenario that breaks its option's rule; parts see to theirs.
+    """Raise `ParameterError` for a field of a scenario that breaks its option's rule.
 
-    no_silicon : where no chip is in the loop, what puts one there; a field that says something of a chip, and
-        is not at its default, is then refused too.
+    The parts of a scenario check their own fields.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    no_silicon
+        What puts a chip into the loop where there is none; a field that says something of a chip, and is
+        not at its default, is then refused too.
     """
     kind: Any = type(scenario)
     for one in settings(kind).values():

@@ -42,11 +42,16 @@ def scenario_of(
 
     Parameters
     ----------
-    system : name of the system, for an error's text.
-    scenario : dataclass of the system's scenarios.
-    given : values, or texts of them, by name.
-    more : options that set no single field.
-    make : takes the fields, and the values of `more` that were given, and returns the fields.
+    system
+        Name of the system, for an error's text.
+    scenario
+        Dataclass of the system's scenarios.
+    given
+        Values, or texts of them, by name.
+    more
+        Options that set no single field.
+    make
+        Takes the fields, and the values of `more` that were given, and returns the fields.
 
     Raises
     ------

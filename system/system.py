@@ -129,26 +129,43 @@ class System(Generic[S, T]):
 
     Attributes
     ----------
-    name, summary : on the command line, and a line of what it is.
-    success : a sentence, when a run of it has succeeded.
-    kind : dataclass of its scenarios, whose fields carry their options (`system.option`); it has `seed`, and
-        `die` and `temperature_c` (degC) where it runs on silicon.
-    run : runs a scenario; what it leaves is the trace that the rest takes.
-    account, numbers : what a run says of itself, and its other numbers by name in SI units, None where not
-        defined.
-    draw : fills a figure with a run; its title has the reason.
-    metrics : names of the numbers that a study can ask of a run, `METRICS` among them.
-    yes_no : those that are 1 or 0, for yes or no, `SUCCEEDED` among them.
-    study_metrics : those that a study measures unless asked for others.
-    study : options of a study's scenarios over which those that are given go; it sees the latter.
-    check_study : refuses a study's scenario that the scenario's own rules let pass, as for a missing file.
-    check_run : refuses what is of no use in a scenario that is asked for at the command line.
-    no_silicon : of a scenario without a chip in the loop, what puts one there; "" where there is one.
-    more, make : options that set no single field, and what makes fields of them.
-    document : entries of a run's JSON besides those of its scenario and its summary.
-    title, before, after : heading of a run's table, and lines over and under it.
-    outputs : files that a run can leave, by the name of their option.
-    circuits : what it is made of; a study's identity has them.
+    name, summary
+        Name on the command line, and a line of what it is.
+    success
+        A sentence that says when a run of it has succeeded.
+    kind
+        Dataclass of its scenarios, whose fields carry their options (`system.option`); it has `seed`,
+        and `die` and `temperature_c` (degC) where it runs on silicon.
+    run
+        Runs a scenario; what it leaves is the trace that the rest takes.
+    account, numbers
+        What a run says of itself, and its other numbers by name in SI units, None where not defined.
+    draw
+        Fills a figure with a run; its title has the reason.
+    metrics
+        Names of the numbers that a study can ask of a run, `METRICS` among them.
+    yes_no
+        Metrics that are 1 or 0, for yes or no, `SUCCEEDED` among them.
+    study_metrics
+        Metrics that a study measures unless asked for others.
+    study
+        Options of a study's scenarios over which those that are given go; it sees the latter.
+    check_study
+        Refuses a study's scenario that the scenario's own rules let pass, as for a missing file.
+    check_run
+        Refuses what is of no use in a scenario that is asked for at the command line.
+    no_silicon
+        Says of a scenario without a chip in the loop what puts one there; empty where there is one.
+    more, make
+        Options that set no single field, and what makes fields of them.
+    document
+        Entries of a run's JSON besides those of its scenario and its summary.
+    title, before, after
+        Heading of a run's table, and lines over and under it.
+    outputs
+        Files that a run can leave, by the name of their option.
+    circuits
+        What it is made of; a study's identity has them.
     """
 
     name: str

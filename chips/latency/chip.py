@@ -187,8 +187,16 @@ class LatencyChip:
     def moved(self, memory: Memory, temperature_c: float, now: float) -> LatencyChip:
         """Return the same chip at another temperature; its memory goes on.
 
-        A charge that is partly taken up is taken up at the new rate from then on. memory: what it remembers,
-        which is overwritten. temperature_c: the temperature, degC. now: time of the change, s.
+        A charge that is partly taken up is taken up at the new rate from then on.
+
+        Parameters
+        ----------
+        memory
+            What it remembers, which is overwritten.
+        temperature_c
+            The temperature, degC.
+        now
+            Time of the change, s.
         """
         chip = self.at(temperature_c)
         move(memory, self.lumped, chip.lumped, now)

@@ -169,7 +169,12 @@ class Conditions:
     def rates(self, first: int, current: F64) -> F64:
         """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
 
-        current: in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        current
+            Currents in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
         """
         return self.law.rates(first, current)
 
@@ -200,8 +205,14 @@ class Conditions:
     def split(self, line: int, z: F64) -> tuple[F64, F64]:
         """Return what a line gives above and below its middle, in thresholds (dimensionless).
 
-        Both have the shape of `z`. line: number of the line. z: its steady value, a share of its full scale,
-        of any shape; converters clip it at 1.
+        Both have the shape of `z`.
+
+        Parameters
+        ----------
+        line
+            Number of the line.
+        z
+            Its steady value, a share of its full scale, of any shape; converters clip it at 1.
         """
         own = Lines(*(a[line] for a in self.lines))
         total = own.zero * ((1.0 + np.clip(z, -1.0, 1.0)) ** POWER - 1.0)
@@ -210,7 +221,10 @@ class Conditions:
     def highest_gain(self, headroom: float) -> float:
         """Return the highest gain of a stage, a number of thresholds for each radius.
 
-        headroom: full scale of the stage, a number of radii.
+        Parameters
+        ----------
+        headroom
+            Full scale of the stage, a number of radii.
         """
         return float(CODE * POWER * self.unit / headroom)
 
@@ -257,14 +271,22 @@ class Conditions:
     def bias_codes(self, bias: F64) -> I64:
         """Return the codes of column 0 for the bias currents `bias`, int64[n].
 
-        bias: in units of the threshold, float64[n].
+        Parameters
+        ----------
+        bias
+            Currents in units of the threshold, float64[n].
         """
         return np.asarray(np.clip(np.rint(bias / self.unit), -CODE, CODE).astype(np.int64))
 
     def bias(self, first: int, codes: I64) -> F64:
         """Return the bias currents of codes, in units of the threshold, float64[n].
 
-        first: number of the first neuron. codes: int64[n].
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        codes
+            Codes of column 0, int64[n].
         """
         a, _, mirror = self._banks(first, 0, codes)
         return np.where(codes >= 0, a, -mirror * a)

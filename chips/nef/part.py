@@ -88,8 +88,16 @@ class NefPart:
     ) -> tuple[NefState, float, Output]:
         """Advance `state` to `until` s, as `chips.part.Part` says.
 
-        events: none, since the network has no port for them: any raises `UnknownNameError`. analog: values of
-        nodes, as polylines by port.
+        Parameters
+        ----------
+        state
+            State of the part.
+        until
+            Time to advance to, s.
+        events
+            None, since the network has no port for them: any raises `UnknownNameError`.
+        analog
+            Values of nodes, as polylines by port.
         """
         for port, _ in events:
             raise unknown_name(f"{self.path} event port", port, [])

@@ -87,9 +87,20 @@ def _shipped_model(process: Process) -> ReboundModel:
 class RangingChip:
     """A ranging chip on a silicon: 13 rebound neurons, or another array of them, or one.
 
-    circuit: of the neurons, the ranging chip's unless given; path: the instance path named in warnings;
-    outside_box: whether to refuse or to warn outside the record's validity box; record: the one in force
-    unless given; noise: what varies from call to call on one die, nothing unless given.
+    Parameters
+    ----------
+    silicon
+        Process, temperature and die.
+    circuit
+        Circuit of the neurons; the ranging chip's unless given.
+    path
+        Instance path that warnings name.
+    outside_box
+        Whether to refuse or to warn outside the record's validity box.
+    record
+        Record of the model; the one in force unless given.
+    noise
+        What varies from call to call on one die; nothing unless given.
     """
 
     def __init__(

@@ -94,8 +94,17 @@ class Devices(NamedTuple):
 def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = None) -> ReboundModel:
     """Prepare the model of a rebound neuron, or of an array of them.
 
-    record: the one in force unless given. Raises `DataError` where the record is of another circuit or
+    Raises `DataError` where the record is of another circuit or
     process, and `ParameterError` where the process's law is not the model's.
+
+    Parameters
+    ----------
+    circuit
+        The circuit.
+    process
+        The process that it is made in.
+    record
+        Record of the model; the one in force unless given.
     """
     record = record or record_of()
     check_law(process)

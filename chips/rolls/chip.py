@@ -275,8 +275,12 @@ class RollsChip:
     def with_weights(self, state: ChipState, weights: Bools) -> ChipState:
         """Return the state with all plastic weights at their rails, as the latches write them.
 
-        weights: bool[post, pre]. Raises `ParameterError` without a plastic array, and where a weight is not 0
-        or 1.
+        Raises `ParameterError` without a plastic array, and where a weight is not 0 or 1.
+
+        Parameters
+        ----------
+        weights
+            Whether each weight is high, bool[post, pre].
         """
         built, plastic = self._plastic(state)
         return replace(state, plastic=at_rails(built, plastic, weights))
@@ -302,9 +306,15 @@ class RollsChip:
     ) -> tuple[Spikes, ChipState]:
         """Run for `duration` s, and return the spikes and the state.
 
-        inputs: events in absolute time; temperature: degC, or a function of time (s), the silicon's unless
-        given. Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip
+        Raises `ParameterError` for a duration that is not of whole steps, and for inputs that the chip
         does not have or from before the state.
+
+        Parameters
+        ----------
+        inputs
+            Events, in absolute time.
+        temperature
+            Temperature of the chip, degC, or a function of time (s); the silicon's unless given.
         """
         if (state.plastic is None) != (self.program.plastic is None):
             raise ParameterError(

@@ -75,7 +75,16 @@ class RollsPart:
     ) -> tuple[RollsState, float, Output]:
         """Advance `state` to `until` s, or to where the first spikes are sent, as `chips.part.Part` says.
 
-        events: of ports `in[address]`. analog: takes no part.
+        Parameters
+        ----------
+        state
+            State of the part.
+        until
+            Time to advance to, s.
+        events
+            Events of ports `in[address]`.
+        analog
+            Takes no part, since it has no analog ports.
         """
         if events:
             come = [(t, port_index(port, "in", COLUMNS * NEURONS, self.path)) for port, t in events]

@@ -25,8 +25,16 @@ _MOST_CELLS = 2**28  # eight edges each must stay below 2**31
 class AxonGraph:
     """Directed graph of n cells and e axons.
 
-    offsets: edges of cell j are offsets[j] to offsets[j + 1], int64[n + 1]; targets: int32[e]; inputs: number
-    of the input at the target, int8[e]; shape: (rows, columns) of a grid, else None.
+    Attributes
+    ----------
+    offsets
+        Edges of cell j are offsets[j] to offsets[j + 1], int64[n + 1].
+    targets
+        Cell that each axon leads to, int32[e].
+    inputs
+        Number of the input at the target, int8[e].
+    shape
+        (rows, columns) of a grid, else None.
     """
 
     offsets: I64
@@ -51,7 +59,10 @@ class AxonGraph:
     def predecessors(self, pointers: I8) -> I32:
         """Return the cell that each cell's pointer stands for, int32[n], -1 for none.
 
-        pointers: an input of each cell, or -1, int8[n].
+        Parameters
+        ----------
+        pointers
+            An input of each cell, or -1, int8[n].
         """
         found = np.full(self.cells, -1, dtype=np.int32)
         first = self.inputs == pointers.ravel()[self.targets]
@@ -86,8 +97,11 @@ def grid_graph(rows: int, columns: int) -> AxonGraph:
 def graph_of(graph: nx.DiGraph) -> AxonGraph:
     """Return the axons of a directed networkx graph, whose nodes are numbered in their own order.
 
-    graph: the graph. Its edges are sorted by source, then target; the inputs of a cell are numbered in the
-    order of their sources. An undirected edge is two axons.
+    Parameters
+    ----------
+    graph
+        The graph. Its edges are sorted by source, then target; the inputs of a cell are numbered in the
+        order of their sources. An undirected edge is two axons.
 
     Raises
     ------

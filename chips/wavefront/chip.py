@@ -56,9 +56,20 @@ class Program:
 class Plan:
     """One wave over a chip.
 
-    start, goal: numbers of cells, the goal None where there was none; arrivals: s, inf where a cell did not
-    fire, float64 of the chip's shape; pointers: which input came first, -1 for none, int8 of that shape;
-    ties: cells that several spikes reached first together; bus: by which spikes leave; graph: None on a grid.
+    Attributes
+    ----------
+    start, goal
+        Numbers of the cells; the goal is None where there was none.
+    arrivals
+        When each cell fired, s, inf where it did not, float64 of the chip's shape.
+    pointers
+        Which input of each cell came first, -1 for none, int8 of that shape.
+    ties
+        How many cells several spikes reached first together.
+    bus
+        Bus by which spikes leave.
+    graph
+        Cells and axons; None on a grid.
     """
 
     start: int
@@ -162,10 +173,13 @@ class WavefrontChip:
     def program(self, costs: NDArray[np.integer] | F64) -> Program:
         """Return the codes of whole costs; a map smaller than the grid stands at its first row and column.
 
-        costs: number of 0 (blocked) to 31 for each cell, [rows, columns] or [cells].
-
         Raises `ParameterError` for a map larger than the chip, and for a cost that is no whole number of 0 to
         31.
+
+        Parameters
+        ----------
+        costs
+            Number of 0 (blocked) to 31 for each cell, [rows, columns] or [cells].
         """
         costs = np.asarray(costs)
         self._check_size(costs.shape)
@@ -178,10 +192,13 @@ class WavefrontChip:
     def write(self, learned: F64) -> Program:
         """Return the codes of real-valued delays, rounded to the nearest from 1, halves up; 0 is blocked.
 
-        learned: delays in units of code, float64[rows, columns] or float64[cells].
-
         Raises `ParameterError` for a map larger than the chip, and for delays below 0 or above 31 when
         rounded.
+
+        Parameters
+        ----------
+        learned
+            Delays in units of code, float64[rows, columns] or float64[cells].
         """
         learned = np.asarray(learned, dtype=np.float64)
         self._check_size(learned.shape)

@@ -43,9 +43,14 @@ def unreachable(start: object, goal: object) -> UnreachableError:
 def pointer_path(pointers: I8, start: Cell, goal: Cell) -> I64:
     """Return the path by the pointers of a wave over a grid, int64[n, 2], rows and columns.
 
-    pointers: of the wave, int8[rows, columns]. start, goal: row and column of the first and the last cell.
-
     Raises `UnreachableError` where the goal has not fired.
+
+    Parameters
+    ----------
+    pointers
+        Pointers of the wave, int8[rows, columns].
+    start, goal
+        Row and column of the first and the last cell.
     """
 
     def before(cell: Cell) -> Cell | None:

@@ -130,8 +130,12 @@ class Block:
     def bench(self, circuit: Circuit | None = None, **stimuli: float | None) -> Testbench:
         """The testbench of a circuit of this block, on the supply of the block's process.
 
-        circuit: the block with its default sizes unless given. stimuli: the knobs that differ from their
-        defaults, SI; None is off.
+        Parameters
+        ----------
+        circuit
+            Circuit of the block; that of its default sizes unless given.
+        stimuli
+            Values of the knobs that differ from their defaults, in SI units; None is off.
         """
         built = self.build(self.params()) if circuit is None else circuit
         return self.testbench(built, self.defaults | stimuli, self.process.v_dd)

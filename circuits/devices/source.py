@@ -75,8 +75,19 @@ Quantity = Literal["voltage", "current"]
 class Source(Device):
     """An ideal source between ground and `node`.
 
-    waveform: what it gives. quantity: `voltage` or `current`; a current flows into the node. Raises
-    `ParameterError` for times that do not rise and for values that are not finite or not plausible.
+    Attributes
+    ----------
+    node
+        Node that it drives against ground.
+    waveform
+        What it gives over time.
+    quantity
+        `voltage` or `current`; a current flows into the node.
+
+    Raises
+    ------
+    ParameterError
+        Times do not rise, or a value is not finite or not plausible.
     """
 
     name: str

@@ -156,9 +156,17 @@ def to_kernel(
 ) -> Machine:
     """Turn a testbench on its silicon into the solver's arrays.
 
-    silicon: the nominal process at 27 degC unless given. hold: voltages (V), by path, of nodes that no source
-    fixes and that are held as if one did. Raises `TopologyError` for a circuit that cannot be solved: a gate
-    that floats, a node without a path for direct current, or two sources on one node.
+    Raises `TopologyError` for a circuit that cannot be solved: a gate that floats, a node without a path for
+    direct current, or two sources on one node.
+
+    Parameters
+    ----------
+    testbench
+        The testbench.
+    silicon
+        Process, temperature and die; the nominal process at 27 degC unless given.
+    hold
+        Voltages (V), by path, of nodes that no source fixes and that are held as if one did.
     """
     silicon = silicon or Silicon()
     flat = flatten(testbench.circuit)

@@ -90,16 +90,28 @@ class Silicon:
     def deviation(self, circuit: str, path: Path, area: F64 | float) -> Deviation:
         """Local deviations of the transistors at `path` in a circuit called `circuit`.
 
-        path: ((instance name, shape), ..., (device name, ())). area: m W L of each, float64[count], or of
-        all, m^2.
+        Parameters
+        ----------
+        circuit
+            Name of the circuit.
+        path
+            Path of the transistors, ((instance name, shape), ..., (device name, ())).
+        area
+            Area m W L of each transistor, float64[count], or of all, m^2.
         """
         return self.deviations(circuit, (path,), area)
 
     def deviations(self, circuit: str, paths: Sequence[Path], area: F64 | float) -> Deviation:
         """Local deviations of the transistors at several paths in a circuit, one after the other.
 
-        circuit: its name. paths: each as of `deviation`. area: m W L of each transistor, float64[count], or
-        of all, m^2.
+        Parameters
+        ----------
+        circuit
+            Name of the circuit.
+        paths
+            Paths, each as of `deviation`.
+        area
+            Area m W L of each transistor, float64[count], or of all, m^2.
         """
         place = ((circuit, ()),) if self.place is None else self.place
         return Deviation(*mismatch(self.die, self.process, place, paths, area))

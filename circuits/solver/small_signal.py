@@ -45,7 +45,10 @@ class Linear:
     def admittances(self, frequency: F64) -> Iterator[SuperLU]:
         """Yield the factored matrix `G + j 2 pi f C` at each frequency, [unknown nodes, unknown nodes], S.
 
-        frequency: float64[F], Hz.
+        Parameters
+        ----------
+        frequency
+            Frequencies, float64[F], Hz.
 
         Raises
         ------
@@ -141,7 +144,12 @@ def source_column(point: OperatingPoint, source: str) -> int:
 def frequency_grid(low: float, high: float, per_decade: int) -> F64:
     """Frequencies from `low` to `high` (Hz) with equal ratios, both ends included, float64[F], Hz.
 
-    per_decade: number of frequencies in each decade, at least 1.
+    Parameters
+    ----------
+    low, high
+        The first and the last frequency, Hz.
+    per_decade
+        Number of frequencies in each decade, at least 1.
 
     Raises
     ------

@@ -49,7 +49,12 @@ class Order:
 class Readings:
     """What the sensors read in a stretch of time.
 
-    events : of the camera; gyro : float64[samples, 2] of time (s) and turn rate (rad/s).
+    Attributes
+    ----------
+    events
+        Events of the camera.
+    gyro
+        Samples of the gyro: time (s) and turn rate (rad/s), float64[samples, 2].
     """
 
     events: Events
@@ -58,18 +63,36 @@ class Readings:
 
 @dataclass(slots=True, eq=False)
 class Run:
-    """A robot on its way; `touched` names what it has run into, where it then stays.
+    """A robot on its way through a scene.
 
-    path: (s, m, m, rad) a sensor step; way: m that its middle has gone.
-
-    scene : the world.
-    eye : state of the sensor.
-    obstacles : outlines of what it can run into.
-    link : to the controller.
-    random : what draws its noise.
-    tracks : state of the motors.
-    next_gyro : time of the next sample of the gyro, s.
-    lost : events that the sensor's bus had no room for.
+    Attributes
+    ----------
+    scene
+        The world.
+    robot
+        Numbers of the body.
+    sensor
+        The camera.
+    eye
+        State of the sensor.
+    obstacles
+        Outlines of what it can run into.
+    link
+        Link to the controller.
+    random
+        What draws its noise.
+    tracks
+        State of the motors.
+    touched
+        Name of what it has run into, where it then stays; None while it is free.
+    next_gyro
+        Time of the next sample of the gyro, s.
+    lost
+        How many events the sensor's bus had no room for.
+    path
+        Time (s), place (m, m) and heading (rad) at each sensor step.
+    way
+        Way that its middle has gone, m.
     """
 
     scene: Scene
@@ -127,8 +150,14 @@ def begin_run(
 def steer(run: Run, forward: float, turn: float) -> None:
     """Send the robot a command; it takes effect after the link's latency.
 
-    run: the robot. forward: v of the robot's code, cm/s. turn: w of the robot's code, dimensionless; left is
-    positive.
+    Parameters
+    ----------
+    run
+        The robot.
+    forward
+        v of the robot's code, cm/s.
+    turn
+        w of the robot's code, dimensionless; left is positive.
     """
     send(run.robot, run.link, run.time, wheel_commands(run.robot, forward, turn))
 
@@ -136,8 +165,14 @@ def steer(run: Run, forward: float, turn: float) -> None:
 def pull(run: Run, forward: float, turn: float) -> None:
     """Let a command drive the motors at once and as it is, without link and whole numbers.
 
-    run: the robot. forward: v of the robot's code, cm/s. turn: w of the robot's code, dimensionless; left is
-    positive.
+    Parameters
+    ----------
+    run
+        The robot.
+    forward
+        v of the robot's code, cm/s.
+    turn
+        w of the robot's code, dimensionless; left is positive.
     """
     left, right = wheel_drives(run.robot, forward, turn)
     run.tracks = replace(run.tracks, left_command=left, right_command=right)

@@ -37,12 +37,26 @@ BESIDE, LEAST = 4.0, 15  # columns beside a bump, and events of a look in these 
 class Brain:
     """A chip with the network on it, and how the sensor is wired to it.
 
-    target: whether the upper half of the sensor reaches the target field; synapses: virtual ones an event;
-    turning: makes further inputs of the readings between two times (s), those of the modified architecture's
-    gyro; None for none. strong: the chip with raised lateral weights in its field, which runs
-    while the target is lost from view; frame: makes a second chip, which hears the field and drives.
-
-    wiring : which virtual synapses an event of the sensor stimulates.
+    Attributes
+    ----------
+    network
+        The network.
+    chip
+        The chip with the network on it.
+    target
+        Whether the upper half of the sensor reaches the target field.
+    synapses
+        How many virtual synapses an event of the target reaches.
+    turning
+        Makes further inputs of the readings between two times (s): those of the gyro, in the modified
+        architecture. None for none.
+    strong
+        The chip with raised lateral weights in its field, which runs while the target is lost from
+        view.
+    frame
+        Makes a second chip, which hears the field and drives.
+    wiring
+        Which virtual synapses an event of the sensor stimulates.
     """
 
     network: Network

@@ -50,13 +50,22 @@ SUMMARY = (
 class Trace:
     """What a run leaves: world and robot at its end, what the chip did, and why it ended.
 
-    scenario : what was asked for.
-    scene : the world, in its light and colour.
-    brain : the chip with its network.
-    drive : robot and sensor at the end of the run, and its path.
-    record : spikes, events and commands.
-    course : the line of obstacles, None where the scene has none.
-    reason : why the run ended, as a reader is told.
+    Attributes
+    ----------
+    scenario
+        What was asked for.
+    scene
+        The world, in its light and colour.
+    brain
+        The chip with its network.
+    drive
+        Robot and sensor at the end of the run, and its path.
+    record
+        Spikes, events and commands.
+    course
+        The line of obstacles, None where the scene has none.
+    reason
+        Why the run ended, as a reader is told.
     """
 
     scenario: Scenario
@@ -71,10 +80,15 @@ class Trace:
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive until the robot touches something, has passed the obstacles, or time or way are over.
 
-    scenario: what is driven. progress: is told the share that is done.
-
     Raises `ParameterError` for a speed or turn factor that is not above 0, a network that the chip has no
     room for, and what the scene refuses; `UnknownNameError` for an unknown scene.
+
+    Parameters
+    ----------
+    scenario
+        What is driven.
+    progress
+        Function that is told the share that is done.
     """
     readout, scene = scenario.read(), scene_of(scenario)
     return run_with(make_brain(scenario), scenario, scene, readout, progress)

@@ -47,9 +47,14 @@ _SHOWN = 20  # characters of an offending value that an error repeats
 class CostMap:
     """A grid of costs.
 
-    costs : int64[rows, columns], 0 where a cell is blocked.
-    cell_width, cell_height : extent of a cell to the east and to the north, m.
-    name : what reports call it.
+    Attributes
+    ----------
+    costs
+        Cost of each cell, int64[rows, columns], 0 where it is blocked.
+    cell_width, cell_height
+        Extent of a cell to the east and to the north, m.
+    name
+        What reports call it.
     """
 
     name: str

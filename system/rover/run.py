@@ -60,9 +60,14 @@ class Trip:
 class Trace:
     """What a run leaves: the map as the need sees it, and all trips.
 
-    scenario : what was asked for.
-    cost_map : the true map, as the need sees it.
-    trips : plan and drive of every trip, in their order.
+    Attributes
+    ----------
+    scenario
+        What was asked for.
+    cost_map
+        The true map, as the need sees it.
+    trips
+        Plan and drive of every trip, in their order.
     """
 
     scenario: Scenario

@@ -42,13 +42,20 @@ class Study:
 
     Attributes
     ----------
-    subject : what is measured.
-    plan : the dies, and how their deviations are drawn.
-    conditions : corners, temperatures and trials under which every die is measured.
-    chunk : how many dies are measured and kept together.
+    subject
+        What is measured.
+    plan
+        The dies, and how their deviations are drawn.
+    conditions
+        Corners, temperatures and trials under which every die is measured.
+    chunk
+        How many dies are measured and kept together.
 
-    Raises `ParameterError` for more samples than a table holds, for a chunk without dies, for no condition,
-    and for a subject that names one die already.
+    Raises
+    ------
+    ParameterError
+        There are more samples than a table holds, a chunk has no dies, there is no condition, or the subject
+        names one die already.
     """
 
     subject: Subject
@@ -143,10 +150,15 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 
 def read_study(folder: Path, own: Collection[str] = ()) -> Study:
-    """Read the study of a folder.
+    """Read the study in `folder`.
 
-    own: the user's functions (`MODULE:FUNCTION`) that may be loaded for it. Raises `DataError` for a folder
-    without a study, and `ParameterError` naming a function that the study needs and `own` does not have.
+    Raises `DataError` for a folder without a study, and `ParameterError` naming a function that the study
+    needs and `own` does not have.
+
+    Parameters
+    ----------
+    own
+        The user's functions (`MODULE:FUNCTION`) that may be loaded for it.
     """
     study = _read(folder).study()
     for name in filter(is_own, study.subject.metrics):

@@ -118,9 +118,16 @@ def replay(
 
 
 def die_of(folder: Path, number: int) -> Die:
-    """Give the die of a number in the study in `folder`, under the study's plan.
+    """Give a die of a study by its number, under the study's plan.
 
-    number: of the die. Raises `ParameterError` for one that the study does not have.
+    Raises `ParameterError` for one that the study does not have.
+
+    Parameters
+    ----------
+    folder
+        Folder of the study.
+    number
+        Number of the die.
     """
     study = read_dies(folder)
     if number not in study.dies:

@@ -143,8 +143,15 @@ def judge(
 ) -> Verdict:
     """Judge n samples by all specifications.
 
-    outcomes: the class of each, `failed` for one that has none; values: float64[n] by metric, NaN where not
-    defined. With no specification only failed samples do not pass.
+    Parameters
+    ----------
+    specifications
+        The specifications.
+    outcomes
+        Class of each sample, `failed` for one that has none.
+    values
+        Value of each sample in SI units, float64[n] by metric, NaN where not defined. With no specification
+        only failed samples do not pass.
     """
     causes = [FAILED if outcome == FAILED else "" for outcome in outcomes]
     for each in specifications:

@@ -49,12 +49,18 @@ class Subject:
 
     Attributes
     ----------
-    target : name of a block, a chip or a system.
-    metrics : names of what is measured.
-    params, biases, bias_set, bias_kind, stimuli : options of a block, as the command line has them.
-    silicon : what all dies share: lot, place on a chip, and which kinds of deviations there are.
-    system : options of a system's scenario, by name.
-    held, begin : voltages that are held before a block's runs, and how these begin (`system.options.begin`).
+    target
+        Name of a block, a chip or a system.
+    metrics
+        Names of what is measured.
+    params, biases, bias_set, bias_kind, stimuli
+        Options of a block, as the command line has them.
+    silicon
+        What all dies share: lot, place on a chip, and which kinds of deviations there are.
+    system
+        Options of a system's scenario, by name.
+    held, begin
+        Voltages that are held before a block's runs, and how these begin (`system.options.begin`).
     """
 
     target: str

@@ -123,8 +123,14 @@ class Simulator:
     def run(self, time_in_seconds: float, progress_bar: object = None) -> None:
         """Run for a time.
 
-        time_in_seconds: the time, s. progress_bar: taken as nengo's, and not drawn. Raises `ParameterError`
-        for a time below 0.
+        Raises `ParameterError` for a time below 0.
+
+        Parameters
+        ----------
+        time_in_seconds
+            The time, s.
+        progress_bar
+            Taken as nengo's, and not drawn.
         """
         if time_in_seconds < 0.0:
             raise ParameterError(f"time_in_seconds: {time_in_seconds:g} s, must be >= 0")

@@ -28,13 +28,23 @@ class Curves(Protocol):
     def rates(self, first: int, current: F64) -> F64:
         """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
 
-        current: in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        current
+            Currents in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
         """
 
     def currents(self, first: int, rate: F64) -> F64:
         """Return the currents at which neurons from `first` on fire at rates, float64[neurons].
 
-        rate: Hz, float64[neurons]; 0 Hz stands for the threshold.
+        They are in thresholds of an ideal neuron (dimensionless).
+
+        Parameters
+        ----------
+        rate
+            Rates, Hz, float64[neurons]; 0 Hz stands for the threshold.
         """
 
 
@@ -56,7 +66,12 @@ class IdealCurves:
     def rates(self, first: int, current: F64) -> F64:
         """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
 
-        current: in thresholds (dimensionless), float64[points, neurons].
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        current
+            Currents in thresholds (dimensionless), float64[points, neurons].
         """
         above = np.maximum(current, 1.0 + 1e-15)
         rate = 1.0 / (self.tau_ref - self.tau_rc * np.log1p(-1.0 / above))
@@ -65,8 +80,13 @@ class IdealCurves:
     def currents(self, first: int, rate: F64) -> F64:
         """Return the currents at which neurons from `first` on fire at rates, float64[neurons].
 
-        rate: Hz, float64[neurons]; 0 Hz stands for the threshold. The current is NaN beyond 1 / tau_ref,
-        which no current reaches.
+        They are in thresholds of an ideal neuron (dimensionless).
+
+        Parameters
+        ----------
+        rate
+            Rates, Hz, float64[neurons]; 0 Hz stands for the threshold. The current is NaN beyond 1 / tau_ref,
+            which no current reaches.
         """
         charging = 1.0 / np.maximum(rate, _SLOWEST) - self.tau_ref
         reached = charging > 0.0

@@ -23,8 +23,17 @@ STEP_BIAS = "NPA_WEIGHT_STD_N"
 class ShortTermDepression:
     """That a program's excitatory synapses are depressed.
 
-    recovery: code (coarse, fine) of I_rec; cell: sizes of the cell, whose synapse is the chip's own. Raises
-    `ParameterError` for a recovery that is no code, or off.
+    Attributes
+    ----------
+    recovery
+        Code (coarse, fine) of I_rec.
+    cell
+        Sizes of the cell, whose synapse is the chip's own.
+
+    Raises
+    ------
+    ParameterError
+        The recovery is no code, or off.
     """
 
     recovery: Code = RECOVERY

@@ -137,8 +137,17 @@ class BiasTable:
     def with_code(self, name: str, coarse: int, fine: int) -> BiasTable:
         """Return the table with another code of `name`.
 
-        coarse: 0 to 7. fine: 0 to 255. Raises `UnknownNameError` for a name that it does not have, and
-        `ParameterError` for a code outside the range.
+        Raises `UnknownNameError` for a name that it does not have, and `ParameterError` for a code outside
+        the range.
+
+        Parameters
+        ----------
+        name
+            Name of the bias.
+        coarse
+            Coarse code, 0 to 7.
+        fine
+            Fine code, 0 to 255.
         """
         changed = replace(self._entry(name), coarse=coarse, fine=fine)
         return BiasTable(tuple(changed if e.name == name else e for e in self.entries))

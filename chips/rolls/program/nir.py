@@ -185,8 +185,16 @@ def nir_graph(program: Program, linearisation: Linearisation | None = None) -> A
 def write_nir(path: Path, program: Program, linearisation: Linearisation | None = None) -> None:
     """Write the NIR graph of a program to a file at `path`.
 
-    program: the program. linearisation: as of `nir_graph`. Raises `DataError` without the package nir, or for
-    an impossible path.
+    Raises `DataError` without the package nir, or for an impossible path.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    program
+        The program.
+    linearisation
+        Linear model of the neurons, as of `nir_graph`.
     """
     nir, graph = _nir(), nir_graph(program, linearisation)
     try:

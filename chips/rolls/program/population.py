@@ -73,9 +73,16 @@ class Population:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projection:
-    """Synapses from one population to another; levels: int8[target, source], 0 for none.
+    """Synapses from one population to another.
 
     Raises `ParameterError` for a level that is not -4 to 4, and for levels of another shape.
+
+    Attributes
+    ----------
+    source, target
+        The populations.
+    levels
+        Weight levels, int8[target, source], 0 for none.
     """
 
     source: Population
@@ -136,7 +143,10 @@ def place(sizes: Mapping[str, int], blacklist: Collection[int] = ()) -> dict[str
 def all_to_all(source: Population, target: Population, level: int) -> Projection:
     """Connect every neuron of `source` to every one of `target`; within one population to itself too.
 
-    level: of all these synapses, from -4 to 4.
+    Parameters
+    ----------
+    level
+        Level of all these synapses, from -4 to 4.
     """
     return Projection(source, target, np.full((len(target), len(source)), level))
 
@@ -144,7 +154,12 @@ def all_to_all(source: Population, target: Population, level: int) -> Projection
 def one_to_one(source: Population, target: Population, level: int) -> Projection:
     """Connect each neuron of `source` to that of the same place in `target`.
 
-    level: of all these synapses, from -4 to 4. Raises `ParameterError` for populations of different sizes.
+    Raises `ParameterError` for populations of different sizes.
+
+    Parameters
+    ----------
+    level
+        Level of all these synapses, from -4 to 4.
     """
     if len(source) != len(target):
         raise ParameterError(
@@ -196,10 +211,22 @@ def neural_field(
     reach: int | None = None,
     boundary: str = "open",
 ) -> Projection:
-    """Return the field of a population: `near` by distance from 0 on, `far` up to `reach` or everywhere.
+    """Return the projection that makes a neural field of a population.
 
-    boundary: `open`, or `ring` where the last neuron is the first one's neighbour. Raises `ParameterError`
-    for another boundary, and a reach that ends before `near` does.
+    Raises `ParameterError` for another boundary, and a reach that ends before `near` does.
+
+    Parameters
+    ----------
+    population
+        The population, whose neurons stand in a row.
+    near
+        Levels by distance from 0 on.
+    far
+        Level beyond these.
+    reach
+        Distance up to which `far` holds; everywhere unless given.
+    boundary
+        `open`, or `ring` where the last neuron is the first one's neighbour.
     """
     if reach is not None and reach < len(near) - 1:
         raise ParameterError(

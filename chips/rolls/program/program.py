@@ -64,13 +64,26 @@ class VirtualInput:
 class Program:
     """What is written to a chip; arrays are copied and cannot be written.
 
-    levels: int8[post, pre], 256 x 256, -4 to 4; a smaller square one holds for the first neurons; biases: by
-    code; tau1: neurons whose leak is IF_TAU1, all others have IF_TAU2; inputs: external ones; virtual: how
-    many virtual synapses a neuron has; plastic: the plastic array, depression: short-term depression of the
-    excitatory synapses, both None where not used.
-
     Raises `ParameterError` for a ninth weight, a level or an input whose bias is off, a neuron that the chip
     does not have, more virtual inputs than a neuron has virtual synapses, and depression of nothing.
+
+    Attributes
+    ----------
+    levels
+        Weight levels, int8[post, pre], 256 x 256, -4 to 4; a smaller square one holds for the first
+        neurons.
+    biases
+        Biases of the chip, by code.
+    tau1
+        Neurons whose leak is IF_TAU1; all others have IF_TAU2.
+    inputs
+        External inputs.
+    virtual
+        How many virtual synapses a neuron has.
+    plastic
+        The plastic array; None where it is not used.
+    depression
+        Short-term depression of the excitatory synapses; None where it is not used.
     """
 
     levels: I8

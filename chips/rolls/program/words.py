@@ -166,8 +166,13 @@ def program_of_words(
 def programming_time(words: ArrayLike, pause: float = CELL_PAUSE) -> float:
     """Return the least time that writing words can take, s.
 
-    words: int64 of any shape, in their order; words of the same synapse that follow each other are one
-    synapse. pause: after each synapse, s.
+    Parameters
+    ----------
+    words
+        Words, int64 of any shape, in their order; words of the same synapse that follow each other are one
+        synapse.
+    pause
+        Pause after each synapse, s.
     """
     found = np.asarray(words, dtype=np.int64).ravel()
     kind = np.zeros(found.size, dtype=np.int64)

@@ -61,10 +61,17 @@ _MOST_GRID_STEPS = 1 << 31
 class NoiseRun:
     """Settings of the noise of a run.
 
-    seed: another seed is another draw of all noise. step: the time (s) for which a noise current stands
-    still; a 20,000th of the run unless given. flicker: that of the process unless given;
-    `circuits.devices.noise.WHITE_ONLY` is none. Raises `ParameterError` for a negative seed or a step that is
-    not above zero.
+    Raises `ParameterError` for a negative seed or a step that is not above zero.
+
+    Attributes
+    ----------
+    seed
+        Seed of all noise; another one is another draw.
+    step
+        Time for which a noise current stands still, s; a 20,000th of the run unless given.
+    flicker
+        Flicker noise of the devices; that of the process unless given; `circuits.devices.noise.WHITE_ONLY` is
+        none.
     """
 
     seed: int = 0

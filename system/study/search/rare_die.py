@@ -39,12 +39,17 @@ def rare_failure(
 
     Parameters
     ----------
-    study : what is measured, at its first condition, and which variation is on; its plan gives the number of
-        dies in all, and the seed that keys their draws.
-    specifications : conditions that a die must fulfil, all of them, or it fails.
-    method : name of the method, one of `METHODS`.
-    threads : number of threads that measure dies, all cores unless given.
-    progress : is called with the share of the samples that is done, from 0 to 1.
+    study
+        What is measured, at its first condition, and which variation is on; its plan gives the number
+        of dies in all, and the seed that keys their draws.
+    specifications
+        Conditions that a die must fulfil, all of them, or it fails.
+    method
+        Name of the method, one of `METHODS`.
+    threads
+        Number of threads that measure dies, all cores unless given.
+    progress
+        Function that is called with the share of the samples that is done, from 0 to 1.
 
     Raises
     ------

@@ -32,12 +32,18 @@ class Sensitivity:
 
     Attributes
     ----------
-    labels : label of each draw that was moved.
-    metrics : name of each metric.
-    nominal : float64[metrics], values of the nominal die, in SI units.
-    below : float64[labels, metrics], values with a draw moved by -0.5 sigma, SI.
-    above : float64[labels, metrics], values with a draw moved by +0.5 sigma, SI.
-    failures : reason of each measurement that failed, with the draw that was moved.
+    labels
+        Label of each draw that was moved.
+    metrics
+        Name of each metric.
+    nominal
+        Values of the nominal die, float64[metrics], in SI units.
+    below
+        Values with a draw moved by -0.5 sigma, float64[labels, metrics], in SI units.
+    above
+        Values with a draw moved by +0.5 sigma, float64[labels, metrics], in SI units.
+    failures
+        Reason of each measurement that failed, with the draw that was moved.
     """
 
     labels: tuple[str, ...]
@@ -67,10 +73,14 @@ def sensitivity(target: Target, die: Die, condition: Condition, threads: int | N
 
     Parameters
     ----------
-    target : a block or chip.
-    die : gives the lot, and which variation is on.
-    condition : corner and temperature; a corner that is set leaves the shared process no draws.
-    threads : number of threads that measure dies, all cores unless given.
+    target
+        A block or chip.
+    die
+        Gives the lot, and which variation is on.
+    condition
+        Corner and temperature; a corner that is set leaves the shared process no draws.
+    threads
+        Number of threads that measure dies, all cores unless given.
 
     Raises
     ------

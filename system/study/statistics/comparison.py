@@ -37,9 +37,12 @@ class Pairing:
 
     Attributes
     ----------
-    both : dies on which both designs were measured.
-    only_first : dies on which only the first design was measured.
-    only_second : dies on which only the second design was measured.
+    both
+        Dies on which both designs were measured.
+    only_first
+        Dies on which only the first design was measured.
+    only_second
+        Dies on which only the second design was measured.
     """
 
     both: int
@@ -53,14 +56,20 @@ class YieldDifference:
 
     Attributes
     ----------
-    pairing : how many dies the designs have in common.
-    both_pass : common dies on which both designs pass.
-    only_first_passes : common dies on which the first design passes and the second does not.
-    only_second_passes : common dies on which the second design passes and the first does not.
-    neither_passes : common dies on which no design passes.
-    difference : yield of the second design minus that of the first, with its interval; NaN without common
-        dies.
-    p_value : probability by McNemar's exact test, under the hypothesis that both yields are equal.
+    pairing
+        How many dies the designs have in common.
+    both_pass
+        Common dies on which both designs pass.
+    only_first_passes
+        Common dies on which the first design passes and the second does not.
+    only_second_passes
+        Common dies on which the second design passes and the first does not.
+    neither_passes
+        Common dies on which no design passes.
+    difference
+        Yield of the second design minus that of the first, with its interval; NaN without common dies.
+    p_value
+        Probability by McNemar's exact test, under the hypothesis that both yields are equal.
     """
 
     pairing: Pairing
@@ -79,9 +88,12 @@ def compare_yields(
 
     Parameters
     ----------
-    first_dies, second_dies : int64[n], numbers of the dies of each design, each number once.
-    first_passed, second_passed : bool[n], whether each of these dies passed.
-    level : confidence level of the interval, from 0 to 1.
+    first_dies, second_dies
+        Numbers of the dies of each design, int64[n], each number once.
+    first_passed, second_passed
+        Whether each of these dies passed, bool[n].
+    level
+        Confidence level of the interval, from 0 to 1.
 
     Raises
     ------

@@ -43,9 +43,12 @@ class StopRule:
 
     Attributes
     ----------
-    half_width : the study stops when half of the interval's length is below this share.
-    required : the study stops when the interval excludes this yield, a share.
-    level : confidence level of the interval.
+    half_width
+        The study stops when half of the interval's length is below this share.
+    required
+        The study stops when the interval excludes this yield, a share.
+    level
+        Confidence level of the interval.
     """
 
     half_width: float | None = None
@@ -126,8 +129,11 @@ def ended(rule: StopRule, interval: Interval) -> bool:
 def first_stop(passed: Bools, rule: StopRule) -> Stop | None:
     """Find the first sample at which the rule ends the study; None where it never does.
 
-    passed: bool[n], whether each sample passed, in the order of the samples. The answer does not depend on
-    how the samples are divided into chunks.
+    Parameters
+    ----------
+    passed
+        Whether each sample passed, bool[n], in the order of the samples. The answer does not depend on
+        how the samples are divided into chunks.
     """
     counts, samples = np.cumsum(passed, dtype=np.int64), np.arange(1, len(passed) + 1)
     low, high = sequence_intervals(counts, samples, rule.level)

@@ -58,16 +58,27 @@ class Contributions:
 
     Attributes
     ----------
-    names : label of each of the p parameters.
-    values : float64[p], share of each parameter.
-    model : model that the shares come from.
-    samples : number of samples at which the metric is defined.
-    r2 : share of the variance that the model explains, R^2.
-    linear : share of the variance that linear terms explain, a part of `r2`.
-    squares : share that squares explain, a part of `r2`.
-    interactions : share that products of two parameters explain, a part of `r2`.
-    check : largest difference to the shares of a linear regression; None where that was not made.
-    note : warning of too few samples, or of variance that the model does not explain; empty without either.
+    names
+        Label of each of the p parameters.
+    values
+        Share of each parameter, float64[p].
+    model
+        Model that the shares come from.
+    samples
+        Number of samples at which the metric is defined.
+    r2
+        Share of the variance that the model explains, R^2.
+    linear
+        Share of the variance that linear terms explain, a part of `r2`.
+    squares
+        Share that squares explain, a part of `r2`.
+    interactions
+        Share that products of two parameters explain, a part of `r2`.
+    check
+        Largest difference to the shares of a linear regression; None where that was not made.
+    note
+        Warning of too few samples, or of variance that the model does not explain; empty without
+        either.
     """
 
     names: tuple[str, ...]

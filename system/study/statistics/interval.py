@@ -46,8 +46,10 @@ class Interval:
 
     Attributes
     ----------
-    low : lower end, minus infinity where the samples set no limit.
-    high : upper end, infinity where the samples set no limit.
+    low
+        Lower end, minus infinity where the samples set no limit.
+    high
+        Upper end, infinity where the samples set no limit.
     """
 
     low: float
@@ -71,8 +73,10 @@ class Estimate:
 
     Attributes
     ----------
-    value : the estimate, NaN where it is not defined.
-    interval : confidence interval of the value, in the same unit.
+    value
+        The estimate, NaN where it is not defined.
+    interval
+        Confidence interval of the value, in the same unit.
     """
 
     value: float

@@ -23,13 +23,18 @@ class RareFailure:
 
     Attributes
     ----------
-    method : name of the method that estimated it.
-    probability : estimated probability that a die fails.
-    interval : confidence interval of the probability.
-    samples : number of dies that were measured.
-    effective_samples : (sum w)^2 / sum w^2 over the weights w of the failing samples; NaN for an
-        extrapolation.
-    detail : one line on how the method went.
+    method
+        Name of the method that estimated it.
+    probability
+        Estimated probability that a die fails.
+    interval
+        Confidence interval of the probability.
+    samples
+        Number of dies that were measured.
+    effective_samples
+        Number (sum w)^2 / sum w^2 over the weights w of the failing samples; NaN for an extrapolation.
+    detail
+        One line on how the method went.
     """
 
     method: str

@@ -18,8 +18,10 @@ class Share:
 
     Attributes
     ----------
-    passed : how many pass.
-    of : how many there are.
+    passed
+        How many pass.
+    of
+        How many there are.
     """
 
     passed: int

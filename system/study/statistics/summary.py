@@ -38,8 +38,10 @@ class Quantile:
 
     Attributes
     ----------
-    p : probability of the quantile, above 0 and below 1.
-    estimate : its value with its interval, in the unit of the metric.
+    p
+        Probability of the quantile, above 0 and below 1.
+    estimate
+        Its value with its interval, in the unit of the metric.
     """
 
     p: float
@@ -52,9 +54,12 @@ class Proportion:
 
     Attributes
     ----------
-    passed : samples for which the metric says yes.
-    samples : samples at which the metric is defined.
-    estimate : share of the samples that say yes, with its interval.
+    passed
+        Samples for which the metric says yes.
+    samples
+        Samples at which the metric is defined.
+    estimate
+        Share of the samples that say yes, with its interval.
     """
 
     passed: int
@@ -75,15 +80,24 @@ class Summary:
 
     Attributes
     ----------
-    samples : number of all samples.
-    defined : samples at which the metric is finite.
-    undefined : samples at which the metric is NaN.
-    infinite : samples at which the metric is infinite.
-    mean : arithmetic mean.
-    sigma : standard deviation.
-    skew : skewness, without a unit.
-    quantiles : quantiles in the order of the probabilities asked for.
-    share : share that says yes of a yes-or-no metric, which has no other statistic than its mean; None of a
+    samples
+        Number of all samples.
+    defined
+        Samples at which the metric is finite.
+    undefined
+        Samples at which the metric is NaN.
+    infinite
+        Samples at which the metric is infinite.
+    mean
+        Arithmetic mean.
+    sigma
+        Standard deviation.
+    skew
+        Skewness, without a unit.
+    quantiles
+        Quantiles in the order of the probabilities asked for.
+    share
+        Share that says yes of a yes-or-no metric, which has no other statistic than its mean; None of a
         number.
     """
 
@@ -104,10 +118,14 @@ class Yield:
 
     Attributes
     ----------
-    samples : number of all samples.
-    passed : samples that pass.
-    estimate : share of the samples that pass, with its interval.
-    causes : number of samples that do not pass, by cause.
+    samples
+        Number of all samples.
+    passed
+        Samples that pass.
+    estimate
+        Share of the samples that pass, with its interval.
+    causes
+        Number of samples that do not pass, by cause.
     """
 
     samples: int
@@ -126,10 +144,14 @@ def summarise(
 
     Parameters
     ----------
-    values : float64[n], in the unit of the metric; -0.0 is taken for 0.0.
-    rng : generator of the bootstrap alone; a keyed one gives the same intervals for the same values.
-    probabilities : probability of each quantile that is estimated.
-    level : confidence level of the intervals.
+    values
+        Values, float64[n], in the unit of the metric; -0.0 is taken for 0.0.
+    rng
+        Generator of the bootstrap alone; a keyed one gives the same intervals for the same values.
+    probabilities
+        Probability of each quantile that is estimated.
+    level
+        Confidence level of the intervals.
     """
     x, undefined = values[np.isfinite(values)] + 0.0, int(np.isnan(values).sum())
     spread = len(x) > 1 and np.ptp(x) > 0.0

@@ -50,18 +50,30 @@ class Microphone:
 
     Attributes
     ----------
-    carrier_frequency : of the transducers, in Hz.
-    rise_time : raised-cosine rise and fall of a tone, in s.
-    mouth_ear_delay : from speaker to microphone, in s.
-    direct_transfer : V at the microphone per V on the speaker, straight across.
-    echo_transfer : V at the microphone per V on the speaker, by the reference reflector at 1 m.
-    gain : of the amplifier, V/V.
-    supply : upper rail in V; the lower rail is 0.
-    mid_supply : the output in silence, in V.
-    noise_rms : at the amplifier's output in V; 0 switches noise off.
-    noise_rate : of the baseband noise samples in Hz; the half-power band is 0.62 of it wide.
-    seed, channel : key of the noise; ears on one head share a seed and differ in channel.
-    air : what the sound travels in.
+    carrier_frequency
+        Carrier frequency of the transducers, Hz.
+    rise_time
+        Raised-cosine rise and fall of a tone, s.
+    mouth_ear_delay
+        Delay from speaker to microphone, s.
+    direct_transfer
+        Voltage at the microphone for each V on the speaker, straight across, V/V.
+    echo_transfer
+        Voltage at the microphone for each V on the speaker, by the reference reflector at 1 m, V/V.
+    gain
+        Gain of the amplifier, V/V.
+    supply
+        Upper rail, V; the lower rail is 0.
+    mid_supply
+        Output in silence, V.
+    noise_rms
+        Noise at the amplifier's output, V; 0 switches it off.
+    noise_rate
+        Rate of the baseband noise samples, Hz; the half-power band is 0.62 of it wide.
+    seed, channel
+        Key of the noise; ears on one head share a seed and differ in channel.
+    air
+        What the sound travels in.
 
     Raises
     ------

@@ -35,12 +35,14 @@ _CLUTTER_STRENGTH = 1.5  # relative to the reference reflector, ours: louder tha
 
 @dataclass(frozen=True, slots=True)
 class ConstantVelocity:
-    """r(t) = range_m + velocity_m_per_s * t; a negative velocity approaches.
+    """A range that changes at constant velocity: r(t) = range_m + velocity_m_per_s * t.
 
     Attributes
     ----------
-    range_m : range at t = 0 in m, > 0.
-    velocity_m_per_s : in m/s, at most `MAX_SPEED` either way.
+    range_m
+        Range at t = 0, m, > 0.
+    velocity_m_per_s
+        Velocity, m/s, at most `MAX_SPEED` either way; a negative one approaches.
     """
 
     range_m: float
@@ -53,12 +55,14 @@ class ConstantVelocity:
 
 @dataclass(frozen=True, slots=True)
 class Waypoints:
-    """Piecewise linear through (time_s, range_m); held at the first range before, at the last range after.
+    """A range that goes through points in straight lines, and is held before the first and after the last.
 
     Attributes
     ----------
-    time_s : strictly increasing times in s, shape (n,), n >= 1.
-    range_m : ranges in m, shape (n,), > 0, no step faster than `MAX_SPEED`.
+    time_s
+        Strictly increasing times in s, shape (n,), n >= 1.
+    range_m
+        Ranges in m, shape (n,), > 0, no step faster than `MAX_SPEED`.
 
     Raises
     ------
@@ -89,12 +93,14 @@ class Waypoints:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """From start_range_m at t = 0 to end_range_m at a constant speed, then at rest there.
+    """A range that changes at constant speed from t = 0 on, and then rests.
 
     Attributes
     ----------
-    start_range_m, end_range_m : in m, > 0; a larger end recedes.
-    speed_m_per_s : in m/s, > 0, at most `MAX_SPEED`.
+    start_range_m, end_range_m
+        First and last range, m, > 0; a larger last one recedes.
+    speed_m_per_s
+        Speed, m/s, > 0, at most `MAX_SPEED`.
     """
 
     start_range_m: float
@@ -117,9 +123,12 @@ class Target:
 
     Attributes
     ----------
-    name : what reports call it.
-    trajectory : its range over time.
-    target_strength : echo amplitude relative to the reference reflector, both at 1 m; linear, > 0.
+    name
+        What reports call it.
+    trajectory
+        Its range over time.
+    target_strength
+        Echo amplitude over that of the reference reflector, both at 1 m: a ratio > 0.
 
     Raises
     ------
@@ -194,17 +203,21 @@ def default_scene(
     clutter_gap: float = _CLUTTER_GAP,
     clutter_strength: float = _CLUTTER_STRENGTH,
 ) -> tuple[Target, Target]:
-    """One target that is closed in on, and clutter that stays a fixed gap behind it.
+    """Make one target that is closed in on, and clutter that stays a fixed gap behind it.
 
     The head flies at both, so the clutter moves along: its range is always the target's plus the gap. It
     is the louder reflector, so that ranging the first echo and ranging the loudest differ.
 
     Parameters
     ----------
-    start_range, end_range : the target's range in m, at first and when it comes to rest.
-    speed : in m/s.
-    target_strength, clutter_strength : relative to the reference reflector.
-    clutter_gap : in m, > 0.
+    start_range, end_range
+        Range of the target at first and when it comes to rest, m.
+    speed
+        Speed of the head, m/s.
+    target_strength, clutter_strength
+        Strengths relative to the reference reflector.
+    clutter_gap
+        Distance of the clutter behind the target, m, > 0.
     """
     _require_positive("scene.clutter_gap", clutter_gap, "m")
     target = Approach(start_range, end_range, speed)
