@@ -1,4 +1,4 @@
-"""Currents and power of sources and transistors, after a run that recorded every node.
+"""Currents and power of sources and transistors, after a run that recorded every node; currents of a sweep.
 
 The current of a source is the conduction current of the devices at its node, and the rate of the charge on
 its side of every capacitance. Conduction is integrated over the points of the run by the trapezoidal rule,
@@ -15,6 +15,7 @@ from circuits.devices import Transistor
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import Kernel
 from circuits.solver.newton import Work, allocate, evaluate
+from circuits.solver.sweep import Sweep
 from circuits.solver.transient import Result
 
 
@@ -24,8 +25,7 @@ def delivered_energy(result: Result) -> dict[str, float]:
     Raises `ParameterError` for a run that did not record every node.
     """
     machine = result.machine
-    if len(result.nodes) != len(machine.names):
-        raise ParameterError("energy: the run must record every node; leave record out")
+    _require_every_node(result, "energy")
     k = machine.kernel
     v = np.zeros((result.time.size, k.columns))
     v[:, machine.column] = result.voltage
@@ -52,13 +52,13 @@ def supply_power(result: Result) -> float:
     return sum(delivered_energy(result).values()) / float(result.time[-1] - result.time[0])
 
 
-def drain_current(result: Result, path: str) -> F64:
-    """Current from drain to source of a transistor over a run, A, float64[T].
+def drain_current(result: Result | Sweep, path: str) -> F64:
+    """Current from drain to source of a transistor over a run or a direct-current sweep, A, float64[T].
 
     Parameters
     ----------
     result
-        The run.
+        The run, or the sweep: a current for each point in time, or for each value.
     path
         Path of the transistor, such as `excitatory.md5`.
 
@@ -66,16 +66,25 @@ def drain_current(result: Result, path: str) -> F64:
     ------
     UnknownNameError
         There is no transistor at the path.
+    ParameterError
+        The run did not record every node.
     """
     machine = result.machine
+    _require_every_node(result, "drain current")
     labels = machine.flat.labels(Transistor)
     if path not in labels:
         raise unknown_name(f"{machine.flat.circuit.name} transistor", path, labels)
-    v = np.zeros((result.time.size, machine.kernel.columns))
+    points = len(result.voltage)
+    v = np.zeros((points, machine.kernel.columns))
     v[:, machine.column] = result.voltage
-    out = np.empty(result.time.size)
+    out = np.empty(points)
     _drain(machine.kernel, v, allocate(machine.kernel), labels.index(path), out)
     return out
+
+
+def _require_every_node(result: Result | Sweep, wanted: str) -> None:
+    if len(result.nodes) != len(result.machine.names):
+        raise ParameterError(f"{wanted}: the run must record every node; leave record out")
 
 
 @compiled()

@@ -37,6 +37,10 @@ class Sweep:
         Whether each operating point is stable, bool[N].
     nodes : tuple of str
         Paths of the nodes, in the order of `voltage`.
+    machine : Machine
+        The lowered testbench that was swept.
+
+    Currents of transistors are those of `circuits.solver.power.drain_current`.
     """
 
     source: str
@@ -44,6 +48,7 @@ class Sweep:
     voltage: F64 = field(repr=False)
     stable: Bools = field(repr=False)
     nodes: tuple[str, ...] = field(repr=False)
+    machine: Machine = field(repr=False)
 
     def __getitem__(self, node: str) -> F64:
         """Voltage of a node over the sweep, float64[N], V."""
@@ -108,6 +113,7 @@ def dc_sweep(
         np.array([p.voltage[machine.column] for p in points]),
         np.array([p.stable for p in points]),
         machine.names,
+        machine,
     )
 
 

@@ -13,7 +13,9 @@ from circuits.errors import ParameterError, SolverError, UnknownNameError
 from circuits.silicon.process import AMI_1500, at_temperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
+from circuits.solver.power import drain_current as swept_current
 from circuits.solver.sweep import dc_sweep
+from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from tests.circuits.solver.examples import SUPPLY, UM, inverter, latch
 
@@ -110,3 +112,23 @@ def test_what_is_refused() -> None:
             dc_sweep(DIVIDER, "a", bad)
     with pytest.raises(UnknownNameError, match="node z: unknown"):
         _ = dc_sweep(DIVIDER, "a", [1.0])["z"]
+
+
+def test_current_of_a_transistor_over_a_sweep_follows_the_law() -> None:
+    ports = (Port("d", "analog"), Port("g", "analog"))
+    single = Circuit("single", ports, (Transistor("m", "n", "d", "g", "0", "0", 6 * UM, 3 * UM),))
+    sources = (Source("d", "d", Constant(1.0)), Source("g", "g", Constant(0.0)))
+    gates = np.linspace(0.2, 2.0, 37)
+    for silicon in (Silicon(), Silicon(temperature_c=60.0)):
+        sweep = dc_sweep(Testbench("single", single, sources, 1.0), "g", gates, silicon)
+        law = silicon.law("n")
+        expected = drain_current(law, "n", 6 * UM, 3 * UM, 1.0, gates, 0.0)
+        np.testing.assert_allclose(swept_current(sweep, "m"), expected, rtol=1e-12)
+    with pytest.raises(UnknownNameError, match="mm"):
+        swept_current(sweep, "mm")
+
+
+def test_current_needs_every_node_of_a_run() -> None:
+    run = simulate(INVERTER, record=("y",))
+    with pytest.raises(ParameterError, match="drain current: the run must record every node"):
+        swept_current(run, "ip")
