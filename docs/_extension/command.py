@@ -9,11 +9,14 @@ another status than 0 is right, what it said on stderr and the status too. Comma
 alone (`noctule_run`), in a folder of the page's own, so that one may read what another wrote; a status that
 is not the stated one fails the build. What a command gave is kept, and taken again as long as the command,
 those before it on the page, what it needs and the packages' texts are the same.
+
+The directive `script` holds Python instead, which runs in the same folder and may read what commands wrote.
 """
 
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import ClassVar
 
@@ -51,7 +54,7 @@ class CommandDirective(SphinxDirective):
             shown.append(block(f"$ {line}", "console"))
         if not self.config.noctule_run:
             return shown
-        found = self._done(line, needs)
+        found = _in_turn(self, line, needs)
         wanted = self.options.get("status", 0)
         if found.status != wanted:
             raise self.error(f"{line}: status {found.status} where {wanted} is due: {found.err.strip()}")
@@ -69,12 +72,30 @@ class CommandDirective(SphinxDirective):
             self.env.note_dependency(str(path))
         return found
 
-    def _done(self, line: str, needs: list[Path]) -> Done:
-        """What the command gave, now or when it was last run after the same ones."""
-        before = self.env.temp_data.setdefault("noctule_commands", [])
-        found = done(line, page_folder(self), before, needs)
-        before.append(line)
-        return found
+
+class ScriptDirective(SphinxDirective):
+    """Show Python, run it where the build runs commands, and show what it printed."""
+
+    has_content = True
+
+    def run(self) -> list[nodes.Node]:
+        """Nodes of the page."""
+        code = "\n".join(self.content)
+        shown: list[nodes.Node] = [block(code, "python")]
+        if not self.config.noctule_run:
+            return shown
+        found = _in_turn(self, shlex.join(["python", "-c", code]))
+        if found.status:
+            raise self.error(f"script: status {found.status}: {found.err.strip()}")
+        return shown + _output(found.out.rstrip("\n").splitlines(), None)
+
+
+def _in_turn(directive: SphinxDirective, line: str, needs: Iterable[Path] = ()) -> Done:
+    """What a command gave, now or when it was last run after the same ones of its page."""
+    before = directive.env.temp_data.setdefault("noctule_commands", [])
+    found = done(line, page_folder(directive), before, needs)
+    before.append(line)
+    return found
 
 
 def _output(lines: list[str], most: int | None) -> list[nodes.Node]:
@@ -94,4 +115,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_config_value("noctule_run", default=False, rebuild="env", types=(bool, str))
     app.add_config_value("noctule_folder", default=str(ROOT / "build" / "commands"), rebuild="env")
     app.add_directive("command", CommandDirective)
+    app.add_directive("script", ScriptDirective)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

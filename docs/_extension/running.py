@@ -117,7 +117,7 @@ def _run(line: str, folder: Path, pictures: Path) -> Done:
     """Run a command in a folder by the environment that builds the site, and keep its pictures."""
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        "COLUMNS": "100",
+        "COLUMNS": "90",
         "MPLBACKEND": "Agg",
         "NO_COLOR": "1",
     }
