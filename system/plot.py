@@ -6,6 +6,7 @@ bytes of a file depend on the picture alone.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
+from circuits.silicon.die import Die
 from circuits.solver.transient import Result
 from system.files.writing import check_folder, replace_atomic
 from system.rule import Estimated
@@ -32,12 +34,18 @@ _MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would 
 
 # Okabe and Ito (2008): told apart by readers with any kind of colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
+DASHES = ("-", "--", "-.", ":")  # beside colours, for who prints in grey
 INK, PALE = "#333333", "#B8B8B8"
 
 Point = tuple[float, float]
 _ROOM = (1.3, 0.7)  # axes of the ellipse that a box takes, where n vertices fill a disc of radius sqrt(n)
 
-_STYLE: Any = {
+_TITLE = 9.0  # points, of a title
+_LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
+
+_PASSES = 2  # of the layout, before that of the writing itself
+
+STYLE: Any = {
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "axes.spines.right": False,
@@ -80,20 +88,45 @@ def save_picture(path: str | None, draw: Callable[[Figure], None]) -> None:
     if path is None:
         return
     suffix = Path(path).suffix.removeprefix(".").lower()
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.0, 4.5), layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)
+        settle(figure)
         with replace_atomic(path) as temporary:
             figure.savefig(temporary, format=suffix, metadata=_UNDATED[suffix])
 
 
+def settle(figure: Figure) -> None:
+    """Lay a figure out until nothing leaves it: beside axes of equal scales one pass is not enough."""
+    for _ in range(_PASSES):
+        figure.draw_without_rendering()
+
+
+def entitle(text: str, ax: Axes) -> None:
+    """Set the title of `ax`, whose lines are broken where they would be much wider than the axes.
+
+    matplotlib's own `wrap` hangs a second line into the axes.
+    """
+    figure = ax.get_figure(root=True)
+    inches = 6.0 if figure is None else ax.get_position(original=True).width * figure.get_figwidth()
+    columns = int(_OVER * inches * 72.0 / (_LETTER * _TITLE))
+    lines = [part for line in text.split("\n") for part in textwrap.wrap(line, columns) or [""]]
+    ax.set_title("\n".join(lines), fontsize=_TITLE)
+
+
+def silicon_text(die: Die, temperature_c: float, bias_kind: str | None = None) -> str:
+    """Die, temperature (degC) and kind of biases for a title: `die A/1003, 27 °C, biases of kind gate`."""
+    kind = "" if bias_kind is None else f", biases of kind {bias_kind}"
+    return f"{die}, {temperature_c:g} °C{kind}"
+
+
 def mark_end(at: F64, ax: Axes, *, succeeded: bool | None) -> None:
-    """Mark where a way ended, float64[2]: green where it succeeded, a red cross where it failed.
+    """Mark where a way ended, float64[2]: a green diamond for success, an orange cross for failure.
 
     None is for a way that was neither: a part of one, or of a run that does not say.
     """
-    marker, colour = {True: ("D", COLOURS[2]), False: ("x", "red"), None: ("s", INK)}[succeeded]
+    marker, colour = {True: ("D", COLOURS[2]), False: ("x", COLOURS[1]), None: ("s", INK)}[succeeded]
     label = {True: "end: succeeded", False: "end: failed", None: "end"}[succeeded]
     ax.plot(*at, marker=marker, color=colour, markersize=6, linestyle="", zorder=5, label=label)
 

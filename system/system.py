@@ -113,12 +113,12 @@ class Output(Generic[T]):
 
     help, metavar : of the option.
     check : refuses a path before the run, by a `ParameterError`.
-    write : writes the file.
+    write : writes the file, and tells the share that is done.
     """
 
     help: str
     check: Callable[[str], None]
-    write: Callable[[str, T], None]
+    write: Callable[[str, T, Progress], None]
     metavar: str = "FILE"
 
 

@@ -13,7 +13,7 @@ from shapely.geometry import Polygon
 
 from circuits.arrays import F64
 from system.bug.world import World
-from system.plot import COLOURS, INK, PALE
+from system.plot import COLOURS, DASHES, INK, PALE, entitle
 
 _INCHES = 7.0  # of the longer side of a map
 
@@ -22,6 +22,7 @@ def draw_world(world: World, ax: Axes) -> None:
     """Draw obstacles; starts are dots, goals are stars."""
     for polygon in world.obstacles.geoms:
         ax.add_patch(PathPatch(_outline(polygon), facecolor=PALE, edgecolor="none", zorder=1))
+    ax.scatter([], [], s=60.0, marker="s", color=PALE, label="obstacle")
     for points, mark, size, name in (
         (world.map.starts, "o", 5.0, "start"),
         (world.map.goals, "*", 10.0, "goal"),
@@ -45,7 +46,9 @@ def draw_shortest(path: F64 | None, ax: Axes) -> None:
 def draw_paths(paths: Mapping[str, F64], ax: Axes) -> None:
     """Draw paths, float64[n, 2], by their labels, a colour each."""
     for k, (label, path) in enumerate(paths.items()):
-        ax.plot(*path.T, color=COLOURS[k % len(COLOURS)], linewidth=1.0, zorder=4, label=label)
+        dashes = DASHES[k % 3]  # dots are the shortest path's
+        colour = COLOURS[k % len(COLOURS)]
+        ax.plot(*path.T, color=colour, linestyle=dashes, linewidth=1.0, zorder=4, label=label)
 
 
 def draw_run(world: World, path: F64, shortest: F64 | None, title: str, figure: Figure) -> None:
@@ -56,8 +59,8 @@ def draw_run(world: World, path: F64, shortest: F64 | None, title: str, figure: 
     draw_world(world, ax)
     draw_shortest(shortest, ax)
     draw_paths({"path": path}, ax)
-    ax.set_title(title, fontsize=9)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    entitle(title, ax)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=8)
 
 
 def _outline(polygon: Polygon) -> Path:

@@ -29,6 +29,7 @@ from system.bug.reference import reference_brain
 from system.bug.scenario import Scenario, check_seed, no_silicon
 from system.bug.world import World, build_world, check_place
 from system.options.block import describe_run
+from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, share_standing
 
@@ -233,7 +234,8 @@ def told(trace: Trace) -> Iterator[str]:
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a run."""
     s = trace.scenario
-    title = f"{s.agent}, {s.brain}, {trace.world.map.name}; {account(trace).headline}"
+    chip = f" on {silicon_text(s.die, s.temperature_c, s.bias_kind)}" if s.brain == "chip" else ""
+    title = f"{s.agent}, {s.brain}{chip}, {trace.world.map.name}\n{account(trace).headline}"
     draw_run(trace.world, trace.path, trace.shortest, title, figure)
 
 

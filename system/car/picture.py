@@ -26,6 +26,7 @@ def draw_robot(
     pipe = np.linspace(0.0, 2.0 * np.pi, 40)
     for x, y in forest.place:
         ax.fill(x + PIPE_RADIUS * np.cos(pipe), y + PIPE_RADIUS * np.sin(pipe), color=INK, zorder=2)
+    ax.scatter([], [], s=12.0, color=INK, label=f"pipe, radius {100.0 * PIPE_RADIUS:g} cm")
     for d, name in enumerate(NAMES):
         at = log[log[:, 4] == d]
         if not len(at):
@@ -38,7 +39,7 @@ def draw_robot(
                 list(rays), colors=COLOURS[_SHADES[d]], linewidths=0.6, zorder=3, label=f"ping {name}"
             )
         )
-    ax.plot(*path.T, color=INK, linewidth=1.4, zorder=4)
+    ax.plot(*path.T, color=INK, linewidth=1.4, zorder=4, label="path")
     ax.plot(*path[0], marker="o", color=INK, markersize=5, linestyle="", zorder=5, label="start")
     mark_end(path[-1], ax, succeeded=succeeded)
     ax.set_aspect("equal")

@@ -31,6 +31,7 @@ from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import AS_BUILT, describe_run
 from system.options.noise import silicon_noise
+from system.plot import entitle, silicon_text
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
@@ -179,16 +180,16 @@ def told(trace: Trace) -> Iterator[str]:
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a drive, as in Figure 15."""
     s, d, said = trace.scenario, trace.drive, account(trace)
-    die = f", {s.die}, {s.temperature_c:g} degC" if s.silicon else ""
+    die = f", {silicon_text(s.die, s.temperature_c, s.bias_kind)}" if s.silicon else ""
     title = (
         f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
         f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
     )
-    figure.set_size_inches(8.0, 5.9)
+    figure.set_size_inches(8.0, 6.1)
     ax = figure.subplots()
     draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax, succeeded=said.succeeded)
-    ax.set_title(title, fontsize=9)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=8)
+    entitle(title, ax)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
 SYSTEM = System(

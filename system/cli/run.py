@@ -45,7 +45,8 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     summary = system.summarise(trace)
     save_picture(asked.plot, lambda figure: system.draw(trace, figure))
     for key, path in files.items():
-        system.outputs[key].write(path, trace)
+        with progress_bar(path) as progress:
+            system.outputs[key].write(path, trace, progress)
     if asked.as_json:
         entries = {**described(system, scenario), **system.document(trace)}
         print_json({"system": name, **entries, "summary": summary})

@@ -1,26 +1,33 @@
 """Animation of a flight through the forest: a frame a ping, with the field of view and the chosen arc.
 
 A GIF by matplotlib's own writer. The picture follows the bat; obstacles beyond the borders are the torus's.
+Layout and legend are made once: from frame to frame only places move.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import final
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib import animation
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.files.writing import check_folder
 from system.openspace.flight import Run
-from system.openspace.law import Bat, arcs_of
+from system.openspace.law import Arcs, Bat, arcs_of
 from system.openspace.map import SIDE
-from system.openspace.picture import draw_discs, draw_path, draw_sight
+from system.openspace.picture import Sight, draw_discs, draw_path, draw_sight, move_sight
+from system.plot import STYLE, entitle, settle
+from system.system import Progress
 
 FRAMES = 150  # first pings that are shown; ours
 HALF = 7.0  # m that are shown to each side of the bat; ours
@@ -38,40 +45,72 @@ def check_animation(path: str) -> None:
     check_folder(path)
 
 
-def save_animation(path: str, bat: Bat, run: Run, end: str = "", frames: int = FRAMES) -> int:
+@final
+@dataclass(frozen=True, slots=True)
+class Film:
+    """What moves from frame to frame: the bat's sight and way, and obstacles with their copies about it."""
+
+    bat: Bat
+    arcs: Arcs
+    log: F64
+    sight: Sight
+    way: Line2D
+    place: F64
+    discs: EllipseCollection
+    ax: Axes
+
+
+def save_animation(
+    path: str, bat: Bat, run: Run, end: str = "", frames: int = FRAMES, progress: Progress | None = None
+) -> int:
     """Write the first pings of a bat's run; returns how many frames there are.
 
-    end: what the frame of the run's last ping says, empty where the run goes on after it.
+    end: what the frame of the run's last ping says, empty where the run goes on after it. progress: is told
+    the share of the frames that are drawn.
     """
     log = run.log[:frames]
-    figure = Figure(figsize=(4.6, 4.8), dpi=80, layout="constrained")
-    FigureCanvasAgg(figure)
-    ax = figure.subplots()
-    place = _around(run.forest.place)
-
-    def frame(k: int) -> tuple[Any, ...]:
-        ax.clear()
-        last = end if k + 1 == len(run.log) else ""
-        _draw(bat, place, log, k, ax, last)
-        return ()
-
-    shown = animation.FuncAnimation(figure, frame, frames=len(log), blit=False)
-    shown.save(path, writer=animation.PillowWriter(fps=RATE))
+    writer = animation.PillowWriter(fps=RATE)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(4.8, 5.6), dpi=80, layout="constrained")
+        FigureCanvasAgg(figure)
+        film = begin_film(bat, run, figure, end)
+        settle(figure)
+        figure.set_layout_engine(None)  # the room is made: to make it anew costs as much as the frame
+        with writer.saving(figure, path, figure.dpi):
+            for k in range(len(log)):
+                show_frame(film, k, end if k + 1 == len(run.log) else "")
+                writer.grab_frame()
+                if progress is not None:
+                    progress((k + 1) / len(log))
     return len(log)
 
 
-def _draw(bat: Bat, place: F64, log: F64, k: int, ax: Axes, end: str) -> None:
-    """Fill the axes with one ping."""
-    time, x, y, heading = log[k, :4]
-    near = np.abs(place - np.array([x, y])).max(axis=1) < HALF + bat.zone
-    draw_discs(place[near], bat.zone, ax)
-    draw_path(_unbroken(log[max(0, k - _TAIL) : k + 1, 1:3]), ax, 1.2)
-    draw_sight(bat, arcs_of(bat), (x, y, heading), int(log[k, 4]), int(log[k, 5]), ax)
-    ax.plot(x, y, marker="o", color="red", markersize=4, zorder=5)
-    ax.set(xlim=(x - HALF, x + HALF), ylim=(y - HALF, y + HALF), xlabel="x (m)", ylabel="y (m)")
+def begin_film(bat: Bat, run: Run, figure: Figure, end: str = "") -> Film:
+    """Fill an empty figure with the first frame of a run, and its legend; end: what the last frame says."""
+    ax = figure.subplots()
+    log, arcs = run.log, arcs_of(bat)
+    place = _around(run.forest.place)
+    discs = draw_discs(place, bat.zone, ax)
+    way = draw_path(log[:1, 1:3], ax, 1.2)
+    sight = draw_sight(bat, arcs, tuple(log[0, 1:4]), int(log[0, 4]), int(log[0, 5]), ax)
+    film = Film(bat, arcs, log, sight, way, place, discs, ax)
+    ax.set(xlabel="x (m)", ylabel="y (m)")
     ax.set_aspect("equal")
-    title = f"{time:.1f} s{', scanning' if log[k, 7] else ''}"
-    ax.set_title(f"{title}\n{end}" if end else title, fontsize=9)
+    show_frame(film, 0, end or "-")  # with all lines that a title may have
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8)
+    return film
+
+
+def show_frame(film: Film, k: int, end: str = "") -> None:
+    """Move all that is shown to ping `k`; end: the second line of the title."""
+    log, ax = film.log, film.ax
+    time, x, y, heading = log[k, :4]
+    near = np.abs(film.place - np.array([x, y])).max(axis=1) < HALF + film.bat.zone
+    film.discs.set_offsets(film.place[near])
+    film.way.set_data(*_unbroken(log[max(0, k - _TAIL) : k + 1, 1:3]).T)
+    move_sight(film.sight, film.bat, film.arcs, (x, y, heading), int(log[k, 4]), int(log[k, 5]))
+    ax.set(xlim=(x - HALF, x + HALF), ylim=(y - HALF, y + HALF))
+    entitle(f"{time:.1f} s{', scanning' if log[k, 7] else ''}\n{end}", ax)
 
 
 def _unbroken(path: F64) -> F64:

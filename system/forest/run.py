@@ -36,7 +36,8 @@ from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, senses_of
 from system.option import Option
 from system.options.block import AS_BUILT, describe_run
-from system.system import SUCCEEDED, Account, Output, System, metrics_with
+from system.plot import silicon_text
+from system.system import SUCCEEDED, Account, Output, Progress, System, metrics_with
 
 SUMMARY = (
     "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
@@ -136,7 +137,7 @@ def _of_senses(scenario: Scenario) -> str:
     sensing = scenario.sensing
     if sensing == IDEAL:
         return ""
-    die = f", {scenario.die}, {scenario.temperature_c:g} degC" if sensing.silicon else ""
+    die = f", {silicon_text(scenario.die, scenario.temperature_c)}" if sensing.silicon else ""
     return f"\nranges {sensing.ranges}, selection {sensing.selection}{die}"
 
 
@@ -181,10 +182,10 @@ def told(trace: Trace) -> Iterator[str]:
         yield "`pings=N` flies on"
 
 
-def animate(path: str, trace: Trace) -> None:
-    """Write the first pings of the first run as an animation."""
+def animate(path: str, trace: Trace, progress: Progress) -> None:
+    """Write the first pings of the first run as an animation; `progress` is told the share that is drawn."""
     end = account(trace).headline if trace.sample.pings == len(trace.first.log) else ""
-    save_animation(path, trace.scenario.bat, trace.first, end)
+    save_animation(path, trace.scenario.bat, trace.first, end, progress=progress)
 
 
 SYSTEM = System(

@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import final
+
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection
+from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from circuits.arrays import F64
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, detectable
 from system.openspace.map import SIDE
-from system.plot import COLOURS, INK, PALE, mark_end
+from system.plot import COLOURS, INK, PALE, entitle, mark_end
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
+_STEPS = 60  # points of a drawn arc
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What shows a bat's choice on its axes.
+
+    arcs : all arcs that it can fly; chosen : the one that it flies; view : edge of the field of view; bat :
+    the dot at its place.
+    """
+
+    arcs: LineCollection
+    chosen: Line2D
+    view: Line2D
+    bat: Line2D
 
 
 def draw_forest(place: F64, zone: float, ax: Axes) -> None:
@@ -25,45 +45,87 @@ def draw_forest(place: F64, zone: float, ax: Axes) -> None:
     ax.set_ylabel("y (m)")
 
 
-def draw_discs(place: F64, zone: float, ax: Axes) -> None:
-    """Add zones of collision (m) about places, float64[n, 2] in m, to the axes."""
+def draw_discs(place: F64, zone: float, ax: Axes) -> EllipseCollection:
+    """Add zones of collision (m) about places, float64[n, 2] in m, to the axes, and return them."""
     width = np.full(len(place), 2.0 * zone)
     discs = EllipseCollection(
         width, width, np.zeros(len(place)), units="xy", offsets=place, offset_transform=ax.transData,
         facecolors=PALE, edgecolors="none", zorder=1,
     )  # fmt: skip
     ax.add_collection(discs)
+    # A legend knows no ellipses: a dot without a place stands for them.
+    ax.scatter([], [], s=60.0, color=PALE, label=f"zone of collision, radius {zone:g} m")
+    return discs
 
 
-def draw_path(path: F64, ax: Axes, width: float = 0.6) -> None:
-    """Draw a path on the torus, float64[n, 2] in m, broken where it leaves by a border."""
+def draw_path(path: F64, ax: Axes, width: float = 0.6) -> Line2D:
+    """Draw a path on the torus, float64[n, 2] in m, broken where it leaves by a border; returns its line."""
     steps = np.abs(np.diff(path, axis=0)).max(axis=1, initial=0.0)
     broken = np.insert(path, np.flatnonzero(steps > 0.5 * SIDE) + 1, np.nan, axis=0)
-    ax.plot(*broken.T, color=COLOURS[0], linewidth=width, zorder=2)
+    (line,) = ax.plot(*broken.T, color=COLOURS[0], linewidth=width, zorder=2, label="path")
+    return line
 
 
-def draw_sight(bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int, arc: int, ax: Axes) -> None:
-    """Draw what a bat at a pose (m, m, rad) can choose: its arcs, the one it flies, and its field of view."""
-    for p in range(ARCS):
-        s = np.linspace(0.0, arcs.length[p], 60)
-        line = placed(pose, *arc_point(np.full(60, arcs.curvature[p]), s))
-        chosen = p == arc
+def draw_sight(
+    bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int, arc: int, ax: Axes
+) -> Sight:
+    """Draw what a bat at a pose (m, m, rad) can choose: its arcs, the one it flies, and its field of view.
+
+    What is drawn is returned, for `move_sight`.
+    """
+    lines = LineCollection(
+        [], colors=PALE, linewidths=0.7, linestyles=":", zorder=2, label="arcs to choose from"
+    )
+    ax.add_collection(lines)
+    sight = Sight(
+        lines,
+        ax.plot([], [], color=INK, linewidth=1.6, zorder=4, label="chosen arc")[0],
         ax.plot(
-            *line, color=INK if chosen else PALE, linewidth=1.6 if chosen else 0.6,
-            linestyle="-" if chosen else ":", zorder=4 if chosen else 2,
-        )  # fmt: skip
+            [],
+            [],
+            color=COLOURS[1],
+            linewidth=1.0,
+            linestyle="--",
+            zorder=3,
+            label="field of view of the ping",
+        )[0],
+        ax.plot([], [], marker="o", color=INK, markersize=5, linestyle="", zorder=5, label="bat")[0],
+    )
+    move_sight(sight, bat, arcs, pose, head, arc)
+    return sight
+
+
+def move_sight(
+    sight: Sight, bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int, arc: int
+) -> None:
+    """Move what `draw_sight` drew to another pose (m, m, rad), ping direction and chosen arc."""
+    ways = []
+    for p in range(ARCS):
+        s = np.linspace(0.0, arcs.length[p], _STEPS)
+        ways.append(np.stack(placed(pose, *arc_point(np.full(_STEPS, arcs.curvature[p]), s)), axis=1))
+    sight.arcs.set_segments(ways[:arc] + ways[arc + 1 :])
+    sight.chosen.set_data(*ways[arc].T)
     reach = detectable(bat, _BEARINGS)
     bearing = _BEARINGS + arcs.direction[head]
-    view = placed(pose, reach * np.cos(bearing), reach * np.sin(bearing))
-    ax.plot(*view, color=COLOURS[0], linewidth=1.0, zorder=3)
+    sight.view.set_data(*placed(pose, reach * np.cos(bearing), reach * np.sin(bearing)))
+    sight.bat.set_data([pose[0]], [pose[1]])
 
 
 def draw_bars(values: F64, arcs: Arcs, label: str, ax: Axes, winner: int | None = None) -> None:
-    """Draw a number an arc, in a shade a ping direction; a dot is the winner."""
+    """Draw a number an arc, in a shade a ping direction; a triangle is the winner."""
     colours = [COLOURS[int(g)] for g in arcs.group]
     ax.bar(np.arange(ARCS), values, color=colours, width=0.8)
     if winner is not None:
-        ax.plot(winner, values[winner], marker="o", markersize=4, color="red", linestyle="", zorder=5)
+        ax.plot(
+            winner,
+            values[winner],
+            marker="v",
+            markersize=5,
+            color=INK,
+            linestyle="",
+            zorder=5,
+            label="winner",
+        )
     ax.set_ylabel(label, fontsize=8)
     ax.tick_params(labelsize=7)
 
@@ -75,11 +137,11 @@ def draw_view_of_run(
     figure.set_size_inches(6.4, 6.6)
     ax = figure.subplots()
     draw_forest(place, zone, ax)
-    draw_path(path, ax)
+    draw_path(path, ax, 1.0)
     ax.plot(*path[0], marker="o", color=COLOURS[2], markersize=6, linestyle="", zorder=4, label="start")
     mark_end(path[-1], ax, succeeded=succeeded)
-    ax.set_title(title, fontsize=9)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8)
+    entitle(title, ax)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
 def placed(pose: tuple[float, float, float], ahead: F64, left: F64) -> tuple[F64, F64]:

@@ -1,7 +1,7 @@
 """Picture of a run of the Pushbot, like Figures 6, 8, 10 and 15 of Milde et al. 2017.
 
 Path from above; below it what the sensor sent in 0.5 s before some moments; then spikes of the obstacle and
-drive populations, of the target field where it has fired, and the commands.
+drive populations, of the target field where it has fired, and the commands by equations (1) and (2).
 """
 
 from __future__ import annotations
@@ -14,16 +14,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64, I64
-from system.plot import COLOURS, INK, PALE
+from system.plot import COLOURS, INK, PALE, entitle, silicon_text
 from system.pushbot.drive import Run
 from system.pushbot.loop import Brain, Record, all_events, all_spikes
-from system.pushbot.scene_picture import draw_events, draw_path, draw_scene
+from system.pushbot.scene_picture import draw_events, draw_events_key, draw_key, draw_path, draw_scene
 from system.worlds.arena.scene import Scene
 
 FRAMES = 4
 FRAME = 0.5  # s of events in a frame; the paper's
 _SHADES = {"OL": COLOURS[1], "DL": COLOURS[1], "OR": COLOURS[0], "DR": COLOURS[0], "sp": "#666666",
            "GL": COLOURS[1], "GR": COLOURS[0], "target": COLOURS[2]}  # fmt: skip
+_MEANT = {"OL": "obstacle left", "OR": "obstacle right", "DL": "drive left", "DR": "drive right",
+          "sp": "speed", "GL": "gyro left", "GR": "gyro right", "target": "target field"}  # fmt: skip
 
 
 def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str, figure: Figure) -> None:
@@ -33,19 +35,25 @@ def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str,
     times, neurons = all_spikes(record)
     moments = _moments(brain, times, neurons, end)
     field = bool(np.isin(neurons, brain.network["target"].neurons).any())
-    rows: list[Any] = [["above"] * FRAMES, [f"frame{k}" for k in range(FRAMES)], ["raster"] * FRAMES]
-    heights = [2.2, 1.1, 1.6]
+    frames = [f"frame{k}" for k in range(FRAMES)]
+    rows: list[Any] = [[name] * FRAMES for name in ("above", "paths", "key", "raster")]
+    rows.insert(2, frames)
+    heights = [2.2, 0.12, 1.1, 0.12, 1.9]
     if field:
         rows.append(["field"] * FRAMES)
         heights.append(1.1)
     rows.append(["commands"] * FRAMES)
     figure.set_size_inches(8.0, 1.75 * sum(heights) + 1.8)
     axes = figure.subplot_mosaic(rows, height_ratios=[*heights, 1.0])
-    draw_scene(scene, axes["above"], end)
-    draw_path(path, axes["above"], moments)
+    above, chip = axes["above"], brain.chip
+    draw_scene(scene, above, end)
+    draw_path(path, above, moments)
+    draw_key(above, axes["paths"])
     said = f"{scene.name}: {scene.summary}" if scene.summary else scene.name
-    axes["above"].set_title(f"{said}; {end:.3g} s\n{ended}", fontsize=9)
+    on = silicon_text(chip.silicon.die, chip.silicon.temperature_c, chip.kind)
+    entitle(f"{said}; {end:.3g} s\nROLLS on {on}\n{ended}", above)
     _frames(record, moments, axes)
+    draw_events_key(axes["key"])
     known = {p.name for p in brain.network.populations}
     names = [n for n in ("OL", "OR", "DL", "DR", "sp", "GL", "GR") if n in known]
     _raster(brain, names, times, neurons, axes["raster"])
@@ -92,9 +100,9 @@ def _raster(brain: Brain, names: Sequence[str], times: F64, neurons: I64, ax: Ax
         shown = mine >= 0
         ax.plot(times[shown], base + mine[shown], linestyle="", marker=",", color=_SHADES[name])
         ax.axhline(base - 0.5, color=PALE, linewidth=0.4)
-        ticks.append((base + 0.5 * members.size, name))
+        ticks.append((base + 0.5 * members.size, f"{name}\n{_MEANT[name]}"))
         base += members.size
-    ax.set_yticks([t for t, _ in ticks], [n for _, n in ticks])
+    ax.set_yticks([t for t, _ in ticks], [n for _, n in ticks], fontsize=8)
     ax.set_ylim(-0.5, base - 0.5)
 
 
@@ -102,7 +110,8 @@ def _commands(record: Record, ax: Axes) -> None:
     if not record.commands:
         return
     time, forward, turn = np.array(record.commands).T
-    ax.step(time, forward, where="post", color=INK, linewidth=1.0, label="v")
-    ax.step(time, turn, where="post", color=COLOURS[4], linewidth=1.0, label="w")
-    ax.set_ylabel("command")
-    ax.legend(loc="center right", fontsize=8)
+    ax.step(time, forward, where="post", color=INK, linewidth=1.0, label="v, forward")
+    label = "w, turn: above 0 to the left"
+    ax.step(time, turn, where="post", color=COLOURS[1], linewidth=1.0, linestyle="--", label=label)
+    ax.set_ylabel("command\n(spikes a neuron x factor)")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, fontsize=8, borderpad=0.0)

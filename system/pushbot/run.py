@@ -281,7 +281,7 @@ SYSTEM = System(
         "events": Output(
             help="Write events that arrived, at their times there, into a .aedat4, .npz or .txt.",
             check=check_events,
-            write=lambda path, trace: write_events(path, all_events(trace.record)),
+            write=lambda path, trace, _: write_events(path, all_events(trace.record)),
         )
     },
     circuits=lambda: (rolls_circuit.row(),),

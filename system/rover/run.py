@@ -26,7 +26,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
-from system.plot import INK
+from system.plot import INK, entitle, silicon_text
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover.frechet import discrete_frechet
@@ -213,7 +213,8 @@ def draw(trace: Trace, figure: Figure) -> None:
     ax.set_ylabel("north (m)")
     s = trace.scenario
     title = f"{trace.cost_map.name}, {s.planner}: {trip.plan.length} cells, cost {trip.plan.cost}"
-    ax.set_title(f"{title}\n{account(trace).headline}", fontsize=9)
+    chip = "" if s.cells == "ideal" else f", {silicon_text(s.die, s.temperature_c, s.bias_kind)}"
+    entitle(f"{title}{chip}\n{account(trace).headline}", ax)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 

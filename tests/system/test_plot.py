@@ -9,7 +9,17 @@ from matplotlib.figure import Figure
 from chips.ranging.circuit import CHIP
 from circuits.blocks.sonar.rebound_neuron import BLOCK
 from circuits.errors import DataError, ParameterError
-from system.plot import check_picture, draw_circuit, draw_waveform, mark_spikes, save_picture
+from circuits.silicon.die import NOMINAL, Die
+from system.plot import (
+    check_picture,
+    draw_circuit,
+    draw_waveform,
+    entitle,
+    mark_spikes,
+    save_picture,
+    silicon_text,
+)
+from tests.pictures import figure_of_files, leaving
 
 BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
@@ -48,6 +58,21 @@ def test_time_is_in_ms_and_spikes_are_marked() -> None:
     assert np.asarray(marks.get_xdata()).tolist() == [1.0, 1.5]
     assert ax.get_ylabel() == "spike (V)"
     assert [text.get_text() for text in ax.texts] == ["2 spikes"]
+
+
+def test_a_long_title_is_broken_and_stays_in_the_figure() -> None:
+    figure = figure_of_files()
+    ax = figure.subplots()
+    entitle("failed: " + "a word and another, " * 12 + "\nand a second line", ax)
+    assert ax.get_title().count("\n") >= 3
+    assert leaving(figure) == []
+    ax.set_title("failed: " + "a word and another, " * 12)
+    assert leaving(figure) == [ax.get_title()]
+
+
+def test_silicon_in_words() -> None:
+    assert silicon_text(Die(number=1003), 60.0, "gate") == "die A/1003, 60 °C, biases of kind gate"
+    assert silicon_text(NOMINAL, -2.5) == "die nominal, -2.5 °C"
 
 
 def labels(figure: Figure) -> set[str]:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from system.car.picture import NAMES, RAY, draw_robot
 from system.car.run import SYSTEM, run
 from system.car.scenario import Scenario
+from tests.pictures import figure_of_files, leaving, legend_of
 
 
 def test_each_ping_has_a_ray_in_its_direction() -> None:
@@ -33,3 +34,11 @@ def test_only_a_failure_is_a_cross(seed: int, forest: str, label: str) -> None:
     SYSTEM.draw(trace, figure)
     marks = {str(line.get_label()): line.get_marker() for line in figure.axes[0].lines}
     assert (f"end: {label}" in marks, "x" in marks.values()) == (True, label == "failed")
+
+
+def test_the_legend_names_pipes_and_their_zones() -> None:
+    trace, figure = run(Scenario(forest="corridor", seed=1000, pings=50)), figure_of_files()
+    SYSTEM.draw(trace, figure)
+    zone = f"zone of collision, radius {trace.scenario.robot.zone:g} m"
+    assert {zone, "pipe, radius 2.5 cm", "path", "start"} <= legend_of(figure)
+    assert leaving(figure) == []

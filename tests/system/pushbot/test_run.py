@@ -11,7 +11,7 @@ import pytest
 
 from circuits.errors import CircuitError
 from circuits.silicon.die import NOMINAL, Die
-from system.plot import save_picture
+from system.plot import save_picture, silicon_text
 from system.pushbot.brain import GYRO_ANGLE, GyroInputs
 from system.pushbot.campaign import drive_each, trials
 from system.pushbot.drive import Readings
@@ -20,6 +20,7 @@ from system.pushbot.run import SUMMARY, SYSTEM, Trace, make_brain, run, run_with
 from system.pushbot.scenario import Scenario, scene_of
 from system.study.statistics.share import Share
 from system.worlds.camera.event import joined
+from tests.pictures import figure_of_files, leaving, legend_of
 
 BASE = Scenario(seed=3, die=Die(number=3))
 
@@ -160,6 +161,19 @@ def test_the_picture_can_be_drawn(trace: Trace, tmp_path: Path) -> None:
     path = tmp_path / "run.png"
     save_picture(str(path), lambda figure: SYSTEM.draw(trace, figure))
     assert path.stat().st_size > 10_000
+
+
+def test_the_picture_says_what_it_shows(trace: Trace) -> None:
+    figure = figure_of_files()
+    SYSTEM.draw(trace, figure)
+    above = next(ax for ax in figure.axes if ax.get_ylabel() == "y (m)")
+    on = silicon_text(trace.scenario.die, trace.scenario.temperature_c, trace.scenario.bias_kind)
+    assert f"ROLLS on {on}" in above.get_title()
+    assert {"path", "robot at its start and at 1, 2, ...", "v, forward"} <= legend_of(figure)
+    ticks = {t.get_text() for ax in figure.axes for t in ax.get_yticklabels()}
+    assert {"OL\nobstacle left", "DR\ndrive right", "sp\nspeed"} <= ticks
+    assert any("spikes a neuron" in ax.get_ylabel() for ax in figure.axes)
+    assert leaving(figure) == []
 
 
 @pytest.mark.parametrize(

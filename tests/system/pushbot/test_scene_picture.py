@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
 from system.pushbot.drive import Order, begin_run, drive
-from system.pushbot.scene_picture import draw_events, draw_path, draw_scene
+from system.pushbot.scene_picture import draw_events, draw_events_key, draw_path, draw_scene
 from system.worlds.arena.file import load_scene, scene_names
 from system.worlds.camera.event import joined
+from tests.pictures import legend_of
 
 
 @pytest.mark.parametrize("name", scene_names())
@@ -36,5 +37,18 @@ def test_events_are_coloured_by_polarity() -> None:
     ax = Figure().subplots()
     draw_events(events.where(~events.on), 128, 128, ax)
     image = np.asarray(ax.images[0].get_array())
-    assert np.all(image[:, :, 1] == 1.0)  # off is green: the other two go down
-    assert image[:, :, 0].min() < 1.0
+    hit = (image < 1.0).any(axis=2)
+    assert hit.any()
+    assert np.all(image[hit][:, 0] > image[hit][:, 2])  # off is orange: more red than blue
+    draw_events(events.where(events.on), 128, 128, ax)
+    image = np.asarray(ax.images[1].get_array())
+    hit = (image < 1.0).any(axis=2)
+    assert np.all(image[hit][:, 0] < image[hit][:, 2])  # on is blue
+
+
+def test_the_key_of_events_names_both_colours_and_the_line() -> None:
+    figure = Figure()
+    draw_events_key(figure.subplots())
+    assert legend_of(figure) == {
+        "on: brighter", "off: darker", "below it OL and OR see, above it the target field",
+    }  # fmt: skip
