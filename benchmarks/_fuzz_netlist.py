@@ -100,7 +100,7 @@ def netlist_seeds() -> list[bytes]:
     ]
     for name, number, dialect in written:
         block = block_named(name)
-        circuit = block.build(block.params())
+        circuit = block.build()
         bench = block.testbench(circuit, block.defaults, 5.0)
         texts.append(load_dialect(dialect).write(bench, Silicon(die=Die(number=number)), Settings()))
     return [text.encode() for text in texts]

@@ -34,7 +34,7 @@ def chip() -> Testbench:
 def array(count: int) -> Testbench:
     """Rebound neurons that share their inputs; what each puts out is a node of its own."""
     block = load_block("rebound-neuron")
-    neuron = block.build(block.params())
+    neuron = block.build()
     bench = block.testbench(neuron, block.defaults, 5.0)
     ports = {p.name: p.name for p in neuron.ports}
     circuit = Circuit(

@@ -65,7 +65,7 @@ def rows(dies: range) -> Iterator[Row]:
 def measure(dies: range, rtols: tuple[float, ...]) -> dict[float, Found]:
     """Spike times of every die at each tolerance beside the reference."""
     block = rebound_neuron.BLOCK
-    circuit = block.build(block.params())
+    circuit = block.build()
     bench = block.testbench(circuit, block.defaults, Silicon().process.v_dd)
     nominal = to_kernel(bench, Silicon())
     found = {rtol: Found() for rtol in rtols}

@@ -26,19 +26,12 @@ from scipy.optimize import brentq
 from _report import Row, parser_of, report
 from circuits.arrays import F64, Bools
 from circuits.errors import SolverError
+from system.study.statistics import interval as limits
 from system.study.statistics.confidence_sequence import (
     StopRule,
     first_stop,
     log_martingale,
     sequence_interval,
-)
-from system.study.statistics.interval import (
-    Interval,
-    clopper_pearson,
-    mean_interval,
-    quantile_interval,
-    sigma_interval,
-    skew_interval,
 )
 from system.study.statistics.mean_shift import mean_shift
 from system.study.statistics.scaled_sigma import scaled_sigma
@@ -74,15 +67,17 @@ def intervals(experiments: int, resamples: int, sizes: tuple[int, ...]) -> Itera
         for n in sizes:
             rng = np.random.default_rng([n, len(name)])
             draws = law.rvs((experiments, n), random_state=rng)
-            tried: dict[str, tuple[float, Callable[..., Interval]]] = {
-                "mean": (law.mean(), partial(mean_interval, rng=rng, resamples=resamples)),
-                **{f"quantile {p:g}": (law.ppf(p), partial(quantile_interval, p=p)) for p in QUANTILES},
+            tried: dict[str, tuple[float, Callable[..., limits.Interval]]] = {
+                "mean": (law.mean(), partial(limits.mean_interval, rng=rng, resamples=resamples)),
+                **{
+                    f"quantile {p:g}": (law.ppf(p), partial(limits.quantile_interval, p=p)) for p in QUANTILES
+                },
             }
             if n < 1000:
-                tried["sigma"] = (law.std(), partial(sigma_interval, rng=rng, resamples=resamples))
+                tried["sigma"] = (law.std(), partial(limits.sigma_interval, rng=rng, resamples=resamples))
                 tried["skew"] = (
                     float(law.stats(moments="s")),
-                    partial(skew_interval, rng=rng, resamples=resamples),
+                    partial(limits.skew_interval, rng=rng, resamples=resamples),
                 )
             for what, (truth, interval) in tried.items():
                 found = float(np.mean([truth in interval(x) for x in draws]))
@@ -95,7 +90,7 @@ def intervals(experiments: int, resamples: int, sizes: tuple[int, ...]) -> Itera
 def proportions() -> Iterator[Row]:
     """Least exact coverage of Clopper-Pearson's interval over true yields."""
     for n in (20, 100, 200, 1000):
-        ends = [clopper_pearson(k, n) for k in range(n + 1)]
+        ends = [limits.clopper_pearson(k, n) for k in range(n + 1)]
         low, high = np.array([e.low for e in ends]), np.array([e.high for e in ends])
         least = min(
             float(stats.binom.pmf(np.flatnonzero((low <= p) & (p <= high)), n, p).sum())

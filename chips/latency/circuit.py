@@ -279,7 +279,6 @@ def outcome(result: Result) -> str:
 CHIP = Block(
     name="latency-chip",
     summary="33 latency memories, a delay line and two racing layers; a part: paths=2, taps=2",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("first", "s", 5e-3, "event of memory 0, after the first ping", can_be_off=True),

@@ -18,8 +18,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from chips.measured.perturbation import deviating, deviations_of, slopes
 from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
+from chips.measured.timer import PARAMETERS, timer_slopes
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
@@ -39,15 +39,12 @@ from circuits.solver.transient import simulate
 
 SHIFTS = shifts(5)  # V
 SYNAPSES, EXCITATIONS, INHIBITIONS = 8, 2, 7  # of the chip's neurons and cells; ours
-COMPARATOR = tuple(f"mc{k}" for k in range(7))
-PARAMETERS = deviations_of(COMPARATOR)
 QUANTITIES = (
     "timer", "tap", "tonic", "integrating", "race", "second", "recurrent", "pulse_width", "sum",
 )  # fmt: skip
 FIRST = 3e-3  # s, of the integrating neuron's only input
 LAG = 2e-3  # s, of the coincidence detector's second input
 RTOL = 1e-6
-_STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
 
 
 def circuits() -> tuple[Circuit, ...]:
@@ -122,12 +119,4 @@ def _gradient(silicon: Silicon) -> F64:
     circuit = rebias(latency_coincidence.build(), {}, "generator")
     values = block.defaults | {"second": None}
     machine = to_kernel(block.testbench(circuit, values, silicon.process.v_dd), silicon)
-
-    def window(parameter: str, move: float) -> float:
-        moved = deviating(machine, f"input0.timer.{parameter}", move)
-        found = block.measures(simulate(moved, rtol=RTOL))["window_s"]
-        if found is None:
-            raise SolverError(f"latency_chip.{parameter}: no window in the run")
-        return float(np.log(found - WIDTH))
-
-    return slopes(window, PARAMETERS, _STEPS)
+    return timer_slopes(machine, "input0.timer", lambda result: block.measures(result)["window_s"], RTOL)

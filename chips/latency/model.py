@@ -23,8 +23,9 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.latency.design import NAME, REACH, Biases, Charges, Design, gate_voltages, lines_of
-from chips.latency.measure import COMPARATOR, QUANTITIES, SYNAPSES, circuits
+from chips.latency.measure import QUANTITIES, SYNAPSES, circuits
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
+from chips.measured.timer import COMPARATOR
 from chips.model_law import check_law
 from circuits.arrays import F64, I64
 from circuits.blocks.latency import neuron, unit

@@ -27,6 +27,7 @@ from scipy.optimize import brentq
 from chips.lso.law import Membrane, ramp_delay, rise_time
 from chips.measured.perturbation import deviating, deviations_of, slopes
 from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
+from chips.measured.timer import PARAMETERS, STEPS, timer_slopes
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
@@ -46,7 +47,6 @@ from circuits.testbench import Testbench
 
 LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
 SHIFTS = shifts(3)  # V
-COMPARATOR = tuple(f"mc{k}" for k in range(7))
 LEVEL_COMPARATOR = ("mc1", "mc2", "mc4", "mc5")
 QUANTITIES = ("timer", "membrane", "onset", "dead", "mirror", "turn", "level_offset", "level_charge")
 SLOW, FAST = 200.0, 5e3  # V/s, of a level unit's ramps; an echo's edge has 600 to 30,000
@@ -54,7 +54,6 @@ FROM, TO = -0.05, 1.0  # V about the threshold, of a ramp
 THRESHOLD = 0.6  # V, of the level unit that is measured: offset and charge do not depend on it
 RTOL = 1e-5
 STOP = 6e-3  # s, of the LSO neuron's runs: its steps last 4.6 ms at -10 degC
-_STEPS = {"v_t0": 5e-3, "beta": 0.05}  # V, 1: of the central differences
 
 
 def circuits() -> tuple[Circuit, ...]:
@@ -75,7 +74,7 @@ def measure() -> Record:
             "comparator": Table(("temperature", "parameter"), timer),
             "level": Table(("temperature", "level_parameter"), level),
         },
-        {"parameter": deviations_of(COMPARATOR), "level_parameter": deviations_of(LEVEL_COMPARATOR)},
+        {"parameter": PARAMETERS, "level_parameter": deviations_of(LEVEL_COMPARATOR)},
     )
 
 
@@ -190,15 +189,7 @@ def _timer_slopes(silicon: Silicon) -> F64:
         circuit, quiet | {"excite_1": 0.5e-3, "duration": STOP}, silicon.process.v_dd
     )
     machine = to_kernel(bench, silicon)
-
-    def lasted(parameter: str, move: float) -> float:
-        moved = deviating(machine, f"excite0.timer.{parameter}", move)
-        found = lso_neuron.measures(simulate(moved, rtol=RTOL))["step_s"]
-        if found is None:
-            raise SolverError(f"sonar_head.{parameter}: no step in the run")
-        return float(np.log(found - WIDTH))
-
-    return slopes(lasted, deviations_of(COMPARATOR), _STEPS)
+    return timer_slopes(machine, "excite0.timer", lambda result: lso_neuron.measures(result)["step_s"], RTOL)
 
 
 def _level_slopes(silicon: Silicon) -> F64:
@@ -208,4 +199,4 @@ def _level_slopes(silicon: Silicon) -> F64:
     def offset(parameter: str, move: float) -> float:
         return level_delay(level, silicon, SLOW, parameter, move) * SLOW
 
-    return slopes(offset, deviations_of(LEVEL_COMPARATOR), _STEPS)
+    return slopes(offset, deviations_of(LEVEL_COMPARATOR), STEPS)

@@ -26,9 +26,10 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
-from chips.lso.measure import COMPARATOR, LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
+from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
 from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
+from chips.measured.timer import COMPARATOR
 from chips.model_law import check_law
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE

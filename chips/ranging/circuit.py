@@ -129,7 +129,6 @@ def outcome(result: Result) -> str:
 CHIP = Block(
     name="ranging-chip",
     summary="13 rebound neurons with best delays of 2 to 28 ms",
-    params=Params,
     build=build,
     stimuli=rebound_neuron.BLOCK.stimuli,
     testbench=testbench,
@@ -142,6 +141,5 @@ BIASED_CHIP = replace(
     CHIP,
     name="ranging-chip-biased",
     summary="the ranging chip with its bias chain inside",
-    params=BiasedParams,
     build=build_with_chain,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from inspect import signature
 
 from circuits.circuit import Circuit
 from circuits.silicon.process import AMI_1500, Process
@@ -86,10 +86,9 @@ class Block:
 
     name, summary
         What the command line calls it, and a line about it.
-    params
-        A frozen dataclass of its sizes, SI floats unless a field's unit says otherwise.
     build
-        `build(params)` returns the circuit.
+        `build(params)` returns the circuit. The default of `params` is of a frozen dataclass of its sizes, SI
+        floats unless a field's unit says otherwise.
     stimuli
         The knobs of its testbench.
     testbench
@@ -110,8 +109,7 @@ class Block:
 
     name: str
     summary: str
-    params: type
-    build: Callable[[Any], Circuit]
+    build: Callable[..., Circuit]
     stimuli: tuple[Stimulus, ...]
     testbench: Callable[[Circuit, Values, float], Testbench]
     measures: Callable[[Result], dict[str, float | None]]
@@ -121,6 +119,17 @@ class Block:
     equations: tuple[EquationText, ...] = ()
     bias_sets: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     process: Process = AMI_1500
+
+    @property
+    def params(self) -> type:
+        """The dataclass of its sizes: the type of what `build` takes unless others are given.
+
+        Raises `TypeError` where `build` has no default.
+        """
+        sizes, *_ = signature(self.build).parameters.values()
+        if sizes.default is sizes.empty:
+            raise TypeError(f"{self.name}.build: {sizes.name} has no default; give it the block's sizes")
+        return type(sizes.default)
 
     @property
     def defaults(self) -> dict[str, float | None]:
@@ -137,7 +146,7 @@ class Block:
         stimuli
             Values of the knobs that differ from their defaults, in SI units; None is off.
         """
-        built = self.build(self.params()) if circuit is None else circuit
+        built = self.build() if circuit is None else circuit
         return self.testbench(built, self.defaults | stimuli, self.process.v_dd)
 
     def measured(self, result: Result) -> dict[str, float | None]:

@@ -36,6 +36,7 @@ from system.worlds.standing import SLOW, share_standing
 SUMMARY = (
     "reached", "unreachable", "time_s", "path_length", "shortest_path_length", "path_ratio", "final_distance",
 )  # fmt: skip
+SUCCESS = "it reaches the goal, or says that none can be reached where no way leads there"
 _SIGN_OF_LIFE = 100  # steps
 
 
@@ -243,7 +244,7 @@ SYSTEM = System(
     name="bug",
     summary="robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons",
     kind=Scenario,
-    success="it reaches the goal, or says that none can be reached where no way leads there",
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

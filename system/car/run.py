@@ -37,6 +37,7 @@ from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
+SUCCESS = "it comes out at the far end of the forest without having touched a pipe"
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +197,7 @@ SYSTEM = System(
     name="car",
     summary="car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs",
     kind=Scenario,
-    success="it comes out at the far end of the forest without having touched a pipe",
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

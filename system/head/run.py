@@ -31,6 +31,10 @@ SUMMARY = (
     "error_rms_deg", "settled_rms_deg", "error_max_deg", "spikes_a_ping", "lost", *COUNTS, "deaf_levels",
 )  # fmt: skip
 SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; ours
+SUCCESS = (
+    f"in the second half it points at the target within {SETTLED:g} degrees rms, and"
+    f" {100.0 * ANSWERED:g} % of its pings have an answer"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,10 +134,7 @@ SYSTEM = System(
     name="head",
     summary="sonar head that turns to a moving target by the level difference of its ears",
     kind=Scenario,
-    success=(
-        f"in the second half it points at the target within {SETTLED:g} degrees rms, and"
-        f" {100.0 * ANSWERED:g} % of its pings have an answer"
-    ),
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

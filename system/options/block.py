@@ -151,7 +151,7 @@ def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:
     """Circuit and place of `CHIP/INSTANCE[INDEX]/...`, where a circuit like `wanted` must stand."""
     name, *parts = text.split("/")
     chip_block = block_named(name)
-    chip = chip_block.build(chip_block.params())
+    chip = chip_block.build()
     if not parts:
         known = ", ".join(instance_names(chip)) or "none"
         raise ParameterError(f"at: {text}, must be CHIP/INSTANCE; instances of {name} are {known}")

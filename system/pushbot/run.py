@@ -44,6 +44,11 @@ SUMMARY = (
     "events", "lost_events", "lost_inputs", "lost_spikes", "held",
     "raised_s", "frame_spikes",
 )  # fmt: skip
+SUCCESS = (
+    "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot"
+    f" it comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of"
+    " its time at most"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,11 +266,7 @@ SYSTEM = System(
     name="pushbot",
     summary="robot with an event camera that a network on the ROLLS chip steers round obstacles",
     kind=Scenario,
-    success=(
-        "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot"
-        f" it comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of"
-        " its time at most"
-    ),
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

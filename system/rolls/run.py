@@ -34,6 +34,10 @@ from system.system import Account, System, metrics_with
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
 SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
+SUCCESS = (
+    "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
+    " without events no neuron fires"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,10 +167,7 @@ SYSTEM = System(
     name="rolls",
     summary="ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)",
     kind=Scenario,
-    success=(
-        "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
-        " without events no neuron fires"
-    ),
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

@@ -42,6 +42,7 @@ SUMMARY = (
     "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
     "distance_m", "interventions", "gps_outages", "arrived", "map_error",
 )  # fmt: skip
+SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,7 +272,7 @@ SYSTEM = System(
     name="rover",
     summary="robot that plans on a cost map by a wave of spikes, and drives by GPS and compass",
     kind=Scenario,
-    success="on every trip a fix lies within the rover's reach of the goal before its patience is over",
+    success=SUCCESS,
     run=run,
     account=account,
     numbers=summarise,

@@ -34,6 +34,10 @@ from system.spiking_bat.topology import layer_delays, passive_current
 
 _RECENT = 109e-3  # s, that a ping counts; the network's
 TEMPERATURE_STEP = 0.1  # K; ours
+_SHARED = (
+    "taps", "integration", "race", "goal", "goal_sigma", "direction", "pulse", "suppression",
+    "suppression_sigma", "emergency",
+)  # fmt: skip  # numbers of the network that the chip has under the same names
 _EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in the network; measured
 
 
@@ -146,18 +150,9 @@ def design_of(arcs: Arcs, numbers: Numbers) -> Design:
         group=tuple(int(g) for g in arcs.group),
         share=tuple(float(x) for x in share),
         second=tuple(float(x) for x in layer_delays(numbers)),
-        taps=numbers.taps,
         hop=numbers.tap_delay,
         step=numbers.step_current,
-        integration=numbers.integration,
-        race=numbers.race,
-        goal=numbers.goal,
-        goal_sigma=numbers.goal_sigma,
-        direction=numbers.direction,
-        pulse=numbers.pulse,
-        suppression=numbers.suppression,
-        suppression_sigma=numbers.suppression_sigma,
-        emergency=numbers.emergency,
+        **{name: getattr(numbers, name) for name in _SHARED},
     )
 
 

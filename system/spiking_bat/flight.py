@@ -18,32 +18,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from circuits.arrays import F64
+from system.openspace import state
 from system.openspace.flight import margin_of
 from system.openspace.kernel import advance
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs
 from system.openspace.map import SIDE, Cells, Forest, cells_of
-from system.openspace.state import (
-    ARC,
-    AVOIDED,
-    DISTANCE,
-    EMERGENCIES,
-    HEAD,
-    HEADING,
-    HIT,
-    LAP,
-    LOGGED,
-    PINGED,
-    PINGS,
-    SCANNING,
-    SCANS,
-    SEEN,
-    TIME,
-    WINNER,
-    Flight,
-    X,
-    Y,
-    new_flight,
-)
 from system.spiking_bat.bat import goal_neuron, look
 from system.spiking_bat.brain import Brain, Reply
 from system.spiking_bat.circling import stays
@@ -144,73 +123,79 @@ def fly_from(
     patience: float = math.inf,
 ) -> Flown:
     """As `fly`, from how the bat stands, with nothing remembered; stopped after `patience` s in a loop."""
-    flight = new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 2 * pings)
-    flight.counts[HEAD] = standing.head
+    flight = state.new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 2 * pings)
+    flight.counts[state.HEAD] = standing.head
     cells = cells_of(forest, margin_of(arcs))
     course = _Course(standing.curvature, standing.speed)
     collided, turned = False, None
-    while not collided and flight.counts[PINGS] < pings and (laps is None or flight.counts[LAP] < laps):
-        heading = float(flight.pose[HEADING])
+    while (
+        not collided
+        and flight.counts[state.PINGS] < pings
+        and (laps is None or flight.counts[state.LAP] < laps)
+    ):
+        heading = float(flight.pose[state.HEADING])
         seen = _look(arcs, forest, flight)
-        head = int(flight.counts[HEAD])
+        head = int(flight.counts[state.HEAD])
         answer = brain.ping(head, goal_neuron(arcs, heading), seen)
         collided = _follow(arcs, cells, flight, brain.period, course, answer)
         if answer.emergency is not None:
             turned = _standing(flight, course)
         if progress is not None:
-            progress(float(flight.counts[PINGS]) / pings)
-        if flight.counts[PINGS] % _LOOK == 0 and _loops(flight, patience):
+            progress(float(flight.counts[state.PINGS]) / pings)
+        if flight.counts[state.PINGS] % _LOOK == 0 and _loops(flight, patience):
             break
     counts = flight.counts
     return Flown(
-        log=flight.log[: counts[LOGGED]].copy(),
-        end=(float(flight.pose[X]), float(flight.pose[Y])),
+        log=flight.log[: counts[state.LOGGED]].copy(),
+        end=(float(flight.pose[state.X]), float(flight.pose[state.Y])),
         collided=collided,
-        pings=int(counts[PINGS]),
-        laps=int(counts[LAP]),
-        avoided=int(counts[AVOIDED]),
-        emergencies=int(counts[EMERGENCIES]),
-        scans=int(counts[SCANS]),
-        time_s=float(flight.pose[TIME]),
-        distance_m=float(flight.pose[DISTANCE]),
+        pings=int(counts[state.PINGS]),
+        laps=int(counts[state.LAP]),
+        avoided=int(counts[state.AVOIDED]),
+        emergencies=int(counts[state.EMERGENCIES]),
+        scans=int(counts[state.SCANS]),
+        time_s=float(flight.pose[state.TIME]),
+        distance_m=float(flight.pose[state.DISTANCE]),
         turned=turned,
     )
 
 
-def _loops(flight: Flight, patience: float) -> bool:
-    log = flight.log[: flight.counts[LOGGED]]
+def _loops(flight: state.Flight, patience: float) -> bool:
+    log = flight.log[: flight.counts[state.LOGGED]]
     return math.isfinite(patience) and stays(log[:, 0], log[:, 1:3], patience)
 
 
-def _standing(flight: Flight, course: _Course) -> Standing:
-    place = float(flight.pose[X]), float(flight.pose[Y])
-    heading, head = float(flight.pose[HEADING]), int(flight.counts[HEAD])
+def _standing(flight: state.Flight, course: _Course) -> Standing:
+    place = float(flight.pose[state.X]), float(flight.pose[state.Y])
+    heading, head = float(flight.pose[state.HEADING]), int(flight.counts[state.HEAD])
     return Standing(place, heading, course.curvature, course.speed, head)
 
 
-def _look(arcs: Arcs, forest: Forest, flight: Flight) -> F64:
+def _look(arcs: Arcs, forest: Forest, flight: state.Flight) -> F64:
     """What a ping shows, float64[n, 2]; counts obstacles that it shows for the first time in this lap."""
-    offset = forest.place - flight.pose[[X, Y]]
+    offset = forest.place - flight.pose[[state.X, state.Y]]
     offset -= SIDE * np.round(offset / SIDE)
-    head, heading = int(flight.counts[HEAD]), float(flight.pose[HEADING])
+    head, heading = int(flight.counts[state.HEAD]), float(flight.pose[state.HEADING])
     found, which = np.empty((len(offset), 2)), np.empty(len(offset), dtype=np.int64)
     count = look(arcs, offset, heading, head, found, which)
     shown = which[:count]
-    fresh = shown[flight.met[shown] <= flight.counts[LAP]]
-    flight.met[fresh] = flight.counts[LAP] + 1
-    flight.counts[AVOIDED] += fresh.size
-    flight.counts[PINGS] += 1
-    flight.counts[SEEN], flight.counts[PINGED] = count, head
+    fresh = shown[flight.met[shown] <= flight.counts[state.LAP]]
+    flight.met[fresh] = flight.counts[state.LAP] + 1
+    flight.counts[state.AVOIDED] += fresh.size
+    flight.counts[state.PINGS] += 1
+    flight.counts[state.SEEN], flight.counts[state.PINGED] = count, head
     return found[:count]
 
 
-def _follow(arcs: Arcs, cells: Cells, flight: Flight, period: float, course: _Course, answer: Reply) -> bool:
+def _follow(
+    arcs: Arcs, cells: Cells, flight: state.Flight, period: float, course: _Course, answer: Reply
+) -> bool:
     """Fly until the next ping as the motors say; whether that ended by a collision."""
     if answer.head is not None:
-        flight.counts[HEAD] = answer.head
+        flight.counts[state.HEAD] = answer.head
     turned = answer.turned
-    flight.counts[SCANNING] = int(turned is None)
-    flight.counts[SCANS] += int(turned is None and answer.head is not None)
+    flight.counts[state.SCANNING] = int(turned is None)
+    flight.counts[state.SCANS] += int(turned is None and answer.head is not None)
     if answer.emergency is not None:
         if _fly_on(arcs, cells, flight, course, answer.emergency):
             return True
@@ -222,21 +207,21 @@ def _follow(arcs: Arcs, cells: Cells, flight: Flight, period: float, course: _Co
         return True
     course.curvature = float(arcs.curvature[answer.arcs].mean())
     course.speed = float(arcs.speed[answer.arcs].mean())
-    flight.counts[WINNER] = answer.arcs[0]
+    flight.counts[state.WINNER] = answer.arcs[0]
     return _fly_on(arcs, cells, flight, course, period - turned)
 
 
-def _fly_on(arcs: Arcs, cells: Cells, flight: Flight, course: _Course, duration: float) -> bool:
+def _fly_on(arcs: Arcs, cells: Cells, flight: state.Flight, course: _Course, duration: float) -> bool:
     """Fly the course for `duration` s; whether it ended by a collision."""
-    flight.counts[ARC] = 0  # the only one of these arcs
+    flight.counts[state.ARC] = 0  # the only one of these arcs
     one = arcs._replace(curvature=np.array([course.curvature]), speed=np.array([course.speed]), step=duration)
-    return bool(advance(one, cells, flight) or flight.counts[HIT] >= 0)
+    return bool(advance(one, cells, flight) or flight.counts[state.HIT] >= 0)
 
 
-def _turn_round(arcs: Arcs, flight: Flight, course: _Course) -> None:
+def _turn_round(arcs: Arcs, flight: state.Flight, course: _Course) -> None:
     """Fly back on the same circle, and look along it."""
-    flight.pose[HEADING] -= math.pi if flight.pose[HEADING] > 0.0 else -math.pi
+    flight.pose[state.HEADING] -= math.pi if flight.pose[state.HEADING] > 0.0 else -math.pi
     course.curvature = -course.curvature
     nearest = int(np.abs(arcs.curvature - course.curvature).argmin())
-    flight.counts[HEAD] = arcs.group[min(nearest, ARCS - 1)]
-    flight.counts[EMERGENCIES] += 1
+    flight.counts[state.HEAD] = arcs.group[min(nearest, ARCS - 1)]
+    flight.counts[state.EMERGENCIES] += 1

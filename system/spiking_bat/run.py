@@ -36,7 +36,8 @@ from system.spiking_bat.lif import all_lif
 from system.spiking_bat.scenario import CODES, ROOM_TEMPERATURE, Scenario, make, no_silicon
 from system.system import SUCCEEDED, Account, System, metrics_with
 
-SUMMARY = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
+COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
+SUMMARY = (*COUNTED, "progress_m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +115,7 @@ def summarise(trace: Trace) -> dict[str, float]:
 
     Where `collided` is 0 the flight would have gone on.
     """
-    found = {name: float(getattr(trace.flown, name)) for name in SUMMARY}
+    found = {name: float(getattr(trace.flown, name)) for name in COUNTED}
     found["progress_m"] = progress(trace.flown.path)
     return found | {name: float(count) for name, count in trace.counts.items()}
 
@@ -207,7 +208,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with((*SUMMARY, "progress_m")),
+    metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided"),
     study_metrics=("avoided", "collided"),
     study=lambda _: {"brain": "chip"},

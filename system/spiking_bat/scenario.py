@@ -9,15 +9,8 @@ from typing import Any
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
+from system.openspace import map as forest
 from system.openspace.law import Bat
-from system.openspace.map import (
-    check_count,
-    check_source,
-    map_option,
-    obstacles_option,
-    read_place,
-    start_option,
-)
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, noise_option, silicon_noise
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
@@ -55,9 +48,9 @@ class Scenario:
     ping_rate: float = option(PING_RATE, "Of pings", unit="Hz", above=0.0, study=True)
     paths: int = option(PATHS, "Memories", study=True)
     taps: int = option(UNITS, "Of a delay line", study=True)
-    map: str | None = map_option()
-    obstacles: int = obstacles_option()
-    start: tuple[float, float] | None = start_option(read_place)
+    map: str | None = forest.map_option()
+    obstacles: int = forest.obstacles_option()
+    start: tuple[float, float] | None = forest.start_option(forest.read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
@@ -79,7 +72,7 @@ class Scenario:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self, no_silicon(self))
         if self.map is None:
-            check_count(self.obstacles)
+            forest.check_count(self.obstacles)
         if silicon_noise(self.silicon_noise, 0) is not None and self.units:
             raise ParameterError(
                 f"silicon_noise: {self.silicon_noise}, not with `unit`, whose transistors make none here;"
@@ -109,5 +102,5 @@ def no_silicon(scenario: Scenario) -> str:
 
 def make(fields: dict[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields as they are, after a check that a map is not given other obstacles."""
-    check_source(fields)
+    forest.check_source(fields)
     return fields

@@ -19,7 +19,7 @@ from netlists.parasitics import read_parasitics
 from netlists.registry import Settings, load_dialect
 
 BLOCK = load_block("rebound-neuron")
-CIRCUIT = BLOCK.build(BLOCK.params())
+CIRCUIT = BLOCK.build()
 
 
 def read(folder: Path, text: str) -> dict[str, float]:
@@ -40,7 +40,7 @@ def test_an_element_of_an_array_stands_in_quotes_or_not(tmp_path: Path) -> None:
     chip = load_block("centroid-board")
     path = tmp_path / "layout.csv"
     path.write_text('"spike[3]",1f\nlookup[0],2f\n')
-    assert read_parasitics(path, chip.build(chip.params())) == {"spike[3]": 1e-15, "lookup[0]": 2e-15}
+    assert read_parasitics(path, chip.build()) == {"spike[3]": 1e-15, "lookup[0]": 2e-15}
 
 
 @pytest.mark.parametrize(

@@ -81,8 +81,8 @@ def labels(figure: Figure) -> set[str]:
 
 def test_a_block_shows_devices_and_a_chip_instances() -> None:
     block, chip = Figure(layout="constrained"), Figure(layout="constrained")
-    draw_circuit(BLOCK.build(BLOCK.params()), block)
-    draw_circuit(CHIP.build(CHIP.params()), chip)
+    draw_circuit(BLOCK.build(), block)
+    draw_circuit(CHIP.build(), chip)
     assert {"mi5", "c_m", "v_mem", "spike"} <= labels(block)
     assert "vdd" not in labels(block), "rails are left out"
     assert {"neuron ×13", "spike ×13", "call"} <= labels(chip)

@@ -204,7 +204,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="bias-chain",
     summary="13 pairs of bias voltages from cascaded mirrors that add a current a stage",
-    params=Params,
     build=build,
     stimuli=(DURATION,),
     testbench=testbench,

@@ -223,7 +223,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="bias-generator",
     summary="current of a coarse and a fine code, proportional to absolute temperature",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("output", "V", 2.5, "ideal voltage at the output"),

@@ -104,7 +104,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="coincidence-detector",
     summary="spikes where two of three inputs come within 3 ms of each other",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("second", "s", 2e-3, "second input after the first", can_be_off=True),

@@ -132,7 +132,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="delay-tap",
     summary="delay line of spikes: each tap passes an event on after 3 ms",
-    params=Params,
     build=build,
     stimuli=(DURATION,),
     testbench=testbench,

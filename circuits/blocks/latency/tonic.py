@@ -161,7 +161,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="tonic-neuron",
     summary="tonic inhibitory neuron with a long inhibitory synapse that silences it for 177 ms",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("inhibit", "s", 15e-3, "event of the long synapse", can_be_off=True),

@@ -145,7 +145,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="latency-unit",
     summary="latency memory unit: stores the coincidence of a spike with a tap, repeats it, forgets it",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("first", "s", FIRST, "the first tap's event"),

@@ -141,7 +141,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="lso-neuron",
     summary="neuron of the lateral superior olive: excited by one ear and inhibited by the other",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("excite_1", "s", 0.5e-3, "first event of the near ear, after the reset", can_be_off=True),

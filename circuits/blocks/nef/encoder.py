@@ -139,7 +139,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="nef-encoder",
     summary="encoder stage of the NEF chip: a signed copy of 8 bits of a signal's current",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("code", "", 50.0, "weight, -255 to 255"),

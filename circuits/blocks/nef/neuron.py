@@ -121,7 +121,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="nef-neuron",
     summary="integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("current", "A", 0.4e-9, "step into the membrane"),

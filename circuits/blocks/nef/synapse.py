@@ -196,7 +196,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="nef-synapse",
     summary="synapse of the NEF chip: DPI low-pass about a middle current, and its signal's line",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("step", "", 0.5, "x from 1 ms on, above -1"),

@@ -199,7 +199,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="calcium-gate",
     summary="learning circuit of a neuron: whether its plastic synapses may go up or down",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("spikes", "", 6.0, "spikes of the neuron"),

@@ -211,7 +211,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="depressing-synapse",
     summary="ROLLS synapse whose excitatory weights are depressed by spikes and recover",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("level", "", 1.0, "weight, -4 to 4"),

@@ -282,7 +282,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="dpi-synapse",
     summary="ROLLS synapse: pulse extender, four levels of either sign, DPI filters",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("level", "", 1.0, "weight, -4 to 4"),

@@ -255,7 +255,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="rolls-neuron",
     summary="silicon neuron of ROLLS: DPI leak, positive feedback, refractory reset, adaptation",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("current", "A", 1e-9, "step into the input"),

@@ -198,7 +198,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="plastic-synapse",
     summary="bistable weight that spikes move and that drifts to its nearer rail",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("up", "", 1.0, "1: events move the weight up, -1: down, 0: not", can_be_off=True),

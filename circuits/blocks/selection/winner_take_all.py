@@ -272,7 +272,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="winner-take-all",
     summary="9 of 33 directions: Gaussian inhibition, and the best raises its line; all: cells=33",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("winner", "", 4.0, "cell with the greatest excitation"),

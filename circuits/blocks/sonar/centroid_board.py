@@ -178,7 +178,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="centroid-board",
     summary="look-up voltages of the spiking neurons averaged, held and low-passed to the proximity voltage",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),

@@ -115,7 +115,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="first-target-isolation",
     summary="latch that takes the array's excitation away from the first spike until the next call",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),

@@ -41,7 +41,6 @@ def build(params: Params = Params()) -> Circuit:
 BLOCK = spike_generator.listening_block(
     name="high-threshold-neuron",
     summary="single spike when the envelope passes a threshold that only the call reaches",
-    params=Params,
     build=build,
     amplitude=2.2,
     plotted=("envelope", "spike"),

@@ -233,7 +233,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="rebound-neuron",
     summary="range-tuned neuron that fires when an echo meets its postinhibitory rebound",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("delay", "s", 6.4e-3, "echo after the call"),

@@ -24,7 +24,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -180,7 +179,7 @@ def _spike_measures(result: Result, signal: str, threshold: str) -> dict[str, fl
 
 
 def listening_block(
-    name: str, summary: str, params: type, build: Callable[[Any], Circuit], amplitude: float,
+    name: str, summary: str, build: Callable[..., Circuit], amplitude: float,
     plotted: tuple[str, ...], signal: str = "envelope",
 ) -> Block:  # fmt: skip
     """The block of a neuron that listens to an envelope, and spikes where `signal` is above `v_threshold`.
@@ -191,7 +190,6 @@ def listening_block(
     return Block(
         name=name,
         summary=summary,
-        params=params,
         build=build,
         stimuli=_sound_stimuli(amplitude),
         testbench=partial(envelope_testbench, f"{name.removesuffix('-neuron')} neuron"),

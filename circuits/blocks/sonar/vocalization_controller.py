@@ -188,7 +188,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="vocalization-controller",
     summary="oscillator and amplitude stage that turn the proximity voltage into call rate and amplitude",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("proximity", "V", 1.5, "proximity voltage"),

@@ -167,7 +167,6 @@ def measures(result: Result) -> dict[str, float | None]:
 BLOCK = Block(
     name="axon-delay",
     summary="axonal delay, affine in a 5-bit cost code: a starved sink on switched capacitors",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("code", "", 7.0, "cost code, 0 to 31"),

@@ -194,7 +194,6 @@ def outcome(result: Result) -> str:
 BLOCK = Block(
     name="wavefront-cell",
     summary="fires once at the first of eight arrivals and remembers which it was",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("first", "", 2.0, "input of the first arrival, 0 to 7", can_be_off=True),

@@ -176,7 +176,6 @@ def _whole(stimuli: Values, name: str) -> int:
 CHIP = Block(
     name="wavefront-chip",
     summary="20 x 20 wavefront cells with axons; simulate a part: rows=2, columns=3",
-    params=Params,
     build=build,
     stimuli=(
         Stimulus("code", "", 2.0, "cost code of every cell, 0 to 31"),

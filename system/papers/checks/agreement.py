@@ -147,7 +147,7 @@ def compare_chip(silicon: Silicon, stop: float | None = None) -> Agreement:
 def chip_testbench(silicon: Silicon) -> Testbench:
     """Give the chip a call and an echo, with delay and length in the ratio of a neuron's delays."""
     chip = block_named(CHIP)
-    circuit, v_dd = chip.build(chip.params()), silicon.process.v_dd
+    circuit, v_dd = chip.build(), silicon.process.v_dd
     stimuli = chip.defaults
     ratio = delay_ratio(load_block("rebound-neuron"), silicon)
     usual = chip.testbench(circuit, stimuli, v_dd).stop

@@ -145,7 +145,7 @@ def measure_beside(
     block = load_block(name)
     silicon = Silicon(block.process, temperature_c, Die(number=die))
     stimuli = block.defaults
-    bench = block.testbench(block.build(block.params()), stimuli, silicon.process.v_dd)
+    bench = block.testbench(block.build(), stimuli, silicon.process.v_dd)
     point = operating_point(bench, silicon)
     return Beside(name, temperature_c, die, *_differences(point, source, node, low))
 

@@ -118,7 +118,7 @@ QUANTITIES = (
 
 def measured(quantity: Quantity, kind: BiasKind, temperature_c: float) -> float:
     """Measure the quantity of the nominal circuit, in SI units."""
-    circuit = rebias(quantity.block.build(quantity.block.params()), kind=kind)
+    circuit = rebias(quantity.block.build(), kind=kind)
     return quantity.measure(circuit, Silicon(ROLLS_180, temperature_c))
 
 
@@ -139,9 +139,7 @@ def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
 
 def derived_slope(quantity: Quantity, kind: BiasKind) -> float:
     """Derive what follows for the quantity, 1/K."""
-    current = current_slope(
-        rebias(quantity.block.build(quantity.block.params()), kind=kind), quantity.bias, kind
-    )
+    current = current_slope(rebias(quantity.block.build(), kind=kind), quantity.bias, kind)
     return {"current": current, "tau": 1.0 / kelvin(REFERENCE) - current, "period": -current}[quantity.law]
 
 

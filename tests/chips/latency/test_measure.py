@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chips.latency.measure import PARAMETERS, Found
+from chips.latency.measure import Found
+from chips.measured.timer import PARAMETERS
 from chips.record import kept_record
 from circuits.errors import SolverError
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from chips.lso.measure import (
-    COMPARATOR,
     FAST,
     LEVEL_COMPARATOR,
     SLOW,
@@ -13,6 +12,7 @@ from chips.lso.measure import (
     level_numbers,
 )
 from chips.measured.perturbation import deviations_of
+from chips.measured.timer import COMPARATOR
 from chips.record import kept_record
 from circuits.bias import rebias
 from circuits.errors import SolverError

@@ -7,20 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from chips.ranging import kernel
 from chips.ranging.chip import RangingChip
-from chips.ranging.kernel import (
-    ASLEEP,
-    MERGED,
-    Chip,
-    Plan,
-    doubts,
-    new_chip,
-    new_plan,
-    next_due,
-    on_call,
-    on_echo,
-    take,
-)
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import advance_all, call, echo
 from circuits.arrays import F64
@@ -44,18 +32,18 @@ def _stimuli(seed: int, calls: int) -> list[Input]:
     return [*sorted(found), (time, "end", math.nan)]
 
 
-def _asleep(m: Neurons, plan: Plan, inputs: list[Input]) -> tuple[list[Spike], Chip]:
-    chip = new_chip(m, plan)
+def _asleep(m: Neurons, plan: kernel.Plan, inputs: list[Input]) -> tuple[list[Spike], kernel.Chip]:
+    chip = kernel.new_chip(m, plan)
     found = []
     for time, what, level in inputs:
-        while next_due(chip)[0] <= time:
-            due, k = next_due(chip)
-            if take(m, plan, chip, k):
+        while kernel.next_due(chip)[0] <= time:
+            due, k = kernel.next_due(chip)
+            if kernel.take(m, plan, chip, k):
                 found.append((k, due))
         if what == "call":
-            on_call(m, plan, chip, time)
+            kernel.on_call(m, plan, chip, time)
         elif what == "echo":
-            on_echo(m, plan, chip, time, level)
+            kernel.on_echo(m, plan, chip, time, level)
     return sorted(found), chip
 
 
@@ -78,7 +66,7 @@ def _awake(m: Neurons, states: F64, inputs: list[Input]) -> list[Spike]:
 def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
     part = RangingChip(Silicon() if die is None else Silicon(die=Die(number=die, process=False)))
     m = part.neurons_at(27.0)
-    plan = new_plan(m)
+    plan = kernel.new_plan(m)
     assert plan.certain.sum() == sleepers
     inputs = _stimuli(1, 40)
     ours, _ = _asleep(m, plan, inputs)
@@ -91,25 +79,25 @@ def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
 
 def test_a_chip_sleeps_but_for_what_an_echo_reaches() -> None:
     m = RangingChip(Silicon()).neurons_at(27.0)
-    plan = new_plan(m)
-    chip = new_chip(m, plan)
-    on_call(m, plan, chip, 1e-3)
-    assert np.all(chip.phase == ASLEEP)
-    assert next_due(chip)[0] == math.inf
-    on_echo(m, plan, chip, 7.4e-3, math.nan)
-    awake = np.flatnonzero(chip.phase != ASLEEP)
+    plan = kernel.new_plan(m)
+    chip = kernel.new_chip(m, plan)
+    kernel.on_call(m, plan, chip, 1e-3)
+    assert np.all(chip.phase == kernel.ASLEEP)
+    assert kernel.next_due(chip)[0] == math.inf
+    kernel.on_echo(m, plan, chip, 7.4e-3, math.nan)
+    awake = np.flatnonzero(chip.phase != kernel.ASLEEP)
     assert 2 in awake
     assert awake.size <= 3
-    due, k = next_due(chip)
+    due, k = kernel.next_due(chip)
     assert k == 2
     assert 7.4e-3 < due < 9e-3
-    assert take(m, plan, chip, k)
-    assert next_due(chip)[0] == math.inf
+    assert kernel.take(m, plan, chip, k)
+    assert kernel.next_due(chip)[0] == math.inf
 
 
 def test_echoes_up_to_early_are_silent_and_one_soon_after_is_not() -> None:
     m = RangingChip(Silicon()).neurons_at(27.0)
-    plan = new_plan(m)
+    plan = kernel.new_plan(m)
     blind = plan._replace(early=np.zeros(13))
     for k in range(13):
         for delay, spikes in ((plan.early[k], 0), (plan.early[k] + 0.6e-3, 1)):
@@ -120,22 +108,22 @@ def test_echoes_up_to_early_are_silent_and_one_soon_after_is_not() -> None:
 
 def test_isolated_echoes_wake_nobody() -> None:
     m = RangingChip(Silicon()).neurons_at(27.0)
-    plan = new_plan(m)
+    plan = kernel.new_plan(m)
     inputs = [(1e-3, "call", math.nan), (7.4e-3, "echo", 5.0), (30e-3, "end", math.nan)]
     found, chip = _asleep(m, plan, inputs)
     assert found == []
-    assert np.all(chip.phase == ASLEEP)
+    assert np.all(chip.phase == kernel.ASLEEP)
 
 
 def test_merged_inputs_and_doubts_are_counted() -> None:
     m = RangingChip(Silicon()).neurons_at(27.0)
-    plan = new_plan(m)
+    plan = kernel.new_plan(m)
     inputs = [(1e-3, "call", math.nan), (1.005e-3, "call", math.nan), (30e-3, "end", math.nan)]
     _, chip = _asleep(m, plan, inputs)
-    assert chip.counts[MERGED] == 1
-    assert doubts(chip) == 0
+    assert chip.counts[kernel.MERGED] == 1
+    assert kernel.doubts(chip) == 0
     unsure = m._replace(margin=np.full(13, 0.15))
-    plan = new_plan(unsure)
+    plan = kernel.new_plan(unsure)
     assert not plan.certain.any()
     _, chip = _asleep(unsure, plan, [(1e-3, "call", math.nan), (60e-3, "end", math.nan)])
-    assert doubts(chip) == 13
+    assert kernel.doubts(chip) == 13

@@ -9,16 +9,7 @@ from chips.selection.kernel import NOBODY, Selection, decide
 from chips.selection.measure import random_profile
 from chips.selection.model import MARGIN, decision, selection, selection_errors
 from circuits.bias import rebias
-from circuits.blocks.selection.winner_take_all import (
-    CELLS,
-    RELEASE,
-    STANDING,
-    Params,
-    build,
-    decision_testbench,
-    decision_time,
-    lines_high,
-)
+from circuits.blocks.selection import winner_take_all as block
 from circuits.devices import Transistor
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
@@ -27,8 +18,8 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
-SMALL = Params(cells=8)
-NONE = np.full(8, STANDING)
+SMALL = block.Params(cells=8)
+NONE = np.full(8, block.STANDING)
 
 
 def excitation(contrast: float, n: int = 8) -> np.ndarray:
@@ -40,13 +31,13 @@ def excitation(contrast: float, n: int = 8) -> np.ndarray:
 
 def test_without_deviations_the_greatest_current_wins() -> None:
     chip = selection(Silicon())
-    excite, risk = np.full(CELLS, 30e-9), np.full(CELLS, STANDING)
+    excite, risk = np.full(block.CELLS, 30e-9), np.full(block.CELLS, block.STANDING)
     excite[20], excite[7] = 52e-9, 60e-9
     assert decision(chip, excite, risk).winner == 7
     risk[9] = 60e-9  # e^-1 of it reaches cell 7
     found = decision(chip, excite, risk)
     assert found.winner == 20
-    scratch = np.empty((4, CELLS))
+    scratch = np.empty((4, block.CELLS))
     decide(chip, excite, risk, scratch)
     rows = np.exp(-((np.arange(-3, 4) / 2.0) ** 2)) @ risk[4:11]
     assert scratch[0, 7] == pytest.approx(60e-9 - rows, rel=1e-12)
@@ -56,29 +47,29 @@ def test_without_deviations_the_greatest_current_wins() -> None:
 def test_the_time_is_that_of_the_circuit(contrast: float) -> None:
     """Eight cells without deviations: within 5 %, the overlaps' coupling and the inverters."""
     excite = excitation(contrast)
-    circuit = build(SMALL)
-    bench = decision_testbench(circuit, excite, NONE, RELEASE + 20e-6 + 1e-6 / contrast, 5.0)
+    circuit = block.build(SMALL)
+    bench = block.decision_testbench(circuit, excite, NONE, block.RELEASE + 20e-6 + 1e-6 / contrast, 5.0)
     solved = simulate(bench)
     found = decision(selection(Silicon(), SMALL), excite, NONE)
-    assert lines_high(solved).tolist() == [found.winner]
-    assert found.time == pytest.approx(decision_time(solved), rel=0.05)
+    assert block.lines_high(solved).tolist() == [found.winner]
+    assert found.time == pytest.approx(block.decision_time(solved), rel=0.05)
 
 
 @pytest.mark.parametrize("temperature", [-20.0, 27.0, 85.0])
 @pytest.mark.parametrize("kind", ["gate", "generator"])
 def test_a_die_decides_as_its_transistors(kind: str, temperature: float) -> None:
     """A contrast of 1 % is less than the spread of cells: who wins is the die's."""
-    circuit = rebias(build(SMALL), kind=kind)
+    circuit = rebias(block.build(SMALL), kind=kind)
     excite = excitation(0.01)
     for number in (1000, 1001, 1002):
         silicon = Silicon(temperature_c=temperature, die=Die(number=number))
         found = decision(selection(silicon, SMALL, circuit), excite, NONE)
         assert found.certain
-        stop = RELEASE + 2.0 * found.time + 10e-6
-        solved = simulate(decision_testbench(circuit, excite, NONE, stop, 5.0), silicon)
-        assert lines_high(solved).tolist() == [found.winner]
+        stop = block.RELEASE + 2.0 * found.time + 10e-6
+        solved = simulate(block.decision_testbench(circuit, excite, NONE, stop, 5.0), silicon)
+        assert block.lines_high(solved).tolist() == [found.winner]
         # the record of the model's docstring has 11 % rms at -20 degC, where long decisions weigh most
-        assert found.time == pytest.approx(decision_time(solved), rel=0.25)
+        assert found.time == pytest.approx(block.decision_time(solved), rel=0.25)
 
 
 def test_dies_choose_differently() -> None:
@@ -90,7 +81,9 @@ def test_dies_choose_differently() -> None:
 def test_the_gains_are_those_of_the_transistor_level() -> None:
     silicon = Silicon(die=Die(number=1002, process=False))
     chip = selection(silicon, SMALL)
-    machine = to_kernel(decision_testbench(build(SMALL), excitation(0.1), NONE, 1e-3, 5.0), silicon)
+    machine = to_kernel(
+        block.decision_testbench(block.build(SMALL), excitation(0.1), NONE, 1e-3, 5.0), silicon
+    )
     t = machine.kernel.transistors
     labels = [
         g.label(k)
@@ -143,7 +136,7 @@ def test_every_random_profile_has_an_answer() -> None:
     for _ in range(200):
         profile = random_profile(generator)
         found = decision(chip, profile.excite, profile.risk)
-        assert 0 <= found.winner < CELLS
+        assert 0 <= found.winner < block.CELLS
         assert found.time > 0.0
         assert found.margin >= 0.0
 

@@ -56,7 +56,7 @@ def test_a_lone_axon_has_the_delay_of_its_circuit(kind: BiasKind, temperature: f
 
 @pytest.mark.parametrize("kind", ["gate", "generator"])
 def test_an_axon_of_the_chip_is_the_very_one_at_its_place(kind: BiasKind) -> None:
-    chip = rebias(CHIP.build(CHIP.params()), kind=kind)
+    chip = rebias(CHIP.build(), kind=kind)
     silicon = Silicon(die=Die(number=1001))
     model = chip_model((20, 20), bias_kind=kind)
     codes = np.random.default_rng(1).integers(1, 32, (20, 20))

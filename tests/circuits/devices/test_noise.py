@@ -5,15 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from circuits.devices.noise import (
-    NOISE_MODELS,
-    NoiseModel,
-    channel_noise,
-    gate_flicker,
-    junction_noise,
-    noise_model,
-    resistor_noise,
-)
+from circuits.devices import noise
 from circuits.devices.transistor import drain_currents, transistor_arrays, transistor_work
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500, BOLTZMANN, ELEMENTARY_CHARGE, PROCESSES, at_temperature, kelvin
@@ -32,7 +24,7 @@ def _channels(drain: float, temperature_c: float = 27.0, leakage: float = 0.0): 
     v = np.array([*GATES, drain, 0.0])
     drain_currents(a, v, w)
     out = np.zeros(n)
-    channel_noise(a, v, w, out)
+    noise.channel_noise(a, v, w, out)
     return a, w, out
 
 
@@ -73,33 +65,35 @@ def test_the_mean_over_the_channel_is_converged() -> None:
 
 def test_a_junction_makes_shot_noise_of_its_leakage() -> None:
     a, w, _ = _channels(3.0, leakage=1e-9)
-    drain, source = junction_noise(a, w)
+    drain, source = noise.junction_noise(a, w)
     # reverse biased by 116 U_T only the leakage flows; at 0 V both components do
     np.testing.assert_allclose(drain, 2.0 * ELEMENTARY_CHARGE * a.leakage, rtol=1e-9)
     np.testing.assert_allclose(source, 4.0 * ELEMENTARY_CHARGE * a.leakage, rtol=1e-9)
 
 
 def test_flicker_falls_with_area_and_follows_the_polarity() -> None:
-    model = noise_model(AMI_1500)
-    found = gate_flicker(model, AMI_1500, np.array([True, True, False]), np.array([9e-12, 36e-12, 9e-12]))
+    model = noise.noise_model(AMI_1500)
+    found = noise.gate_flicker(
+        model, AMI_1500, np.array([True, True, False]), np.array([9e-12, 36e-12, 9e-12])
+    )
     assert found[0] == pytest.approx(4.0 * found[1])
     assert found[0] / found[2] == pytest.approx(model.flicker_n / model.flicker_p)
     assert found[0] == pytest.approx(model.flicker_n / AMI_1500.n.oxide_capacitance / 9e-12)
 
 
 def test_every_process_has_its_flicker_and_another_name_the_usual_one() -> None:
-    assert set(NOISE_MODELS) == set(PROCESSES)
-    assert noise_model(replace(AMI_1500, name="mine")) == noise_model(AMI_1500)
+    assert set(noise.NOISE_MODELS) == set(PROCESSES)
+    assert noise.noise_model(replace(AMI_1500, name="mine")) == noise.noise_model(AMI_1500)
 
 
 def test_a_resistor() -> None:
     # 4 k T / R of 1 kOhm at 300 K: 1.657e-23 A^2/Hz
-    assert resistor_noise(np.array([1e3]), 300.0)[0] == pytest.approx(1.6568e-23, rel=1e-4)
+    assert noise.resistor_noise(np.array([1e3]), 300.0)[0] == pytest.approx(1.6568e-23, rel=1e-4)
 
 
 @pytest.mark.parametrize("wrong", [(-1e-25, 0.0), (1e-25, 1e-10), (float("nan"), 0.0)])
 def test_a_wrong_coefficient_is_refused(wrong: tuple[float, float]) -> None:
     with pytest.raises(ParameterError, match="must be 0 to 1e-18"):
-        NoiseModel(*wrong)
+        noise.NoiseModel(*wrong)
     with pytest.raises(ParameterError, match="exponent: 2"):
-        NoiseModel(0.0, 0.0, 2.0)
+        noise.NoiseModel(0.0, 0.0, 2.0)

@@ -80,7 +80,7 @@ def test_the_instance_graph_stays_on_top() -> None:
 @pytest.mark.parametrize("name", block_names())
 def test_every_block(name: str) -> None:
     block = load_block(name)
-    circuit = block.build(block.params())
+    circuit = block.build()
     graph = to_graph(circuit)
     assert nx.is_bipartite(nx.Graph(graph))
     assert nx.is_connected(nx.Graph(graph))

@@ -5,18 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from circuits import devices
 from circuits.arrays import F64
 from circuits.circuit import Circuit, InstanceArray, Port
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Device,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
-from circuits.devices.device import Device as Base
 from circuits.devices.source import Constant, Sampled
 from circuits.lowering.flatten import flatten
 from circuits.lowering.kernel import Machine, add_device, to_kernel
@@ -34,21 +25,23 @@ FULL: Process = replace(
     p=replace(AMI_1500.p, early=0.05, junction_leakage=1e-6),
 )
 NODES = ("d", "g", "s", "b", "o", "w")
-DEVICES: tuple[Device, ...] = (
-    Transistor("mn", "n", "d", "g", "s", "b", 6 * UM, 3 * UM),
-    Transistor("mp", "p", "o", "d", "vdd", "w", 6 * UM, 3 * UM, 2.0),
-    Transistor("diode", "n", "g", "g", "0", "0", 6 * UM, 3 * UM),
-    OperationalAmplifier("amp", "g", "s", "o", "vdd", "0", 40.0, 1e3, 1e-3),
-    ControlledSource("gm", "w", "b", "d", "g", 1e-5),
-    Capacitor("c", "d", "vdd", 1e-13),
-    *(Resistor(f"r_{n}", n, "vdd" if n in "dow" else "0", 1e5) for n in NODES),
+DEVICES: tuple[devices.Device, ...] = (
+    devices.Transistor("mn", "n", "d", "g", "s", "b", 6 * UM, 3 * UM),
+    devices.Transistor("mp", "p", "o", "d", "vdd", "w", 6 * UM, 3 * UM, 2.0),
+    devices.Transistor("diode", "n", "g", "g", "0", "0", 6 * UM, 3 * UM),
+    devices.OperationalAmplifier("amp", "g", "s", "o", "vdd", "0", 40.0, 1e3, 1e-3),
+    devices.ControlledSource("gm", "w", "b", "d", "g", 1e-5),
+    devices.Capacitor("c", "d", "vdd", 1e-13),
+    *(devices.Resistor(f"r_{n}", n, "vdd" if n in "dow" else "0", 1e5) for n in NODES),
 )
 
 
 def everything(process: Process = FULL) -> Machine:
     """One of each device on nodes that are all unknown, the supply apart."""
     circuit = Circuit("all", (Port("vdd", "supply"),), DEVICES)
-    return to_kernel(Testbench("all", circuit, (Source("vdd", "vdd", Constant(5.0)),), 1.0), Silicon(process))
+    return to_kernel(
+        Testbench("all", circuit, (devices.Source("vdd", "vdd", Constant(5.0)),), 1.0), Silicon(process)
+    )
 
 
 def dense_charge(machine: Machine) -> F64:
@@ -141,12 +134,12 @@ def test_an_array_becomes_columns_of_one_group() -> None:
     follower = Circuit(
         "follower",
         (Port("a", "analog"), Port("y", "analog", "out")),
-        (Resistor("r", "a", "y", 1e3), Resistor("load", "y", "0", 1e3)),
+        (devices.Resistor("r", "a", "y", 1e3), devices.Resistor("load", "y", "0", 1e3)),
     )
     ports = (Port("a", "analog"), Port("y", "analog", "out", (3,)))
     values = {"r.resistance": (1e3, 2e3, 3e3)}
     circuit = Circuit("top", ports, (), (InstanceArray("x", follower, (3,), {"a": "a", "y": "y"}, values),))
-    machine = to_kernel(Testbench("t", circuit, (Source("a", "a", Constant(1.0)),), 1.0))
+    machine = to_kernel(Testbench("t", circuit, (devices.Source("a", "a", Constant(1.0)),), 1.0))
     rows = np.repeat(np.arange(3), np.diff(machine.kernel.conductance.start))
     own = machine.kernel.conductance.value[rows == machine.kernel.conductance.column]
     order = [machine.column_of(f"y[{i}]") for i in range(3)]
@@ -154,19 +147,19 @@ def test_an_array_becomes_columns_of_one_group() -> None:
 
 
 def test_nothing_unknown_is_a_machine_too() -> None:
-    circuit = Circuit("r", (Port("a", "analog"),), (Resistor("r", "a", "0", 1e3),))
-    machine = to_kernel(Testbench("t", circuit, (Source("a", "a", Constant(1.0)),), 1.0))
+    circuit = Circuit("r", (Port("a", "analog"),), (devices.Resistor("r", "a", "0", 1e3),))
+    machine = to_kernel(Testbench("t", circuit, (devices.Source("a", "a", Constant(1.0)),), 1.0))
     assert machine.kernel.unknowns == 0
 
 
 def test_sampled_sources_are_followed_not_broken_at() -> None:
-    circuit = Circuit("r", (Port("a", "analog"),), (Resistor("r", "a", "0", 1e3),))
-    source = Source("a", "a", Sampled(0.0, 1e3, np.zeros(4)))
+    circuit = Circuit("r", (Port("a", "analog"),), (devices.Resistor("r", "a", "0", 1e3),))
+    source = devices.Source("a", "a", Sampled(0.0, 1e3, np.zeros(4)))
     assert to_kernel(Testbench("t", circuit, (source,), 1.0)).sampled == (True,)
 
 
 def test_an_unknown_device_type_is_named() -> None:
-    class Memristor(Base):
+    class Memristor(devices.Device):
         def terminals(self) -> tuple[str, ...]:
             return ("a", "0")
 

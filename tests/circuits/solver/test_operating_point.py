@@ -202,7 +202,7 @@ def test_biases_of_the_neuron_sit_where_its_block_says() -> None:
 
 def test_a_die_on_which_a_cold_start_fails_is_reached_from_the_nominal_one() -> None:
     block = load_block("onset-neuron")
-    circuit = block.build(block.params())
+    circuit = block.build()
     testbench = block.testbench(circuit, block.defaults, 5.0)
     point = operating_point(testbench, Silicon(die=Die(number=1002)))
     assert point.stable

@@ -21,7 +21,7 @@ from netlists.compare.circuits import compare
 
 def block(name: str) -> Circuit:
     found = load_chip(name) if name == "ranging-chip" else load_block(name)
-    circuit: Circuit = found.build(found.params())
+    circuit: Circuit = found.build()
     return circuit
 
 

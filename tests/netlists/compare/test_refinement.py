@@ -3,32 +3,12 @@
 import numpy as np
 import pytest
 
-from circuits.devices import (
-    DEVICE_TYPES,
-    Capacitor,
-    ControlledSource,
-    Device,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
-from circuits.devices.source import Constant
 from netlists.compare.refinement import Structure, class_count, first_colours, label, labels, refine, sides
-
-ONE_OF_EACH: tuple[Device, ...] = (
-    Transistor("m", "n", "a", "b", "c", "d", 1e-6, 1e-6),
-    Capacitor("c", "a", "b", 1e-12),
-    Resistor("r", "a", "b", 1.0),
-    ControlledSource("g", "a", "b", "c", "d", 1.0),
-    OperationalAmplifier("o", "a", "b", "c", "d"),
-    Source("v", "a", Constant(1.0)),
-)
+from tests.circuits.devices.examples import EXAMPLES
 
 
 def test_every_terminal_of_every_device_has_one_side() -> None:
-    assert {type(device) for device in ONE_OF_EACH} == set(DEVICE_TYPES)
-    for device in ONE_OF_EACH:
+    for device in EXAMPLES.values():
         positions = sorted(k for _, terminals in sides(device) for _, k in terminals)
         assert positions == list(range(len(device.terminals())))
 

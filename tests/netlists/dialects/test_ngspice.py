@@ -8,15 +8,7 @@ import numpy as np
 import pytest
 
 from circuits.circuit import Circuit, Instance, InstanceArray, Node, Port
-from circuits.devices import (
-    DEVICE_TYPES,
-    Capacitor,
-    ControlledSource,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import DEVICE_TYPES, Capacitor, ControlledSource, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
@@ -28,16 +20,9 @@ from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.dialects.ngspice import DIALECT, format_device, format_testbench, node_name, run_name
 from netlists.write.traversal import to_design
+from tests.circuits.devices.examples import EXAMPLES
 
 SILICON = Silicon()
-EXAMPLES: tuple[Device, ...] = (
-    Transistor("m1", "p", "d", "g", "s", "vdd", 6e-6, 1.5e-6),
-    Capacitor("c1", "a", "0", 1e-12),
-    Resistor("r1", "a", "b[2]", 1e3),
-    ControlledSource("g1", "a", "0", "x", "y", -2e-3),
-    OperationalAmplifier("u1", "p", "n", "y", "vdd"),
-    Source("drive", "a", Constant(5.0)),
-)
 
 
 def low_pass(resistance: float = 1e3) -> Circuit:
@@ -62,8 +47,7 @@ def block_testbench(name: str) -> Testbench:
 
 @pytest.mark.parametrize("kind", DEVICE_TYPES)
 def test_every_device_type_is_written(kind: type[Device]) -> None:
-    example = next(e for e in EXAMPLES if isinstance(e, kind))
-    written = format_device(example, SILICON)
+    written = format_device(EXAMPLES[kind], SILICON)
     assert written
     assert all(line[0] in "bcrgvi" for line in written)
 
@@ -80,10 +64,10 @@ def test_a_device_type_without_a_lowering_is_named() -> None:
 @pytest.mark.parametrize(
     ("device", "text"),
     [
-        (EXAMPLES[1], "cc1 a 0 1e-12"),
-        (EXAMPLES[2], "rr1 a b#2 1000.0"),
-        (EXAMPLES[3], "gg1 a 0 x y -0.002"),
-        (EXAMPLES[5], "vdrive a 0 dc 5.0"),
+        (Capacitor("c1", "a", "0", 1e-12), "cc1 a 0 1e-12"),
+        (Resistor("r1", "a", "b[2]", 1e3), "rr1 a b#2 1000.0"),
+        (ControlledSource("g1", "a", "0", "x", "y", -2e-3), "gg1 a 0 x y -0.002"),
+        (Source("drive", "a", Constant(5.0)), "vdrive a 0 dc 5.0"),
         (Source("k", "a", Constant(1e-9), "current"), "ik 0 a dc 1e-09"),
         (Source("w[2,1]", "w[2,1]", Driven(1.5)), "vw#2#1 w#2#1 0 dc 1.5"),
         (Source("odd name!", "a", Constant(1.0)), "vodd#x20name#x21 a 0 dc 1.0"),
@@ -127,7 +111,7 @@ def test_a_transistor_has_its_capacitances_and_skips_those_between_one_node() ->
 
 
 def test_constants_are_folded_at_the_temperature() -> None:
-    device = EXAMPLES[0]
+    device = Transistor("m1", "p", "d", "g", "s", "vdd", 6e-6, 1.5e-6)
     cold, hot = (format_device(device, Silicon(temperature_c=t))[0] for t in (-20.0, 85.0))
     assert cold != hot
     assert "temper" not in cold + hot

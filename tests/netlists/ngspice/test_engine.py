@@ -84,7 +84,7 @@ def test_nodes_of_arrays_come_back_under_our_paths() -> None:
 def test_a_block_s_measures_work_on_the_result() -> None:
     block = load_block("rebound-neuron")
     stimuli = block.defaults | {"echo": None, "duration": 2e-3}
-    testbench = block.testbench(block.build(block.params()), stimuli, 5.0)
+    testbench = block.testbench(block.build(), stimuli, 5.0)
     result = engine.simulate(testbench, SILICON, reltol=1e-4)
     ours = solve(testbench, SILICON)
     assert result.nodes == ours.nodes
@@ -99,7 +99,7 @@ def test_a_block_s_measures_work_on_the_result() -> None:
 def test_the_start_chooses_among_rest_states() -> None:
     block = load_block("first-target-isolation")
     stimuli = block.defaults
-    testbench = block.testbench(block.build(block.params()), stimuli, 5.0)
+    testbench = block.testbench(block.build(), stimuli, 5.0)
     assert testbench.start
     ours = native.operating_point(testbench, SILICON)
     found = engine.operating_point(testbench, SILICON)

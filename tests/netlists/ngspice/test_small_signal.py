@@ -25,7 +25,7 @@ LEAST = 1e-9
 
 def point_of(block: Block, silicon: Silicon) -> OperatingPoint:
     stimuli = block.defaults
-    bench = block.testbench(block.build(block.params()), stimuli, silicon.process.v_dd)
+    bench = block.testbench(block.build(), stimuli, silicon.process.v_dd)
     return operating_point(bench, silicon)
 
 

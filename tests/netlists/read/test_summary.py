@@ -10,7 +10,7 @@ from netlists.read.summary import summarise
 def test_counts_are_those_of_the_flat_circuit() -> None:
     for name in BLOCKS:
         block = load_block(name)
-        circuit = block.build(block.params())
+        circuit = block.build()
         flat = flatten(circuit)
         summary = summarise(circuit)
         assert sum(summary.devices.values()) == sum(g.nodes.shape[1] for g in flat.groups), name

@@ -96,7 +96,7 @@ def nested() -> Circuit:
 @pytest.mark.parametrize("name", block_names())
 def test_blocks_expand_to_their_flat_devices(name: str, die: Die) -> None:
     block = load_block(name)
-    circuit = block.build(block.params())
+    circuit = block.build()
     bench = block.testbench(circuit, block.defaults, block.process.v_dd)
     silicon = Silicon(die=die)
     assert expand(to_design(bench, silicon)) == flat_devices(circuit, silicon)

@@ -2,16 +2,12 @@
 
 import csv
 import io
-import json
 import math
 import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -30,6 +26,8 @@ from system.cli.study_verbs import Montecarlo
 from system.options.block import choose
 from system.study.metric import metrics_of
 from system.study.target import Subject, open_target
+from tests.killed import wait_until
+from tests.system.conftest import RunJson
 
 ROOT = Path(__file__).resolve().parents[3]
 BLOCK = "rebound-neuron"
@@ -41,16 +39,7 @@ def nine_in_ten(machine: Machine) -> float:
     return float((machine.silicon.die.number or 0) % 10 != 9)
 
 
-@pytest.fixture
-def run_json(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
-    def call(*arguments: str) -> Any:
-        assert main((*arguments, "--json")) == 0
-        return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-
-    return call
-
-
-def test_samples_are_the_dies_in_order(run_json: Callable[..., Any]) -> None:
+def test_samples_are_the_dies_in_order(run_json: RunJson) -> None:
     found = run_json(
         "montecarlo", BLOCK, "-n", "3", "--no-process", "--metric", "best-delay", "--metric", "t_inh"
     )
@@ -66,7 +55,7 @@ def test_samples_are_the_dies_in_order(run_json: Callable[..., Any]) -> None:
         assert found["values"]["t_inh"][k] == tuning.t_inh
 
 
-def test_metrics_of_different_measurements_share_the_die(run_json: Callable[..., Any]) -> None:
+def test_metrics_of_different_measurements_share_the_die(run_json: RunJson) -> None:
     found = run_json(
         "montecarlo", BLOCK, "-n", "3", "--no-process", "--metric", "t_inh", "--metric", "t_inh_s"
     )
@@ -76,7 +65,7 @@ def test_metrics_of_different_measurements_share_the_die(run_json: Callable[...,
 
 def test_the_metrics_of_the_registry_belong_to_their_circuits() -> None:
     assert set(metric_names()) >= set(METRICS)
-    circuits = {block.build(block.params()).name for block in map(load_block, BLOCKS)}
+    circuits = {block.build().name for block in map(load_block, BLOCKS)}
     for name in METRICS:
         metric = load_metric(name)
         assert metric.name == name
@@ -88,7 +77,7 @@ def test_the_metrics_of_the_registry_belong_to_their_circuits() -> None:
         metrics_of(choose("onset-neuron"), ["best_delay"])
 
 
-def test_the_command_says_it_all(run_json: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_command_says_it_all(run_json: RunJson, tmp_path: Path) -> None:
     table, picture = tmp_path / "dies.csv", tmp_path / "dies.png"
     files = ("--csv", str(table), "--plot", str(picture))
     found = run_json("montecarlo", BLOCK, "-n", "6", "--metric", "best-delay", "--no-process", *files)
@@ -150,7 +139,7 @@ def test_the_command_prints_shares(capsys: pytest.CaptureFixture[str]) -> None:
     assert "(Clopper-Pearson): class is works" in out
 
 
-def test_a_study_stops_when_its_yield_is_known(run_json: Callable[..., Any]) -> None:
+def test_a_study_stops_when_its_yield_is_known(run_json: RunJson) -> None:
     quick = f"{HERE}:nine_in_ten"
     options = ("--metric", quick, "--chunk", "10", "--spec", "nine_in_ten in 0.5:", "-n", "1000")
     found = run_json("montecarlo", BLOCK, *options, "--require", "50%")
@@ -163,7 +152,7 @@ def test_a_study_stops_when_its_yield_is_known(run_json: Callable[..., Any]) -> 
     assert 0.5 * (interval["high"] - interval["low"]) < 0.2
 
 
-def test_a_folder_keeps_a_study_and_resumes_it(run_json: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_folder_keeps_a_study_and_resumes_it(run_json: RunJson, tmp_path: Path) -> None:
     options = ("montecarlo", BLOCK, "--metric", f"{HERE}:nine_in_ten", "--chunk", "4", "-o", str(tmp_path))
     first = run_json(*options, "-n", "8")
     longer = run_json(*options, "-n", "12", "--resume")
@@ -172,7 +161,7 @@ def test_a_folder_keeps_a_study_and_resumes_it(run_json: Callable[..., Any], tmp
     assert (tmp_path / "samples.nc").exists()
 
 
-def test_a_system_is_a_target(run_json: Callable[..., Any]) -> None:
+def test_a_system_is_a_target(run_json: RunJson) -> None:
     options = ("--duration", "500ms", "--metric", "calls", "--temperature", "20", "--temperature", "27")
     found = run_json("montecarlo", "approach", "-n", "2", *options)
     assert found["samples"] == 4
@@ -227,10 +216,7 @@ def test_an_interrupt_leaves_what_was_finished(tmp_path: Path) -> None:
         [*command, "--csv", str(table), "-o", str(folder)],
         cwd=ROOT, text=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
     )  # fmt: skip
-    deadline = time.monotonic() + 120.0
-    while len(list(folder.glob("chunks/0*.nc"))) < 2:
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    wait_until(lambda: len(list(folder.glob("chunks/0*.nc"))) >= 2)
     os.kill(child.pid, signal.SIGINT)
     out, err = child.communicate(timeout=60)
     assert child.returncode == 130
@@ -243,7 +229,7 @@ def test_an_interrupt_leaves_what_was_finished(tmp_path: Path) -> None:
     assert lines[-1] == "noctule: interrupted"
 
 
-def test_the_share_of_dies_with_one_spike_an_echo(run_json: Callable[..., Any]) -> None:
+def test_the_share_of_dies_with_one_spike_an_echo(run_json: RunJson) -> None:
     arguments = ("montecarlo", BLOCK, "-n", "4", "--metric", "spikes-per-echo", "--no-process", "--bias-set")
     assert run_json(*arguments, "single-spike")["classes"] == {"one-spike": {"count": 4, "share": 1.0}}
     burst = run_json(*arguments, "burst")

@@ -9,31 +9,12 @@ import pytest
 
 from chips.selection.model import selection
 from circuits.silicon.silicon import Silicon
+from system.openspace import state
 from system.openspace.kernel import choose, fly, ping
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Bat, arcs_of
 from system.openspace.map import SIDE, Cells, Forest, cells_of, plant
 from system.openspace.senses import EXACT, Sensing, projection, senses_of
 from system.openspace.senses_kernel import Senses
-from system.openspace.state import (
-    ARC,
-    AVOIDED,
-    ECHO_NUMBER,
-    ECHO_RANGE,
-    EMERGENCIES,
-    GHOSTS,
-    HEAD,
-    LATE,
-    MASKED,
-    MISSED,
-    OCCLUDED,
-    OTHER,
-    PINGS,
-    SEEN,
-    TIES,
-    WINNER,
-    Flight,
-    new_flight,
-)
 from system.openspace.view import add_immediacies
 
 BAT = Bat()
@@ -42,14 +23,14 @@ SONAR = senses_of(Sensing("sonar"), BAT)
 AT = 25.0
 
 
-def scene(*obstacles: tuple[float, float]) -> tuple[Cells, Flight]:
+def scene(*obstacles: tuple[float, float]) -> tuple[Cells, state.Flight]:
     """Obstacles at places (m, ahead and to the left) of a bat that flies west."""
     place = np.array([(AT - x, AT - y) for x, y in obstacles]) % SIDE
-    flight = new_flight(AT, AT, -math.pi, DIRECTIONS, len(obstacles), 0)
+    flight = state.new_flight(AT, AT, -math.pi, DIRECTIONS, len(obstacles), 0)
     return cells_of(Forest("scene", place), BAT.max_range + 1.0), flight
 
 
-def heard(senses: Senses, *obstacles: tuple[float, float]) -> Flight:
+def heard(senses: Senses, *obstacles: tuple[float, float]) -> state.Flight:
     cells, flight = scene(*obstacles)
     ping(ARCS_OF, senses, cells, flight)
     return flight
@@ -65,45 +46,45 @@ def test_the_delay_is_shortened_by_the_flight() -> None:
     found = heard(SONAR, (3.0, 0.0))
     shown = 3.0 * SONAR.sound_speed / (SONAR.sound_speed + ARCS_OF.speed[MIDDLE])
     assert np.allclose(found.fresh, risk_of(shown, 0.0), rtol=1e-9)
-    assert (found.counts[SEEN], found.counts[AVOIDED]) == (1, 1)
+    assert (found.counts[state.SEEN], found.counts[state.AVOIDED]) == (1, 1)
 
 
 def test_all_echoes_apart_are_the_exact_places() -> None:
     cells = cells_of(plant(1400, np.random.default_rng(3)), BAT.max_range + 1.0)
     slow = arcs_of(Bat(max_speed=1e-6))
-    one, other = (new_flight(12.0, 30.0, 0.4, DIRECTIONS, 1400, 0) for _ in range(2))
+    one, other = (state.new_flight(12.0, 30.0, 0.4, DIRECTIONS, 1400, 0) for _ in range(2))
     ping(slow, EXACT, cells, one)
     ping(slow, SONAR._replace(overlap=0.0), cells, other)
     # the order of the sums differs, and the speed of 1e-6 m/s over that of sound
     assert np.allclose(one.fresh, other.fresh, rtol=1e-6)
     assert np.array_equal(one.met, other.met)
-    assert one.counts[SEEN] == other.counts[SEEN] > 3
+    assert one.counts[state.SEEN] == other.counts[state.SEEN] > 3
 
 
 @pytest.mark.parametrize(("apart", "masked"), [(0.1, 1), (0.3, 0)])
 def test_an_echo_within_a_call_is_masked(apart: float, masked: int) -> None:
     found = heard(SONAR, (2.0, 0.0), (0.0 + math.sqrt((2.0 + apart) ** 2 - 0.81), 0.9))
-    assert found.counts[MASKED] == masked  # a millisecond is 0.17 m
-    assert found.counts[SEEN] == found.counts[AVOIDED] == 2 - masked
+    assert found.counts[state.MASKED] == masked  # a millisecond is 0.17 m
+    assert found.counts[state.SEEN] == found.counts[state.AVOIDED] == 2 - masked
 
 
 @pytest.mark.parametrize(("aside", "occluded"), [(0.05, 1), (0.2, 0)])
 def test_a_shadow_is_as_wide_as_the_obstacle(aside: float, occluded: int) -> None:
     # at 4 m the shadow of 0.05 m at 2 m is 0.1 m to each side
     senses = senses_of(Sensing("sonar", occlusion=True), BAT)
-    assert heard(senses, (2.0, 0.0), (4.0, aside)).counts[OCCLUDED] == occluded
+    assert heard(senses, (2.0, 0.0), (4.0, aside)).counts[state.OCCLUDED] == occluded
 
 
 def test_sound_by_way_of_two_obstacles() -> None:
     places = ((1.0, 0.0), (1.6, 0.5))
     senses = senses_of(Sensing("sonar", multipath=True), BAT)._replace(overlap=0.0)
     found = heard(senses, *places)
-    assert found.counts[GHOSTS] == 2  # there and back
-    assert found.counts[SEEN] == found.counts[AVOIDED] == 2
+    assert found.counts[state.GHOSTS] == 2  # there and back
+    assert found.counts[state.SEEN] == found.counts[state.AVOIDED] == 2
     way = 0.5 * (1.0 + math.hypot(0.6, 0.5) + math.hypot(*places[1]))
-    ghosts = found.echo[:4][found.echo[:4, ECHO_NUMBER] < 0.0]
-    assert np.allclose(ghosts[:, ECHO_RANGE], way)
-    assert heard(senses._replace(strength=0.01), *places).counts[GHOSTS] == 0
+    ghosts = found.echo[:4][found.echo[:4, state.ECHO_NUMBER] < 0.0]
+    assert np.allclose(ghosts[:, state.ECHO_RANGE], way)
+    assert heard(senses._replace(strength=0.01), *places).counts[state.GHOSTS] == 0
 
 
 def test_a_reading_takes_the_place_of_the_range() -> None:
@@ -112,7 +93,7 @@ def test_a_reading_takes_the_place_of_the_range() -> None:
     assert np.allclose(found.fresh, risk_of(1.25, 0.0))
     table[:] = np.nan
     found = heard(SONAR._replace(reading=table), (3.0, 0.0))
-    assert (found.counts[MISSED], found.counts[SEEN], found.counts[AVOIDED]) == (1, 0, 0)
+    assert (found.counts[state.MISSED], found.counts[state.SEEN], found.counts[state.AVOIDED]) == (1, 0, 0)
     assert found.fresh.max() == 0.0
 
 
@@ -125,24 +106,24 @@ def test_noise_turns_the_bearing() -> None:
 def test_the_nominal_chip_selects_what_the_desirabilities_do() -> None:
     senses = senses_of(Sensing(selection="chip"), BAT)
     cells = cells_of(plant(900, np.random.default_rng(8)), BAT.max_range + 1.0)
-    flight = new_flight(12.0, 30.0, -math.pi, DIRECTIONS, 900, 0)
+    flight = state.new_flight(12.0, 30.0, -math.pi, DIRECTIONS, 900, 0)
     fly(ARCS_OF, senses, cells, flight, 300)
-    pings = flight.counts[PINGS]
+    pings = flight.counts[state.PINGS]
     assert pings > 50
     # without deviations they differ by the projection's reach alone, e^-4/1.13^2 = 4 % of a risk beyond it
-    assert flight.counts[OTHER] < 0.2 * pings
-    assert flight.counts[LATE] + flight.counts[TIES] < 0.1 * pings
+    assert flight.counts[state.OTHER] < 0.2 * pings
+    assert flight.counts[state.LATE] + flight.counts[state.TIES] < 0.1 * pings
 
 
 def test_a_selection_that_comes_too_late_changes_nothing() -> None:
     senses = senses_of(Sensing(selection="chip"), BAT)._replace(deadline=0.0)
     cells, flight = scene((1.5, 0.1))
-    flight.counts[ARC], flight.counts[HEAD] = 12, 3
+    flight.counts[state.ARC], flight.counts[state.HEAD] = 12, 3
     for _ in range(3):
         ping(ARCS_OF, senses, cells, flight)
         choose(ARCS_OF, senses, flight)
-    assert flight.counts[LATE] == 3
-    assert (flight.counts[ARC], flight.counts[HEAD]) == (12, 3)
+    assert flight.counts[state.LATE] == 3
+    assert (flight.counts[state.ARC], flight.counts[state.HEAD]) == (12, 3)
 
 
 def test_desirabilities_that_are_alike_take_for_ever() -> None:
@@ -153,7 +134,7 @@ def test_desirabilities_that_are_alike_take_for_ever() -> None:
     cells, flight = scene((24.0, 0.0))
     ping(arcs_of(bat), senses, cells, flight)
     choose(arcs_of(bat), senses, flight)
-    assert (flight.counts[LATE], flight.counts[TIES]) == (1, 1)
+    assert (flight.counts[state.LATE], flight.counts[state.TIES]) == (1, 1)
 
 
 def test_a_chip_without_a_current_is_an_emergency() -> None:
@@ -161,7 +142,7 @@ def test_a_chip_without_a_current_is_an_emergency() -> None:
     flight = scene((24.0, 0.0))[1]
     flight.risk[:] = 40.0
     choose(ARCS_OF, senses, flight)
-    assert flight.counts[EMERGENCIES] == 1
+    assert flight.counts[state.EMERGENCIES] == 1
 
 
 def test_the_ideal_winner_is_kept_beside_the_chips() -> None:
@@ -172,4 +153,4 @@ def test_the_ideal_winner_is_kept_beside_the_chips() -> None:
     choose(ARCS_OF, EXACT, one)
     choose(ARCS_OF, senses_of(Sensing(selection="chip"), BAT), other)
     assert np.allclose(one.wish, other.wish)
-    assert one.counts[WINNER] == other.counts[WINNER]
+    assert one.counts[state.WINNER] == other.counts[state.WINNER]

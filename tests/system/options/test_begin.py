@@ -31,11 +31,15 @@ class Params:
     """Nothing to choose."""
 
 
+def _ring(params: Params = Params()) -> Circuit:
+    return RING.circuit
+
+
 def _testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     return replace(RING, circuit=circuit)
 
 
-def _deaf(params: Params) -> Circuit:
+def _deaf(params: Params = Params()) -> Circuit:
     """The ring, its events counted where it never comes."""
     ports = tuple(replace(p, threshold=7.0) if p.name == "spike" else p for p in RING.circuit.ports)
     return replace(RING.circuit, ports=ports)
@@ -46,7 +50,7 @@ def _count(result: Result) -> dict[str, float | None]:
 
 
 BLOCK = Block(
-    "free-ring", "rings", Params, lambda _: RING.circuit, tuple[Stimulus, ...](), _testbench, _count,
+    "free-ring", "rings", _ring, tuple[Stimulus, ...](), _testbench, _count,
     lambda result: "rings" if result.spikes["spike"].size else "silent",
 )  # fmt: skip
 DEAF = replace(BLOCK, name="deaf-ring", build=_deaf)

@@ -69,7 +69,7 @@ def test_sizes_in_micrometre_are_read_in_metre() -> None:
 
 
 def test_no_number_alone_and_no_other_unit() -> None:
-    circuit = BLOCK.build(BLOCK.params())
+    circuit = BLOCK.build()
     with pytest.raises(ParameterError, match=r"membrane_capacitance.*must be a capacitance in F.*600fF"):
         read_params(BLOCK.params(), ["membrane_capacitance=600"])
     with pytest.raises(ParameterError, match=r"must be a current in A; .* such as 40pA"):
@@ -104,7 +104,7 @@ def test_bad_parameters(text: str, words: str) -> None:
 
 
 def test_biases() -> None:
-    circuit = BLOCK.build(BLOCK.params())
+    circuit = BLOCK.build()
     assert read_biases(circuit, ["i_inh_tau=199.9p", "v-th=2.4V"]) == {"i_inh_tau": 199.9e-12, "v_th": 2.4}
     for text in ("i_lim[0]=1uA", "i_lim=1uA,2uA", "v_th=1A"):
         with pytest.raises(ParameterError):
@@ -112,7 +112,7 @@ def test_biases() -> None:
 
 
 def test_one_element_of_a_bias() -> None:
-    circuit = CHIP.build(CHIP.params())
+    circuit = CHIP.build()
     old = circuit.bias("i_inh_tau").value
     assert isinstance(old, tuple)
     new = read_biases(circuit, ["i_inh_tau[3]=1pA", "i_inh_tau[4]=2pA"])["i_inh_tau"]

@@ -1,7 +1,5 @@
 """The same silicon in every command: lot, die, corner, place, and what JSON says of them."""
 
-import json
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -13,23 +11,15 @@ from system.approach.scenario import Scenario
 from system.cli.command_line import main
 from system.options.block import choose, describe_silicon
 from system.options.silicon import SiliconChoice
+from tests.system.conftest import RunJson
 
 BLOCK = "rebound-neuron"
 AT = ("--at", "ranging-chip/neuron[5]")
 DIE = ("--lot", "B", "--die", "1003", "--corner", "ff", "--no-mismatch")
 
 
-@pytest.fixture
-def run_json(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
-    def call(*arguments: str) -> Any:
-        assert main((*arguments, "--json")) == 0
-        return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-
-    return call
-
-
 @pytest.mark.parametrize("command", [("show",), ("op",), ("simulate",), ("export", "-o", "-")])
-def test_every_command_says_which_die(command: tuple[str, ...], run_json: Callable[..., Any]) -> None:
+def test_every_command_says_which_die(command: tuple[str, ...], run_json: RunJson) -> None:
     found = run_json(command[0], BLOCK, *command[1:], *DIE, *AT)
     said = {k: found[k] for k in ("lot", "die", "corner", "mismatch", "process_variation", "at")}
     assert said == {
@@ -42,14 +32,14 @@ def test_every_command_says_which_die(command: tuple[str, ...], run_json: Callab
     }
 
 
-def test_the_nominal_die_is_the_default(run_json: Callable[..., Any]) -> None:
+def test_the_nominal_die_is_the_default(run_json: RunJson) -> None:
     found = run_json("op", BLOCK)
     assert (found["die"], found["at"]) == (None, None)
     assert run_json("op", BLOCK, "--corner", "typical")["voltages_V"] == found["voltages_V"]
     assert run_json("op", BLOCK, "--lot", "Z")["voltages_V"] == found["voltages_V"]
 
 
-def test_dies_lots_corners_and_places_differ_and_come_again(run_json: Callable[..., Any]) -> None:
+def test_dies_lots_corners_and_places_differ_and_come_again(run_json: RunJson) -> None:
     variants = [
         (),
         ("--die", "1"),
@@ -120,7 +110,7 @@ def test_the_neurons_of_the_approach_are_the_chip_s() -> None:
     assert board.machine.silicon == choose("centroid-board", silicon=SiliconChoice(die=1003)).silicon
 
 
-def test_an_approach_runs_on_a_die(run_json: Callable[..., Any]) -> None:
+def test_an_approach_runs_on_a_die(run_json: RunJson) -> None:
     nominal, die = (
         run_json("run", "approach", "--duration", "0.25s", *options) for options in ((), ("--die", "3"))
     )

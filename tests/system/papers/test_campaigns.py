@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
@@ -19,6 +16,7 @@ from distributed import LocalCluster
 from system.cli.command_line import main
 from system.registry import EXPERIMENTS, load_experiment
 from system.study.campaign import ALONE
+from tests.killed import kill_when
 
 WANTED = ["reproduce", "forest-weights", "--param", "collisions=1", "--json"]
 COMMAND = [sys.executable, "-c", "import sys; from system.cli.command_line import main; sys.exit(main())"]
@@ -67,15 +65,7 @@ def test_a_killed_campaign_goes_on_with_other_workers(
 ) -> None:
     part = tmp_path / "part.jsonl"
     child = subprocess.Popen([*COMMAND, *WANTED, "-o", str(part)], stdout=subprocess.DEVNULL)
-    try:
-        deadline = time.monotonic() + 120.0
-        while not part.exists() or part.read_bytes().count(b"\n") < 3:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        os.kill(child.pid, signal.SIGKILL)
-    finally:
-        child.kill()
-        child.wait()
+    kill_when(child, lambda: part.exists() and part.read_bytes().count(b"\n") >= 3)
     assert main([*WANTED, "-o", str(part), "--resume", "--workers", "2"]) in {0, 1}
     assert json.loads(capsys.readouterr().out) == whole.document
     assert part.read_bytes() == whole.file

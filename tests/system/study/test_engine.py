@@ -26,6 +26,7 @@ from system.study.manifest import FILE, Study, read_study
 from system.study.plan import Plan
 from system.study.table import FAILED, Condition, Table
 from system.study.target import Subject, open_target
+from tests.killed import kill_when
 
 ROOT = Path(__file__).resolve().parents[3]
 HERE = "tests.system.study.test_engine"
@@ -200,15 +201,7 @@ def killed(tmp_path: Path) -> Path:
         f"t.run(t.study(metric='slow_sum'), Path({str(tmp_path)!r}))"
     )
     child = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT)
-    try:
-        deadline = time.monotonic() + 60.0
-        while len(list(tmp_path.glob(f"{CHUNKS}/0*.nc"))) < 2:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        os.kill(child.pid, signal.SIGKILL)
-    finally:
-        child.kill()
-        child.wait()
+    kill_when(child, lambda: len(list(tmp_path.glob(f"{CHUNKS}/0*.nc"))) >= 2)
     return tmp_path
 
 

@@ -49,7 +49,7 @@ def hear(
     spikes = []
     for block in blocks:
         bench = Testbench(
-            block.name, block.build(block.params()), (VDD, Source("envelope", "envelope", envelope)), stop,
+            block.name, block.build(), (VDD, Source("envelope", "envelope", envelope)), stop,
             watch=("spike",),
         )  # fmt: skip
         spikes.append(simulate(bench, silicon, record=("spike",)).spikes["spike"] - CALL_TIME)

@@ -11,17 +11,7 @@ from scipy import stats
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
-from system.study.statistics.interval import (
-    EVERYTHING,
-    MANY,
-    Interval,
-    clopper_pearson,
-    mean_interval,
-    quantile_interval,
-    sigma_interval,
-    skew_interval,
-    skewness,
-)
+from system.study.statistics import interval as intervals
 
 DISTRIBUTIONS = {
     "normal": stats.norm(2.0, 0.5),
@@ -35,7 +25,7 @@ def covered(
     n: int,
     experiments: int,
     truth: float,
-    interval: Callable[[F64, np.random.Generator], Interval],
+    interval: Callable[[F64, np.random.Generator], intervals.Interval],
 ) -> float:
     rng = np.random.default_rng([n, len(name)])
     draws = DISTRIBUTIONS[name].rvs((experiments, n), random_state=rng)
@@ -44,7 +34,7 @@ def covered(
 
 @pytest.mark.parametrize("n", [1, 10, 100])
 def test_a_proportion_is_covered_by_the_exact_sum(n: int) -> None:
-    ends = [clopper_pearson(k, n) for k in range(n + 1)]
+    ends = [intervals.clopper_pearson(k, n) for k in range(n + 1)]
     for p in np.linspace(0.0, 1.0, 1001):
         inside = [k for k, interval in enumerate(ends) if p in interval]
         assert stats.binom.pmf(inside, n, p).sum() >= 0.95 - 1e-12
@@ -53,19 +43,19 @@ def test_a_proportion_is_covered_by_the_exact_sum(n: int) -> None:
 @given(st.integers(1, 3000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_a_proportion_is_that_of_scipy(counts: tuple[int, int]) -> None:
     theirs = stats.binomtest(*counts).proportion_ci(method="exact")
-    ours = clopper_pearson(*counts)
+    ours = intervals.clopper_pearson(*counts)
     assert ours.low == pytest.approx(theirs.low, rel=1e-9, abs=1e-12)
     assert ours.high == pytest.approx(theirs.high, rel=1e-9, abs=1e-12)
 
 
 def test_no_sample_says_nothing_of_a_proportion() -> None:
-    assert clopper_pearson(0, 0) == Interval(0.0, 1.0)
+    assert intervals.clopper_pearson(0, 0) == intervals.Interval(0.0, 1.0)
 
 
 @pytest.mark.parametrize("counts", [(2, 1), (-1, 3)])
 def test_impossible_counts_are_refused(counts: tuple[int, int]) -> None:
     with pytest.raises(ParameterError, match=r"passed: .*, must be from 0 to samples"):
-        clopper_pearson(*counts)
+        intervals.clopper_pearson(*counts)
 
 
 # 93 to 97 % is measured with 1,000 experiments in benchmarks/study_statistics.py; here 300 have a standard
@@ -73,7 +63,7 @@ def test_impossible_counts_are_refused(counts: tuple[int, int]) -> None:
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
 def test_the_mean_is_covered(name: str) -> None:
     truth = float(DISTRIBUTIONS[name].mean())
-    found = covered(name, 100, 300, truth, lambda x, rng: mean_interval(x, rng, resamples=399))
+    found = covered(name, 100, 300, truth, lambda x, rng: intervals.mean_interval(x, rng, resamples=399))
     assert 0.91 <= found <= 0.99
 
 
@@ -82,19 +72,19 @@ def test_the_mean_is_covered(name: str) -> None:
 def test_quantiles_are_covered(name: str, p: float) -> None:
     truth = float(DISTRIBUTIONS[name].ppf(p))
     for n in (100, 1000):
-        assert 0.93 <= covered(name, n, 600, truth, lambda x, _: quantile_interval(x, p)) <= 0.97
+        assert 0.93 <= covered(name, n, 600, truth, lambda x, _: intervals.quantile_interval(x, p)) <= 0.97
 
 
 def test_sigma_and_skew_of_normals_are_covered() -> None:
-    sigma = covered("normal", 100, 200, 0.5, lambda x, rng: sigma_interval(x, rng, resamples=399))
-    skew = covered("normal", 100, 200, 0.0, lambda x, rng: skew_interval(x, rng, resamples=399))
+    sigma = covered("normal", 100, 200, 0.5, lambda x, rng: intervals.sigma_interval(x, rng, resamples=399))
+    skew = covered("normal", 100, 200, 0.0, lambda x, rng: intervals.skew_interval(x, rng, resamples=399))
     assert 0.9 <= sigma <= 0.99
     assert 0.87 <= skew <= 0.99
 
 
 def test_many_samples_need_no_resampling_and_agree_with_it() -> None:
-    x = np.random.default_rng(1).exponential(size=MANY + 1)
-    for interval in (mean_interval, sigma_interval, skew_interval):
+    x = np.random.default_rng(1).exponential(size=intervals.MANY + 1)
+    for interval in (intervals.mean_interval, intervals.sigma_interval, intervals.skew_interval):
         plain = interval(x, np.random.default_rng(2))
         resampled = interval(x[:-1], np.random.default_rng(2), resamples=999)
         # the bootstrap's own noise at 999 resamples, and for the skewness its asymmetry
@@ -104,15 +94,19 @@ def test_many_samples_need_no_resampling_and_agree_with_it() -> None:
 
 def test_the_same_generator_gives_the_same_interval() -> None:
     x = np.random.default_rng(1).normal(size=50)
-    assert mean_interval(x, np.random.default_rng(7)) == mean_interval(x, np.random.default_rng(7))
-    assert mean_interval(x, np.random.default_rng(7)) != mean_interval(x, np.random.default_rng(8))
+    assert intervals.mean_interval(x, np.random.default_rng(7)) == intervals.mean_interval(
+        x, np.random.default_rng(7)
+    )
+    assert intervals.mean_interval(x, np.random.default_rng(7)) != intervals.mean_interval(
+        x, np.random.default_rng(8)
+    )
 
 
 def test_a_higher_level_is_wider() -> None:
     x = np.random.default_rng(1).normal(size=200)
     for low, high in zip(
-        (quantile_interval(x, 0.5, level) for level in (0.8, 0.95)),
-        (quantile_interval(x, 0.5, level) for level in (0.95, 0.99)),
+        (intervals.quantile_interval(x, 0.5, level) for level in (0.8, 0.95)),
+        (intervals.quantile_interval(x, 0.5, level) for level in (0.95, 0.99)),
         strict=True,
     ):
         assert high.low < low.low < low.high < high.high
@@ -121,54 +115,56 @@ def test_a_higher_level_is_wider() -> None:
 @pytest.mark.parametrize("x", [[], [1.0]])
 def test_too_few_samples_have_no_limits(x: list[float]) -> None:
     rng, values = np.random.default_rng(0), np.array(x)
-    assert mean_interval(values, rng) == skew_interval(values, rng) == EVERYTHING
-    assert sigma_interval(values, rng) == Interval(0.0, math.inf)
-    assert quantile_interval(values, 0.5) == EVERYTHING
+    assert (
+        intervals.mean_interval(values, rng) == intervals.skew_interval(values, rng) == intervals.EVERYTHING
+    )
+    assert intervals.sigma_interval(values, rng) == intervals.Interval(0.0, math.inf)
+    assert intervals.quantile_interval(values, 0.5) == intervals.EVERYTHING
 
 
 def test_a_few_samples_have_students_interval() -> None:
-    found = mean_interval(np.array([1.0, 3.0]), np.random.default_rng(0))
+    found = intervals.mean_interval(np.array([1.0, 3.0]), np.random.default_rng(0))
     assert found.low == pytest.approx(2.0 - 12.7062047, abs=1e-6)  # Student's t of one degree of freedom
     assert found.high == pytest.approx(2.0 + 12.7062047, abs=1e-6)
 
 
 def test_equal_samples_have_no_spread() -> None:
     rng, values = np.random.default_rng(0), np.full(30, 0.1)
-    assert mean_interval(values, rng).half_width == 0.0
-    assert sigma_interval(values, rng) == Interval(0.0, 0.0)
-    assert skew_interval(values, rng) == EVERYTHING
+    assert intervals.mean_interval(values, rng).half_width == 0.0
+    assert intervals.sigma_interval(values, rng) == intervals.Interval(0.0, 0.0)
+    assert intervals.skew_interval(values, rng) == intervals.EVERYTHING
 
 
 def test_ties_leave_finite_limits() -> None:
     values = np.array([1.0] * 29 + [2.0])
-    found = mean_interval(values, np.random.default_rng(0))
+    found = intervals.mean_interval(values, np.random.default_rng(0))
     assert 0.9 < found.low < found.high < 1.2
 
 
 def test_an_outer_quantile_of_few_samples_has_one_limit() -> None:
     values = np.arange(20.0)
-    assert quantile_interval(values, 0.05).low == -math.inf
-    assert quantile_interval(values, 0.05).high < 5.0
-    assert quantile_interval(values, 0.95).high == math.inf
+    assert intervals.quantile_interval(values, 0.05).low == -math.inf
+    assert intervals.quantile_interval(values, 0.05).high < 5.0
+    assert intervals.quantile_interval(values, 0.95).high == math.inf
 
 
 def test_quantiles_mirror() -> None:
     values = np.random.default_rng(3).lognormal(size=77)
-    ours, mirrored = quantile_interval(values, 0.2), quantile_interval(-values, 0.8)
+    ours, mirrored = intervals.quantile_interval(values, 0.2), intervals.quantile_interval(-values, 0.8)
     assert (ours.low, ours.high) == pytest.approx((-mirrored.high, -mirrored.low))
 
 
 @pytest.mark.parametrize("p", [0.0, 1.0, -0.1])
 def test_a_quantile_outside_is_refused(p: float) -> None:
     with pytest.raises(ParameterError, match="quantile: "):
-        quantile_interval(np.zeros(3), p)
+        intervals.quantile_interval(np.zeros(3), p)
 
 
 def test_a_level_outside_is_refused() -> None:
     with pytest.raises(ParameterError, match="level: 95, must be above 0 and below 1"):
-        clopper_pearson(1, 2, 95.0)
+        intervals.clopper_pearson(1, 2, 95.0)
 
 
 def test_skewness_is_that_of_scipy() -> None:
     values = np.random.default_rng(0).exponential(size=40)
-    assert skewness(values) == pytest.approx(stats.skew(values), rel=1e-12)
+    assert intervals.skewness(values) == pytest.approx(stats.skew(values), rel=1e-12)
