@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
+from circuits.compiled import compiled
 from circuits.devices.source import Constant, Polyline, Pulse, Waveform
 
 WIDTH = 10e-6  # s, at the full supply
@@ -65,3 +66,17 @@ def falling_crossing(time: F64, v: F64, level: float) -> float | None:
         The level, in the unit of the waveform.
     """
     return rising_crossing(time, -v, -level)
+
+
+@compiled(forceinline=True)
+def sort_events(time: F64, value: F64 | I64, count: int) -> None:
+    """Sort the first `count` events and what each of them is in place, by time; those of one time stay as is.
+
+    It is for few events, or for many that are nearly in order; for use in compiled kernels too.
+    """
+    for i in range(1, count):
+        at, what, k = time[i], value[i], i
+        while k > 0 and time[k - 1] > at:
+            time[k], value[k] = time[k - 1], value[k - 1]
+            k -= 1
+        time[k], value[k] = at, what

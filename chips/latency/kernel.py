@@ -17,7 +17,7 @@ from chips.latency.design import REACH
 from chips.latency.model import Lumped
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-from circuits.event import WIDTH
+from circuits.event import WIDTH, sort_events
 
 OVERFLOW, UNDECIDED = range(2)  # of `Memory.counts`
 MARGIN = 0.02  # |ln| of a detector's currents over what is taken, within which it does not decide; ours
@@ -68,12 +68,7 @@ def crossing(time: F64, change: F64, count: int, charge: float) -> float:
     time (s), change (A): of its current at each of `count` events, which are sorted in place. The membrane
     does not go below ground.
     """
-    for i in range(1, count):
-        at, by, k = time[i], change[i], i
-        while k > 0 and time[k - 1] > at:
-            time[k], change[k] = time[k - 1], change[k - 1]
-            k -= 1
-        time[k], change[k] = at, by
+    sort_events(time, change, count)
     level, current = 0.0, 0.0
     for i in range(count):
         current += change[i]

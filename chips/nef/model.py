@@ -33,6 +33,7 @@ from circuits.blocks.nef.neuron import LEAK
 from circuits.blocks.nef.synapse import LINE_UNITS
 from circuits.circuit import Bias, Circuit
 from circuits.devices.ekv import of_weak
+from circuits.devices.pinch_off import pinch_off
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices, array_of, mirror_of, standing
 from circuits.silicon.die import Place
@@ -172,7 +173,9 @@ def _filter(d: DieDevices, capacitance: float, unit: float) -> Filters:
     leak = d.saturated("filter.md3", d.below("v_tau"))
     ratio = middle / leak - 1.0  # S at the middle
     power = md5.kappa / md1.kappa
-    across = md5.kappa * (d.below("v_thr") - md5.threshold + md1.threshold - md2.threshold) / d.u_t
+    # v_p of md5 whose gate is off v_thr by what md1's threshold differs from md2's
+    gate = d.below("v_thr") - md5.threshold + md1.threshold
+    across = pinch_off(md5.kappa, gate, md2.threshold) / d.u_t
     weak = np.exp(across) * (ratio * md2.current / md1.current) ** power
     out = md5.current * of_weak(weak)
     tau = capacitance * d.u_t / (md1.kappa * leak) * (1.0 + 1.0 / ratio)

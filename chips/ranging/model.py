@@ -33,6 +33,7 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
 from circuits.devices.ekv import argument
+from circuits.devices.pinch_off import pinch_off
 from circuits.devices.source import Constant
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.flatten import DeviceGroup, flatten
@@ -177,7 +178,7 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
         m2_current=fet["membrane.m2"].current,
         m2_threshold=fet["membrane.m2"].threshold,
         me4_current=fet["excitation.me4"].current,
-        me4_pinch=every * p.kappa * (v_dd - gate["i_ex_tau"] - fet["excitation.me4"].threshold),
+        me4_pinch=pinch_off(every * p.kappa, v_dd - gate["i_ex_tau"], fet["excitation.me4"].threshold),
         me4_forward=saturated("excitation.me4", "i_ex_tau"),
         me5_current=fet["excitation.me5"].current,
         me5_threshold=fet["excitation.me5"].threshold,
@@ -294,8 +295,8 @@ def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon)
     # v_r where m2, its gate at v_mem, carries I_rtau: v_r = V_dd - v_p + U_T u(I / I_S)
     fet = d.on_die.fet
     drive = u_t * argument(i_rtau / fet[m2].current)
-    full = n.kappa * (v_dd - fet[mi12].threshold)
-    v_r = v_dd - p.kappa * (v_dd - fet[m2].threshold) + drive
+    full = pinch_off(n.kappa, v_dd, fet[mi12].threshold)
+    v_r = v_dd - pinch_off(p.kappa, v_dd, fet[m2].threshold) + drive
     found = np.empty_like(v_rest)
     pull = Pull(v_rest, fet[m1].current, fet[m1].threshold, fet[mi12].current, full, v_r, i_rslope)
     pull_low(pull, u_t, n.kappa, p.kappa, found)

@@ -30,6 +30,7 @@ from circuits.bias import bias_voltages
 from circuits.blocks.wavefront.axon_delay import HIGHEST
 from circuits.circuit import Circuit
 from circuits.devices.ekv import interpolation, steepness
+from circuits.devices.pinch_off import pinch_off
 from circuits.errors import ParameterError
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import Shift, shared
@@ -159,8 +160,8 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
     own = [names.index(f"{name}.v_t0") for name in LOCAL]
     half = 0.5 * law.kappa / law.u_t
     return Conditions(
-        specific, half * (gates["i_delay"] - law.v_t0), half, float(x), log_charge, tail_slope * tail, unit,
-        gain[own], offset[own],
+        specific, float(pinch_off(half, gates["i_delay"], law.v_t0)), half, float(x), log_charge,
+        tail_slope * tail, unit, gain[own], offset[own],
     )  # fmt: skip
 
 
@@ -195,7 +196,7 @@ def _saturated(
 ) -> tuple[float, float, float]:
     """Specific current and current in saturation, A, of an nFET without deviations; d ln I / d V_T0, 1/V."""
     specific = law.square_current * transistor_of(model.axon, name).square
-    carried = float(interpolation(law.kappa * (gate - law.v_t0) / law.u_t))
+    carried = float(interpolation(pinch_off(law.kappa, gate, law.v_t0) / law.u_t))
     return specific, specific * carried, -law.kappa / law.u_t * float(steepness(carried))
 
 

@@ -43,6 +43,7 @@ from circuits.circuit import Circuit, Instance, InstanceArray, Shape
 from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.devices.ekv import argument, interpolation, law
+from circuits.devices.pinch_off import pinch_off
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import Path
 from circuits.silicon.process import POLARITIES
@@ -106,7 +107,7 @@ class DieDevices(NamedTuple):
     def pinch(self, device: str, gate: F64 | float) -> F64:
         """`kappa (v_g - V_T0) / U_T`, gate: V above the bulk (below it for a pFET)."""
         fet = self.fet[device]
-        return np.asarray(fet.kappa * (gate - fet.threshold) / self.u_t)
+        return pinch_off(fet.kappa, gate, fet.threshold) / self.u_t
 
     def below(self, port: str) -> F64:
         """Bias voltage of a pFET's gate, counted from the supply down, V."""

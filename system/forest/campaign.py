@@ -31,7 +31,7 @@ from system.openspace.law import Arcs, Bat, arcs_of
 from system.openspace.map import OBSTACLES
 from system.openspace.senses import IDEAL, Sensing, senses_of
 from system.study.campaign import Campaign, Execution, Runs
-from system.study.statistics.interval import LEVEL, Estimate, Interval
+from system.study.statistics.interval import LEVEL, Estimate, Interval, poisson_interval
 
 COLLISIONS, PINGS = 200, 250_000_000  # at which a configuration ends
 FIRST_SEED = 50_000  # of a report; those below 1000 choose numbers, none between is used
@@ -195,11 +195,9 @@ def fly_all(
 
 
 def mean_avoided(avoided: int, collisions: int, level: float = LEVEL) -> Estimate:
-    """Avoided obstacles a collision, with the exact Poisson interval of Garwood (1936)."""
-    tail = 0.5 * (1.0 - level)
-    most = 0.5 * float(stats.chi2.isf(tail, 2 * collisions + 2))
-    least = 0.5 * float(stats.chi2.ppf(tail, 2 * collisions)) if collisions else 0.0
-    interval = Interval(avoided / most, avoided / least if collisions else math.inf)
+    """Avoided obstacles a collision, with the exact interval of Poisson events."""
+    met = poisson_interval(collisions, level)
+    interval = Interval(avoided / met.high, avoided / met.low if collisions else math.inf)
     return Estimate(avoided / collisions if collisions else math.inf, interval)
 
 

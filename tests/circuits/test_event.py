@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from chips.cell import add_pulse
 from circuits.devices.source import Pulse
@@ -14,6 +16,7 @@ from circuits.event import (
     pulse,
     pulse_line,
     rising_crossing,
+    sort_events,
 )
 
 
@@ -41,3 +44,16 @@ def test_a_cell_s_event_is_that_pulse() -> None:
 def test_without_events_the_line_is_at_rest_and_nothing_crosses() -> None:
     assert not isinstance(pulse((), 5.0), Pulse)
     assert rising_crossing(np.array([0.0, 1.0]), np.zeros(2), 2.5) is None
+
+
+@given(st.lists(st.integers(0, 9), max_size=30), st.integers(0, 30))
+def test_events_are_sorted_by_time_and_those_of_one_time_stay_in_order(times: list[int], first: int) -> None:
+    count = min(first, len(times))
+    time, value = np.array(times, dtype=np.float64), np.arange(len(times))
+    order = np.concatenate([np.argsort(time[:count], kind="stable"), np.arange(count, len(times))]).astype(
+        int
+    )
+    expected = time[order]
+    sort_events(time, value, count)
+    assert value.tolist() == order.tolist()
+    assert time.tolist() == expected.tolist()

@@ -14,6 +14,7 @@ from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks.block import ClosedForm
 from circuits.blocks.sonar import rebound_equations as eq
 from circuits.circuit import Circuit
+from circuits.devices.pinch_off import pinch_off
 from circuits.devices.softplus import inverse_softplus
 from circuits.event import WIDTH
 from circuits.lowering.capacitance import node_capacitances
@@ -53,7 +54,7 @@ def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
         math.sqrt(currents["i_lim"] / _specific(circuit, silicon, "inhibition.mi8"))
     )
     charged = _specific(circuit, silicon, "inhibition.mi4") * WIDTH / (c_inh * n.u_t)
-    v_inh_high = n.kappa * (silicon.process.v_dd - n.v_t0) + n.u_t * math.log(charged)
+    v_inh_high = float(pinch_off(n.kappa, silicon.process.v_dd, n.v_t0)) + n.u_t * math.log(charged)
     drawn = eq.ReboundParameters(
         u_t=n.u_t,
         kappa_n=n.kappa,

@@ -17,7 +17,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import chi2
 
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report
@@ -28,7 +27,7 @@ from system.pushbot.scenario import Scenario, scene_of
 from system.rule import Measured, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
-from system.study.statistics.interval import LEVEL, Interval
+from system.study.statistics.interval import Interval, poisson_interval
 from system.worlds.arena.geometry import Obstacles, collision, obstacles_of, outline_at
 from system.worlds.arena.scene import LIGHTS, Scene
 from system.worlds.camera.sensor import Dvs
@@ -95,10 +94,9 @@ def is_walked_into(trace: Trace) -> bool:
 
 
 def poisson(count: int, minutes: float) -> Interval:
-    """Give the exact 95 % interval of a rate, 1/min (Garwood 1936)."""
-    tail = 0.5 * (1.0 - LEVEL)
-    low = float(chi2.ppf(tail, 2 * count)) / 2.0 if count else 0.0
-    return Interval(low / minutes, float(chi2.ppf(1.0 - tail, 2 * (count + 1))) / 2.0 / minutes)
+    """Give the exact 95 % interval of a rate, 1/min."""
+    found = poisson_interval(count)
+    return Interval(found.low / minutes, found.high / minutes)
 
 
 def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:

@@ -1,6 +1,7 @@
-"""Confidence intervals of a proportion, a mean, a quantile, a standard deviation and a skewness.
+"""Confidence intervals of a proportion, a count, a mean, a quantile, a standard deviation and a skewness.
 
 Proportion: Clopper and Pearson (1934), the exact one, from quantiles of the beta distribution.
+Count of Poisson events: Garwood, "Fiducial limits for the Poisson distribution" (1936), the exact one.
 Mean, sigma, skew: the bootstrap-t of Efron. Of a statistic `v` with standard error `e` the pivot
 `t* = (v* - v) / e*` is resampled, and the interval is `[v - e t_high, v - e t_low]`; sigma on a log scale. On
 skewed data at 100 samples it covers better than BCa (lognormal, sigma 0.5, mean: 94.3 against 93.6 %).
@@ -108,6 +109,19 @@ def clopper_pearson(passed: int, samples: int, level: float = LEVEL) -> Interval
     return Interval(low, high)
 
 
+def poisson_interval(count: int, level: float = LEVEL) -> Interval:
+    """Give the exact interval of the expected number of Poisson events of which `count` were seen.
+
+    It covers every true number with at least `level`. Raises `ParameterError` for a count below zero, and for
+    a level outside 0 to 1.
+    """
+    if count < 0:
+        raise ParameterError(f"count: {count}, must be >= 0; count again")
+    tail = 0.5 * (1.0 - _checked(level))
+    low = 0.5 * float(stats.chi2.ppf(tail, 2 * count)) if count else 0.0
+    return Interval(low, 0.5 * float(stats.chi2.isf(tail, 2 * count + 2)))
+
+
 def mean_interval(
     values: F64, rng: np.random.Generator, level: float = LEVEL, resamples: int = RESAMPLES
 ) -> Interval:
@@ -131,7 +145,7 @@ def mean_interval(
     ParameterError
         The level is not between 0 and 1.
     """
-    n = len(values)
+    n, level = len(values), _checked(level)
     if n < 2:
         return EVERYTHING
     if n < FEWEST:
@@ -162,6 +176,7 @@ def sigma_interval(
     ParameterError
         The level is not between 0 and 1.
     """
+    level = _checked(level)
     if len(values) < FEWEST:
         return Interval(0.0, math.inf)
     if np.ptp(values) == 0.0:
@@ -194,6 +209,7 @@ def skew_interval(
     ParameterError
         The level is not between 0 and 1.
     """
+    level = _checked(level)
     if len(values) < FEWEST or np.ptp(values) == 0.0:
         return EVERYTHING
     return _bootstrap_t(values, skewness, _error_of_skewness, rng, level, resamples)
@@ -273,9 +289,7 @@ def _bootstrap_t(
             t = (statistic(sample, axis) - point) / error(sample, axis)
         return np.asarray(np.clip(np.nan_to_num(t, nan=0.0), -_FAR, _FAR))
 
-    tail = (0.5 * (1.0 - _checked(level)) * (resamples + 1) - 1.0) / (
-        resamples - 1
-    )  # of ranks 1 to resamples
+    tail = (0.5 * (1.0 - level) * (resamples + 1) - 1.0) / (resamples - 1)  # of ranks 1 to resamples
     found = stats.bootstrap(
         (values,), pivot, n_resamples=resamples, batch=max(1, _BATCH // n), vectorized=True,
         confidence_level=1.0 - 2.0 * max(tail, 0.0), method="percentile", random_state=rng,
@@ -286,7 +300,7 @@ def _bootstrap_t(
 
 
 def _symmetric(point: float, scale: float, n: int, level: float) -> Interval:
-    tail = 0.5 * (1.0 - _checked(level))
+    tail = 0.5 * (1.0 - level)
     reach = scale * float(-ndtri(tail) if n > MANY else -stdtrit(n - 1, tail))
     return Interval(point - reach, point + reach)
 

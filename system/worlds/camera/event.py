@@ -10,6 +10,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
+from circuits.event import sort_events
 
 _INSTANT = 1e-12  # s, in which events are too close to be told apart by equal bins
 _CROWD = 64  # events beside each in its bin, from where on sorting by comparison is as fast; ours
@@ -92,12 +93,7 @@ def _deal(time: F64, code: I64, begin: I64, to_time: F64, to_code: I64) -> bool:
         k = int((time[i] - low) * scale) + 1
         to_time[begin[k]], to_code[begin[k]] = time[i], code[i]
         begin[k] += 1
-    for i in range(1, n):
-        at, what, k = to_time[i], to_code[i], i
-        while k > 0 and to_time[k - 1] > at:
-            to_time[k], to_code[k] = to_time[k - 1], to_code[k - 1]
-            k -= 1
-        to_time[k], to_code[k] = at, what
+    sort_events(to_time, to_code, n)
     return True
 
 

@@ -122,6 +122,35 @@ def test_too_few_samples_have_no_limits(x: list[float]) -> None:
     assert intervals.quantile_interval(values, 0.5) == intervals.EVERYTHING
 
 
+@pytest.mark.parametrize("level", [0.0, 1.0, 1.5, math.nan])
+@pytest.mark.parametrize("x", [[], [1.0], [1.0, 1.0], [1.0] * 30, [1.0, 2.0] * 15])
+@pytest.mark.parametrize(
+    "interval", [intervals.mean_interval, intervals.sigma_interval, intervals.skew_interval]
+)
+def test_a_level_that_is_none_is_refused_for_any_samples(
+    interval: Callable[[F64, np.random.Generator, float], intervals.Interval], x: list[float], level: float
+) -> None:
+    with pytest.raises(ParameterError, match=r"^level: "):
+        interval(np.array(x), np.random.default_rng(0), level)
+
+
+def test_a_poisson_count_has_garwoods_interval() -> None:
+    found = [intervals.poisson_interval(count) for count in (0, 1, 10)]
+    # exact 95 % limits as tables of the Poisson distribution print them
+    assert [round(each.low, 4) for each in found] == [0.0, 0.0253, 4.7954]
+    assert [round(each.high, 4) for each in found] == [3.6889, 5.5716, 18.3904]
+    for count, each in zip((1, 10), found[1:], strict=True):
+        assert stats.poisson.sf(count - 1, each.low) == pytest.approx(0.025, rel=1e-9)
+        assert stats.poisson.cdf(count, each.high) == pytest.approx(0.025, rel=1e-9)
+
+
+def test_what_is_no_count_has_no_poisson_interval() -> None:
+    with pytest.raises(ParameterError, match="count: -1, must be >= 0"):
+        intervals.poisson_interval(-1)
+    with pytest.raises(ParameterError, match="level: 2"):
+        intervals.poisson_interval(0, 2.0)
+
+
 def test_a_few_samples_have_students_interval() -> None:
     found = intervals.mean_interval(np.array([1.0, 3.0]), np.random.default_rng(0))
     assert found.low == pytest.approx(2.0 - 12.7062047, abs=1e-6)  # Student's t of one degree of freedom
