@@ -25,6 +25,7 @@ extensions = [
     "_extension.rows",
     "_extension.units",
     "_extension.error_tree",
+    "_extension.file_fields",
 ]
 exclude_patterns = ["_extension"]
 

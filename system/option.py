@@ -160,7 +160,7 @@ class Setting:
         for word in sorted(value) if self.option.collect is not None else (value,):
             if self.choices and word not in self.choices:
                 raise ParameterError(f"{path}: {word}, must be {listed(self.choices)}")
-        rules = _rules(self.option)
+        rules = rules_of(self.option)
         if isinstance(value, int | float) and rules and not _within(self.option, value):
             unit = f" {self.option.unit}" if self.option.unit else ""
             raise ParameterError(f"{path}: {value:g}{unit}, must be {' and '.join(rules)}")
@@ -257,7 +257,8 @@ def _default(each: Any) -> Any:
     return each.default_factory() if each.default_factory is not MISSING else MISSING
 
 
-def _rules(stated: Option) -> list[str]:
+def rules_of(stated: Option) -> list[str]:
+    """Return what a number must be by its option's limits, a rule each, as `> 0`."""
     limits = (("> ", stated.above), (">= ", stated.least), ("< ", stated.below), ("<= ", stated.most))
     return [f"{sign}{limit:g}" for sign, limit in limits if limit is not None] + _finite(stated)
 

@@ -167,3 +167,22 @@ def test_the_tree_of_errors_has_every_class(running: ModuleType) -> None:
     while more := {name for name, base in found.items() if base in ours} - ours:
         ours |= more
     assert listed == ours
+
+
+def test_what_a_docstring_says_of_fields_is_found(running: ModuleType) -> None:
+    assert running
+    fields = importlib.import_module("_extension.file_fields")
+    numpydoc = (
+        "A study.\n\nAttributes\n----------\nname, kind : what it is: text.\nlot : of dies.\n\nRaises X."
+    )
+    assert fields.entries(numpydoc) == {
+        "name": "what it is: text",
+        "kind": "what it is: text",
+        "lot": "of dies",
+    }
+    typed = "A study.\n\nAttributes\n----------\nname, kind : str\n    What it\n    is.\nlot\n    Of dies."
+    assert fields.entries(typed) == {"name": "What it is", "kind": "What it is", "lot": "Of dies"}
+    assert fields.entries("A run.\n\nkey: which one; found: what: it is.") == {
+        "key": "which one",
+        "found": "what: it is",
+    }

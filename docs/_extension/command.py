@@ -16,7 +16,7 @@ The directive `script` holds Python instead, which runs in the same folder and m
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -26,7 +26,11 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import OptionSpec
 
+from _extension.file_fields import netcdf
 from _extension.running import ROOT, Done, block, done, drawn, page_folder, picture
+
+COLUMNS = 100  # of a file's lines that are shown
+SHOWN = 6  # lines of a file that are shown
 
 
 class CommandDirective(SphinxDirective):
@@ -40,6 +44,7 @@ class CommandDirective(SphinxDirective):
         "status": directives.nonnegative_int,  # the exit status that is right, 0 unless given
         "alt": directives.unchanged,  # what the picture shows, for who cannot see it
         "hide": directives.flag,  # only what it draws is shown
+        "shows": directives.unchanged_required,  # a file that it writes, of which the beginning is shown
         "needs": directives.unchanged_required,  # files beside the page that it reads, shown before it
     }
 
@@ -61,6 +66,8 @@ class CommandDirective(SphinxDirective):
         shown += _output(found.out.rstrip("\n").splitlines(), self.options.get("lines"))
         if wanted:
             return shown + _output([*found.err.splitlines(), f"[status {wanted}]"], None)
+        if "shows" in self.options:
+            shown += self._written(Path(found.folder) / Path(self.options["shows"]).name, line)
         shown += [picture(self, Path(found.folder) / name, line) for name in drawn(shlex.split(line))]
         return shown
 
@@ -71,6 +78,16 @@ class CommandDirective(SphinxDirective):
         for path in found:
             self.env.note_dependency(str(path))
         return found
+
+    def _written(self, path: Path, line: str) -> list[nodes.Node]:
+        """The beginning of a text, or what stands in a netCDF file."""
+        if not path.is_file():
+            raise self.error(f"{line}: wrote no {path.name}")
+        if path.suffix == ".nc":
+            return [netcdf(path)]
+        lines = [each[:COLUMNS] for each in path.read_text(encoding="utf-8").splitlines()]
+        most = lines if len(lines) <= SHOWN else [*lines[:SHOWN], f"... {len(lines) - SHOWN} more lines"]
+        return [block("\n".join(most), "text", path.name)]
 
 
 class ScriptDirective(SphinxDirective):
@@ -90,10 +107,12 @@ class ScriptDirective(SphinxDirective):
         return shown + _output(found.out.rstrip("\n").splitlines(), None)
 
 
-def _in_turn(directive: SphinxDirective, line: str, needs: Iterable[Path] = ()) -> Done:
+def _in_turn(
+    directive: SphinxDirective, line: str, needs: Iterable[Path] = (), written: Sequence[str] = ()
+) -> Done:
     """What a command gave, now or when it was last run after the same ones of its page."""
     before = directive.env.temp_data.setdefault("noctule_commands", [])
-    found = done(line, page_folder(directive), before, needs)
+    found = done(line, page_folder(directive), [*before, *written], needs, written)
     before.append(line)
     return found
 

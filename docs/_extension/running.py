@@ -30,7 +30,7 @@ DEADLINE = 900.0  # s of wall clock for one command; ours
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a command gave: status, stdout and stderr, and the folder of its pictures."""
+    """What a command gave: status, stdout and stderr, and the folder of its pictures and files."""
 
     status: int
     out: str
@@ -43,7 +43,9 @@ def page_folder(directive: SphinxDirective) -> Path:
     return Path(directive.config.noctule_folder) / directive.env.docname
 
 
-def done(line: str, page: Path, before: Iterable[str] = (), files: Iterable[Path] = ()) -> Done:
+def done(
+    line: str, page: Path, before: Iterable[str] = (), files: Iterable[Path] = (), written: Iterable[str] = ()
+) -> Done:
     """What a command gave, now or when it was last run.
 
     Parameters
@@ -56,6 +58,8 @@ def done(line: str, page: Path, before: Iterable[str] = (), files: Iterable[Path
         What else it depends on, such as the commands before it on the page.
     files
         Files that it may change, which are copied into its folder under their names.
+    written
+        Files that it writes and that are kept, beside its pictures.
     """
     files = list(files)
     texts = [hashlib.sha256(path.read_bytes()).hexdigest() for path in files]
@@ -70,7 +74,7 @@ def done(line: str, page: Path, before: Iterable[str] = (), files: Iterable[Path
     for path in files:
         shutil.copy(path, work / path.name)
     pictures = page / key
-    found = _run(line, work, pictures)
+    found = _run(line, work, pictures, [*drawn(shlex.split(line)), *written])
     kept.write_text(json.dumps(asdict(found)), encoding="utf-8")
     return found
 
@@ -113,8 +117,8 @@ def _texts() -> str:
     return digest.hexdigest()
 
 
-def _run(line: str, folder: Path, pictures: Path) -> Done:
-    """Run a command in a folder by the environment that builds the site, and keep its pictures."""
+def _run(line: str, folder: Path, kept: Path, written: list[str]) -> Done:
+    """Run a command in a folder by the environment that builds the site, and keep files that it writes."""
     environment = os.environ | {
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "COLUMNS": "90",
@@ -122,13 +126,13 @@ def _run(line: str, folder: Path, pictures: Path) -> Done:
         "NO_COLOR": "1",
     }
     words = shlex.split(line)
-    for name in drawn(words):
+    for name in written:
         (folder / name).unlink(missing_ok=True)
     ended = subprocess.run(
         words, cwd=folder, env=environment, capture_output=True, text=True, timeout=DEADLINE, check=False
     )
-    for name in drawn(words):
+    for name in written:
         if (folder / name).is_file():
-            pictures.mkdir(exist_ok=True)
-            shutil.copy(folder / name, pictures / Path(name).name)
-    return Done(ended.returncode, ended.stdout, ended.stderr, str(pictures))
+            kept.mkdir(exist_ok=True)
+            shutil.copy(folder / name, kept / Path(name).name)
+    return Done(ended.returncode, ended.stdout, ended.stderr, str(kept))

@@ -10,11 +10,15 @@ from system.option import option
 
 @dataclass(frozen=True, slots=True)
 class SiliconChoice:
-    """Temperature (text, degC), the die's key, and the place of a block on a chip (`ranging-chip/neuron[2]`).
+    """What silicon a command is about.
 
-    `die` None is the nominal die; `mismatch` and `process` leave local and shared variation out. `study` is
-    that die under the plan of a study, where it is a study's. `allow_implausible` lets sizes pass that no
-    silicon has.
+    temperature : a text, degC.
+    lot, die : key of the die; None is the nominal die.
+    study : that die under the plan of a study, where it is a study's.
+    corner : of the process.
+    mismatch, process : whether a die has local and shared deviations.
+    at : place of a block on a chip, as `ranging-chip/neuron[2]`.
+    allow_implausible : whether sizes pass that no silicon has.
     """
 
     temperature: str = option("27", "Degrees Celsius, -40 to 125", metavar="DEGC")

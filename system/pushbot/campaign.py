@@ -95,7 +95,11 @@ class Key(NamedTuple):
 
 
 class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Of a run in the file: its summary, and its path if that was asked for, m to a tenth of a millimetre."""
+    """What the file has of a run.
+
+    summary : numbers of the run by name, as `noctule run pushbot --json` has them; null where not defined.
+    path : places that it passed, if they were asked for, x and y in m, to a tenth of a millimetre.
+    """
 
     summary: Summary
     path: tuple[tuple[float, float], ...] | None = None

@@ -104,7 +104,14 @@ def check_samples(dies: int, conditions: int) -> None:
 
 
 class _Manifest(msgspec.Struct, forbid_unknown_fields=True):
-    """The document: a study, the hash of its circuit, and how it was asked for."""
+    """The document: a study, the hash of its circuit, and how it was asked for.
+
+    format : version of the document.
+    circuit : hash of what is measured, of its circuits and process.
+    chunk : how many dies are measured and kept together.
+    command : words of the command that asked for the study.
+    versions : of the packages with which it was begun.
+    """
 
     format: Literal[1]
     circuit: str
