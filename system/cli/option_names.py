@@ -36,6 +36,12 @@ def as_options(text: str, options: Mapping[str, str]) -> str:
     return _QUOTED.sub(said, text)
 
 
+def field_named(text: str) -> str:
+    """Give the name of the field that an error names before its colon, empty where it names none."""
+    head = _HEAD.match(text)
+    return head[1] if head is not None else ""
+
+
 def option_of(name: str) -> str:
     """Give the option that stands for the name of a field, as `--ping-rate` for `ping_rate`."""
     return f"--{name.replace('_', '-')}"

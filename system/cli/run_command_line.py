@@ -17,10 +17,13 @@ from circuits.catalogue import loaded
 from circuits.errors import CircuitError
 from system.cli.given_once import App
 from system.cli.option_names import PARAM, option_of
+from system.cli.scenario_file import read_scenario_file
 from system.cli.verb import flags_of, keyword, made_of, parameters_of, with_parameters
 from system.cli.verbs import Run
 from system.registry import load_system, system_line, system_names
 from system.system import System
+
+SCENARIO = "scenario"  # the option that names a file of options
 
 
 @final
@@ -71,13 +74,31 @@ def command_of(system: System[Any, Any]) -> Any:
     def command(**given: Any) -> None:
         options = {p.name: given[p.name] for p in own if given[p.name] not in (None, [])}
         run_system = loaded("system.cli.run:run_system")  # which numerical libraries come with
-        run_system(system.name, made_of(Run, given), options, said)
+        try:
+            run_system(system.name, made_of(Run, given), options, said)
+        except CircuitError as error:
+            raise given[SCENARIO].told(error, given) if given[SCENARIO] else error from None
 
-    with_parameters(command, chain(own, parameters_of(Run)), system_line(system.name))
+    with_parameters(command, chain(own, [_scenario(system)], parameters_of(Run)), system_line(system.name))
     command.said = lambda _: said  # type: ignore[attr-defined]
     alone = App(rich_markup_mode=None, add_completion=False)
     alone.command(system.name)(command)
     return typer.main.get_command(alone)
+
+
+def _scenario(system: System[Any, Any]) -> inspect.Parameter:
+    """Parameter for a file of options, which what else is given goes over."""
+
+    def read(context: typer.Context, path: str | None) -> Any:
+        if path is None:
+            return None
+        found = read_scenario_file(path, system)
+        context.default_map = dict(found.values)
+        return found
+
+    about = "TOML of these options, seed and silicon; options given here go over it."
+    declared = typer.Option(option_of(SCENARIO), metavar="FILE", help=about, is_eager=True, callback=read)
+    return keyword(SCENARIO, Annotated[str | None, declared], None)
 
 
 def _names_of(system: System[Any, Any]) -> dict[str, str]:

@@ -51,6 +51,15 @@ def from_toml(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
     return _decoded(lambda: msgspec.toml.decode(data, type=kind), where, remedy)
 
 
+def toml_file(path: Path) -> dict[str, Any]:
+    """Keys and values of a TOML file; raises `DataError` where it cannot be read or is none."""
+    remedy = "must be TOML in UTF-8"
+    try:
+        return from_toml(document_bytes(path, remedy), dict[str, Any], str(path), remedy)
+    except FileNotFoundError as error:
+        raise DataError(f"{path}: {error.strerror}, must be a readable file; check the path") from None
+
+
 def plain(value: object) -> Any:
     """A value of such a type in JSON's own types, as `from_json` takes it back."""
     return msgspec.to_builtins(value, enc_hook=_listed)

@@ -29,12 +29,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
 from circuits.errors import DataError, ParameterError, unknown_name
-from system.files.document import document_bytes, from_toml
+from system.files.document import toml_file
 from system.table import read_table
 from system.worlds.arena.furniture import block, chair, cup, desk, person, robot
 from system.worlds.arena.geometry import check_scene
@@ -74,21 +74,13 @@ def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
     if not name.endswith(".toml") and name not in scene_names():
         raise unknown_name("scene", name, [*scene_names(), "or a file FILE.toml"])
     path = Path(name) if name.endswith(".toml") else SCENES / f"{name}.toml"
-    content = _parsed(path)
+    content = toml_file(path)
     try:
         scene = _scene(path.stem, read_table(SceneTable, content), seed, light)
         check_scene(scene)
     except ParameterError as error:
         raise DataError(f"{path.name}: {error}") from None
     return scene
-
-
-def _parsed(path: Path) -> dict[str, Any]:
-    remedy = "must be TOML in UTF-8"
-    try:
-        return from_toml(document_bytes(path, remedy), dict[str, Any], str(path), remedy)
-    except FileNotFoundError as error:
-        raise DataError(f"{path}: {error.strerror}, must be a readable file; check the path") from None
 
 
 def _scene(name: str, top: SceneTable, seed: int, light: str | None) -> Scene:
